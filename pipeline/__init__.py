@@ -1,0 +1,7 @@
+"""From one picture of a ring of lights to the two poses of the dock: pure functions on arrays."""
+
+from pipeline.camera import Camera
+from pipeline.dock import Dock
+from pipeline.estimate import Estimate, Settings, estimate
+
+__all__ = ["Camera", "Dock", "Estimate", "Settings", "estimate"]

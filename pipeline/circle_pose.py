@@ -1,0 +1,112 @@
+"""The two poses of a circle that is seen as a given ellipse."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.camera import Camera, check_number
+from pipeline.ellipse import Ellipse
+
+
+@dataclass(frozen=True)
+class CirclePose:
+    """Where the dock is and which way it faces, in the camera frame (x right, y down, z forward).
+
+    Attributes
+    ----------
+    position_m : (3,) the dock's centre, in metres.
+    normal : (3,) unit normal of the dock's face, towards the camera.
+    centre_px : (2,) image of the dock's centre, in pixels of the undistorted picture.
+    probability : that this is the right one of the two candidates; None where nothing tells them apart.
+    rms_px : root mean square reprojection error of the lights, evenly spaced; None where it was not computed.
+    roll_rad : angle of the first light, modulo the spacing; None where it was not computed.
+    sigma_position_m, sigma_theta_rad : one-sigma; None where they were not computed.
+    """
+
+    position_m: np.ndarray
+    normal: np.ndarray
+    centre_px: np.ndarray
+    probability: float | None = None
+    rms_px: float | None = None
+    roll_rad: float | None = None
+    sigma_position_m: tuple[float, float, float] | None = None
+    sigma_theta_rad: tuple[float, float] | None = None
+
+    @property
+    def theta_x_rad(self) -> float:
+        """The paper's pitch: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
+        return math.asin(max(-1.0, min(1.0, float(self.normal[1]))))
+
+    @property
+    def theta_y_rad(self) -> float:
+        """The paper's yaw: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
+        return math.atan2(-float(self.normal[0]), -float(self.normal[2]))
+
+    @property
+    def T_camera_dock(self) -> np.ndarray:
+        """The 4 x 4 transform from the dock's frame (z into the dock, away from the camera) to the camera's."""
+        transform = np.eye(4)
+        transform[:3, :3] = rotation_from_angles(self.theta_x_rad, self.theta_y_rad)
+        transform[:3, 3] = self.position_m
+        return transform
+
+
+def rotation_from_angles(theta_x_rad: float, theta_y_rad: float) -> np.ndarray:
+    """Rotation (3, 3) Ry(theta_y) Rx(theta_x) of the dock's frame; its third column is minus the dock's normal."""
+    cx, sx = math.cos(theta_x_rad), math.sin(theta_x_rad)
+    cy, sy = math.cos(theta_y_rad), math.sin(theta_y_rad)
+    return np.array([[cy, sy * sx, sy * cx], [0, cx, -sx], [-sy, cy * sx, cy * cx]])
+
+
+def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
+    """Return the two poses of a circle of ``diameter`` metres whose image is ``ellipse``.
+
+    Parameters
+    ----------
+    ellipse : in pixels of the undistorted picture.
+    camera : its intrinsics.
+    diameter : of the circle, in metres, above 0.
+
+    Returns
+    -------
+    Two poses in a fixed order: first the one whose normal turns further to the left. Seen square on they coincide.
+
+    Raises
+    ------
+    ValueError
+        if the diameter is not positive.
+
+    Notes
+    -----
+    Safaee-Rad, Tchoukanov, Smith and Benhabib 1992, "Three-dimensional location estimation of circular features for
+    machine vision", in the closed form of the cone's eigenvalues l1 >= l2 > 0 > l3.
+    """
+    check_number("diameter", diameter, above=0)
+    cone = camera.matrix.T @ ellipse.matrix @ camera.matrix
+    eigenvalues, vectors = np.linalg.eigh(cone / np.linalg.norm(cone))
+    l3, l2, l1 = eigenvalues
+    V = vectors[:, [2, 1, 0]]
+    g = math.sqrt((l2 - l3) / (l1 - l3))
+    h = math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
+    distance = l2 * (diameter / 2) / math.sqrt(-l1 * l3)
+    inverse = np.linalg.inv(cone)
+    poses = [_pose(V, g, sign * h, l1 / l2, l3 / l2, distance, inverse, camera) for sign in (1, -1)]
+    first, second = sorted(poses, key=lambda pose: float(pose.normal[0]))
+    return first, second
+
+
+def _pose(
+    V: np.ndarray, g: float, h: float, l1_l2: float, l3_l2: float, distance: float, inverse: np.ndarray, camera: Camera
+) -> CirclePose:
+    centre = distance * V @ np.array([h * l3_l2, 0, g * l1_l2])
+    if centre[2] < 0:
+        centre = -centre
+    normal = V @ np.array([h, 0, g])
+    if normal @ centre > 0:
+        normal = -normal
+    # The polar of the circle's line at infinity: the image of its centre (not the ellipse's centre).
+    image = camera.matrix @ (inverse @ normal)
+    return CirclePose(position_m=centre, normal=normal, centre_px=image[:2] / image[2])

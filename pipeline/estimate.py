@@ -1,0 +1,263 @@
+"""The flow chart: image, threshold, markers, ring, ellipse, poses, choice."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from pipeline.camera import Camera, check_whole
+from pipeline.circle_pose import CirclePose, circle_poses
+from pipeline.dock import Dock
+from pipeline.duality import Choice, choose_by_spacing
+from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
+from pipeline.image import significant_bits, to_grey
+from pipeline.markers import CENTROIDS, Markers, find_markers
+from pipeline.ring import Ring, find_ring
+from pipeline.thresholds import LEVELS, METHODS, Histogram, Threshold, histogram_of
+
+SCHEMA = 1
+
+
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How a picture is searched.
+
+    Parameters
+    ----------
+    method : name of the threshold method, one of ``METHODS``.
+    level : for the method "fixed", 0..255.
+    min_area_px : groups of fewer pixels are noise.
+    centroid : "grey" (weighed by brightness) or "binary" (the paper's mass moment).
+
+    Raises
+    ------
+    ValueError
+        if the method or the centroid is unknown, or a number is out of range.
+    """
+
+    method: str = "hats"
+    level: int = 128
+    min_area_px: int = 4
+    centroid: str = "grey"
+
+    def __post_init__(self) -> None:
+        _check_one_of("method", self.method, tuple(METHODS))
+        _check_one_of("centroid", self.centroid, CENTROIDS)
+        check_whole("min_area_px", self.min_area_px, least=1)
+        check_whole("level", self.level, least=0)
+        if self.level >= LEVELS:
+            raise ValueError(f"level is {self.level!r}; it must be at most {LEVELS - 1}")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Everything that was found in one picture, and how far the search came.
+
+    Attributes
+    ----------
+    status : "ok", "no_lights", "too_few_markers", "not_a_ring" or "no_ellipse".
+    message : one plain sentence.
+    width, height, bits : of the picture.
+    camera, dock, settings : what it was searched with; the camera is already scaled to the picture.
+    threshold, markers, ring, ellipse, choice : the stages; None where the search did not come so far.
+        The ellipse is in pixels of the undistorted picture.
+    elapsed_ms : how long it took.
+    """
+
+    status: str
+    message: str
+    width: int
+    height: int
+    bits: int
+    camera: Camera
+    dock: Dock
+    settings: Settings
+    threshold: Threshold | None = None
+    markers: Markers | None = None
+    ring: Ring | None = None
+    ellipse: Ellipse | None = None
+    choice: Choice | None = None
+    elapsed_ms: float = 0.0
+
+    @property
+    def candidates(self) -> tuple[CirclePose, ...]:
+        """The two poses, the likelier first; empty where there are none."""
+        return () if self.choice is None else self.choice.candidates
+
+    @property
+    def selected(self) -> CirclePose | None:
+        """The chosen pose."""
+        return None if self.choice is None else self.choice.candidates[self.choice.selected]
+
+    def light_numbers(self) -> list[int | None]:
+        """For each marker the number of the light that it is; None where it is none, or cannot be told."""
+        if self.markers is None:
+            return []
+        numbers: list[int | None] = [None] * len(self.markers)
+        if self.ring is not None and self.choice is not None and self.choice.lights is not None:
+            for marker, light in zip(np.flatnonzero(self.ring.on_ring), self.choice.lights, strict=True):
+                numbers[int(marker)] = int(light)
+        return numbers
+
+    def to_dict(
+        self,
+        source: str | None = None,
+        frame: int | None = None,
+        time_s: float | None = None,
+        sha256: str | None = None,
+    ) -> dict[str, Any]:
+        """The estimate as one JSON object of schema 1; unknown values are None, never left out."""
+        return {
+            "schema": SCHEMA,
+            "source": source,
+            "frame": frame,
+            "time_s": time_s,
+            "sha256": sha256,
+            "status": self.status,
+            "message": self.message,
+            "image": {"width": self.width, "height": self.height, "bits": self.bits},
+            "camera": msgspec.to_builtins(self.camera),
+            "dock": msgspec.to_builtins(self.dock),
+            "settings": msgspec.to_builtins(self.settings),
+            "threshold": self._threshold_dict(),
+            "markers": self._marker_dicts(),
+            "ellipse": None if self.ellipse is None else _ellipse_dict(self.ellipse),
+            "candidates": [_candidate_dict(pose) for pose in self.candidates],
+            "selected": None if self.choice is None else self.choice.selected,
+            "selected_by": None if self.choice is None else self.choice.selected_by,
+            "elapsed_ms": round(self.elapsed_ms, 3),
+        }
+
+    def _threshold_dict(self) -> dict[str, Any] | None:
+        if self.threshold is None:
+            return None
+        return {
+            "method": self.threshold.method,
+            "level": self.threshold.level,
+            "native_level": self.threshold.native_level,
+            "groups": None if self.markers is None else len(self.markers),
+        }
+
+    def _marker_dicts(self) -> list[dict[str, Any]]:
+        if self.markers is None:
+            return []
+        on_ring = [None] * len(self.markers) if self.ring is None else self.ring.on_ring.tolist()
+        return [
+            {"x_px": float(x), "y_px": float(y), "area_px": int(area), "on_ring": on, "light": light}
+            for (x, y), area, on, light in zip(
+                self.markers.points_px, self.markers.areas_px, on_ring, self.light_numbers(), strict=True
+            )
+        ]
+
+
+def estimate(image: Any, camera: Camera, dock: Dock, settings: Settings | None = None) -> Estimate:
+    """Find the dock in one picture.
+
+    Parameters
+    ----------
+    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16.
+    camera : its intrinsics; a picture that is the calibration's rescaled is taken, another size is refused.
+    dock : its diameter, and its number of lights where known.
+    settings : how to search; the defaults suit most scenes.
+
+    Returns
+    -------
+    An Estimate, whatever the picture shows: one without a dock has a status other than "ok" and says why.
+
+    Raises
+    ------
+    ValueError
+        if the image is no 8- or 16-bit picture or does not belong to the camera.
+    """
+    start = time.perf_counter()
+    settings = settings or Settings()
+    grey = to_grey(image)
+    height, width = grey.shape
+    scaled = camera.for_size(width, height)
+    histogram = histogram_of(grey)
+    status, message, stages = _search(grey, histogram, scaled, dock, settings)
+    if scaled is not camera:
+        message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
+    elapsed_ms = 1000 * (time.perf_counter() - start)
+    bits = significant_bits(grey)
+    return Estimate(status, message, width, height, bits, scaled, dock, settings, **stages, elapsed_ms=elapsed_ms)
+
+
+def _search(
+    grey: np.ndarray, histogram: Histogram, camera: Camera, dock: Dock, settings: Settings
+) -> tuple[str, str, dict[str, Any]]:
+    """Status, message and the stages that were reached."""
+    stages: dict[str, Any] = {}
+    threshold = stages["threshold"] = _threshold(histogram, settings)
+    markers = stages["markers"] = find_markers(
+        grey, histogram.levels, threshold, settings.min_area_px, settings.centroid
+    )
+    if len(markers) == 0:
+        return "no_lights", f"No lights: {_lower_first(threshold.reason)}", stages
+    if len(markers) < MIN_POINTS:
+        found = f"{len(markers)} group{'s' if len(markers) > 1 else ''} of bright pixels"
+        return "too_few_markers", f"Only {found} at level {threshold.level}; an ellipse needs {MIN_POINTS}.", stages
+    points_px = camera.undistort(markers.points_px)
+    ring = stages["ring"] = find_ring(points_px)
+    if not ring.found:
+        return "not_a_ring", ring.reason, stages
+    try:
+        ellipse = stages["ellipse"] = fit_ellipse(points_px[ring.on_ring])
+    except NoEllipseError as error:
+        return "no_ellipse", f"No ellipse: {error}.", stages
+    poses = circle_poses(ellipse, camera, dock.diameter)
+    choice = stages["choice"] = choose_by_spacing(poses, points_px[ring.on_ring], camera, dock)
+    return "ok", _success(ring, choice), stages
+
+
+def _threshold(histogram: Histogram, settings: Settings) -> Threshold:
+    if settings.method == "fixed":
+        return METHODS["fixed"](histogram, settings.level)
+    return METHODS[settings.method](histogram, settings.min_area_px)
+
+
+def _success(ring: Ring, choice: Choice) -> str:
+    pose = choice.candidates[choice.selected]
+    distance = f"{int(ring.on_ring.sum())} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
+    if choice.selected_by == "none":
+        return f"{distance}. The lights' spacing does not tell which of the two poses is right."
+    return f"{distance}, the likelier pose at {100 * (pose.probability or 0):.0f} %."
+
+
+def _lower_first(text: str) -> str:
+    return text[:1].lower() + text[1:]
+
+
+def _check_one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(allowed)}")
+
+
+def _ellipse_dict(ellipse: Ellipse) -> dict[str, Any]:
+    return {
+        "centre_px": list(ellipse.centre_px),
+        "semi_axes_px": list(ellipse.semi_axes_px),
+        "angle_deg": math.degrees(ellipse.angle_rad),
+        "eccentricity": ellipse.eccentricity,
+        "rms_px": ellipse.rms_px,
+    }
+
+
+def _candidate_dict(pose: CirclePose) -> dict[str, Any]:
+    sigma_theta = pose.sigma_theta_rad
+    return {
+        "position_m": pose.position_m.tolist(),
+        "normal": pose.normal.tolist(),
+        "theta_x_deg": math.degrees(pose.theta_x_rad),
+        "theta_y_deg": math.degrees(pose.theta_y_rad),
+        "roll_deg": None if pose.roll_rad is None else math.degrees(pose.roll_rad),
+        "centre_px": pose.centre_px.tolist(),
+        "probability": pose.probability,
+        "rms_px": pose.rms_px,
+        "sigma_position_m": None if pose.sigma_position_m is None else list(pose.sigma_position_m),
+        "sigma_theta_deg": None if sigma_theta is None else [math.degrees(angle) for angle in sigma_theta],
+    }

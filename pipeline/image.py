@@ -1,0 +1,126 @@
+"""Decoding of picture files, and what every later stage works on: a grey image and its 8-bit levels."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
+MAX_PIXELS = 100_000_000
+_SIGNIFICANT_BITS = (10, 12, 14, 16)
+
+
+class ImageError(ValueError):
+    """A file or an array that is no usable picture; the text names it and says why."""
+
+
+def read(path: str | Path) -> np.ndarray:
+    """Read and decode a picture file; see :func:`decode`. Raises ImageError, also where the file cannot be read."""
+    path = Path(path)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be read ({error.strerror or error})") from error
+    return decode(data, str(path))
+
+
+def decode(data: bytes, name: str = "image") -> np.ndarray:
+    """Decode the bytes of a picture file (PNG, JPEG, TIFF, BMP, WebP, PNM).
+
+    Parameters
+    ----------
+    data : the file's bytes.
+    name : what to call it in an error.
+
+    Returns
+    -------
+    (H, W) grey or (H, W, 3) BGR array of uint8 or uint16. Transparent pixels are put on black.
+
+    Raises
+    ------
+    ImageError
+        if the file is empty, no picture, cut short, has more than 100 megapixels (found from its header, before
+        anything is decoded), or is neither 8 nor 16 bit.
+    """
+    if not data:
+        raise ImageError(f"{name}: the file is empty (0 bytes)")
+    width, height = _size_from_header(data, name)
+    if width * height > MAX_PIXELS:
+        raise ImageError(
+            f"{name}: the picture is {width} x {height}, {width * height / 1e6:.0f} megapixels; "
+            f"at most {MAX_PIXELS // 1_000_000} are read"
+        )
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        image = None
+    if image is None:
+        raise ImageError(f"{name}: the picture is damaged or cut short ({len(data)} bytes)")
+    return _check(_without_alpha(image), name)
+
+
+def to_grey(image: Any) -> np.ndarray:
+    """Return the (H, W) grey picture of a (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16.
+
+    Colour is weighed as ITU-R BT.601 does (0.299 R + 0.587 G + 0.114 B). Raises ImageError for any other array.
+    """
+    array = _check(_without_alpha(np.asarray(image)), "image")
+    return array if array.ndim == 2 else cv2.cvtColor(array, cv2.COLOR_BGR2GRAY)
+
+
+def significant_bits(grey: np.ndarray) -> int:
+    """How many bits the picture uses: 8 for uint8; for uint16 the smallest of 10, 12, 14 and 16 that holds its maximum.
+
+    Cameras store 10- and 12-bit pictures in 16-bit files; their levels would otherwise crowd into the lowest few.
+    """
+    if grey.dtype == np.uint8:
+        return 8
+    largest = int(grey.max())
+    return next(bits for bits in _SIGNIFICANT_BITS if largest < 1 << bits)
+
+
+def to_levels(grey: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the picture on 256 equal levels, as uint8, and how many native grey steps one level holds."""
+    shift = significant_bits(grey) - 8
+    return (grey, 1) if shift == 0 else ((grey >> shift).astype(np.uint8), 1 << shift)
+
+
+def _size_from_header(data: bytes, name: str) -> tuple[int, int]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(io.BytesIO(data)) as header:
+                return header.size
+    except UnidentifiedImageError as error:
+        raise ImageError(f"{name}: is not a picture that can be read (PNG, JPEG, TIFF, BMP, WebP, PNM)") from error
+    except Image.DecompressionBombError as error:
+        at_most = MAX_PIXELS // 1_000_000
+        raise ImageError(f"{name}: the picture has far more than the {at_most} megapixels that are read") from error
+    except Exception as error:  # Pillow's readers raise many kinds on damaged headers
+        raise ImageError(f"{name}: the picture's header is damaged or cut short ({error})") from error
+
+
+def _without_alpha(image: np.ndarray) -> np.ndarray:
+    if image.ndim == 3 and image.shape[2] == 1:
+        return image[:, :, 0]
+    if image.ndim != 3 or image.shape[2] != 4 or image.dtype not in (np.uint8, np.uint16):
+        return image
+    opaque = np.iinfo(image.dtype).max
+    if (image[:, :, 3] == opaque).all():
+        return np.ascontiguousarray(image[:, :, :3])
+    return (image[:, :, :3] * (image[:, :, 3:] / opaque) + 0.5).astype(image.dtype)
+
+
+def _check(image: np.ndarray, name: str) -> np.ndarray:
+    if image.dtype not in (np.uint8, np.uint16):
+        raise ImageError(f"{name}: pixels are {image.dtype}; they must be 8 or 16 bit (uint8 or uint16)")
+    if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3) or image.size == 0:
+        raise ImageError(
+            f"{name}: has shape {image.shape}; it must be grey (H, W), BGR (H, W, 3) or BGRA (H, W, 4), not empty"
+        )
+    return image

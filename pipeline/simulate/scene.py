@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -103,3 +104,17 @@ def truth_of(scene: Scene) -> Truth:
     inside = (lights_px > -0.5) & (lights_px < np.array([scene.camera.width, scene.camera.height]) - 0.5)
     visible = inside.all(axis=1) & (lights_m @ normal < 0)
     return Truth(position, normal, lights_m, lights_px, visible, scene.camera.project(position[None])[0])
+
+
+def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:
+    """The truth as plain values with their units in the names, for a file."""
+    return {
+        "position_m": truth.position_m.tolist(),
+        "normal": truth.normal.tolist(),
+        "theta_x_deg": scene.theta_x_deg,
+        "theta_y_deg": scene.theta_y_deg,
+        "roll_deg": scene.roll_deg,
+        "centre_px": truth.centre_px.tolist(),
+        "lights_px": truth.lights_px.tolist(),
+        "visible": truth.visible.tolist(),
+    }

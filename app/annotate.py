@@ -1,0 +1,181 @@
+"""The annotated picture: lights, ellipse, centres, both poses, and what they mean in words."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+
+from pipeline.camera import Camera
+from pipeline.circle_pose import CirclePose, rotation_from_angles
+from pipeline.estimate import Estimate
+from pipeline.image import to_levels
+
+# Okabe and Ito's colours, which the colour-blind can tell apart, as BGR.
+POSE_COLOURS = ((178, 114, 0), (0, 159, 230))
+POSE_NAMES = ("A", "B")
+LIGHT_COLOUR = (115, 158, 0)
+ELLIPSE_COLOUR = (167, 121, 204)
+DROPPED_COLOUR = (0, 94, 213)
+TEXT_COLOUR = (255, 255, 255)
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+
+def annotate(image: Any, estimate: Estimate) -> np.ndarray:
+    """Draw what was found on a copy of the picture, at full size.
+
+    Parameters
+    ----------
+    image : the picture that was estimated, 8 or 16 bit, grey or BGR.
+    estimate : what was found in it.
+
+    Returns
+    -------
+    (H, W, 3) uint8 BGR. Lights on the ring are circled and numbered, other groups crossed out; the ellipse's centre is
+    a plus, the dock's centre under the chosen pose a dot in a ring; each pose has an axis along its normal.
+    """
+    canvas = to_bgr8(image)
+    unit = max(1.0, min(canvas.shape[:2]) / 480)
+    if estimate.ellipse is not None:
+        outline = estimate.camera.distort(estimate.ellipse.points(240))
+        _polyline(canvas, outline, ELLIPSE_COLOUR, unit, closed=True)
+    _markers(canvas, estimate, unit)
+    for index in reversed(range(len(estimate.candidates))):
+        _pose_axes(canvas, estimate.candidates[index], index, estimate, unit)
+    _centres(canvas, estimate, unit)
+    _text_block(canvas, _lines(estimate), unit)
+    return canvas
+
+
+def to_bgr8(image: Any) -> np.ndarray:
+    """Return a fresh (H, W, 3) uint8 BGR copy of any picture that :func:`pipeline.estimate` takes."""
+    array = np.asarray(image)
+    if array.dtype == np.uint16:
+        array = to_levels(array)[0]
+    if array.ndim == 2:
+        return cv2.cvtColor(array, cv2.COLOR_GRAY2BGR)
+    return array[:, :, :3].copy()
+
+
+def _markers(canvas: np.ndarray, estimate: Estimate, unit: float) -> None:
+    if estimate.markers is None:
+        return
+    on_ring = np.zeros(len(estimate.markers), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
+    numbers = estimate.light_numbers()
+    centre = estimate.markers.points_px[on_ring].mean(axis=0) if on_ring.any() else None
+    for index, (point, area) in enumerate(zip(estimate.markers.points_px, estimate.markers.areas_px, strict=True)):
+        radius = max(6 * unit, 2 * math.sqrt(area / math.pi))
+        if not on_ring[index]:
+            cv2.drawMarker(canvas, _at(point), DROPPED_COLOUR, cv2.MARKER_TILTED_CROSS, int(2 * radius), _width(unit))
+            continue
+        cv2.circle(canvas, _at(point), round(radius), LIGHT_COLOUR, _width(unit), cv2.LINE_AA)
+        number = numbers[index]
+        label = str(index + 1 if number is None else number + 1)
+        _label(canvas, label, point, centre, radius, unit)
+
+
+def _label(
+    canvas: np.ndarray, text: str, point: np.ndarray, centre: np.ndarray | None, radius: float, unit: float
+) -> None:
+    """Write a light's number outside the ring, where it hides nothing."""
+    outward = np.array([1.0, 0.0]) if centre is None else point - centre
+    outward = outward / max(float(np.linalg.norm(outward)), 1e-9)
+    scale = 0.45 * unit
+    (width, height), _ = cv2.getTextSize(text, _FONT, scale, _width(unit))
+    middle = point + outward * (radius + 10 * unit)
+    _text(canvas, text, (middle[0] - width / 2, middle[1] + height / 2), scale, unit)
+
+
+def _pose_axes(canvas: np.ndarray, pose: CirclePose, index: int, estimate: Estimate, unit: float) -> None:
+    """Draw the normal, half a diameter long, and two thin axes in the dock's plane."""
+    colour = POSE_COLOURS[index]
+    chosen = estimate.choice is not None and index == estimate.choice.selected
+    rotation = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
+    radius = estimate.dock.radius
+    for axis in (rotation[:, 0], rotation[:, 1]):
+        ends = pose.position_m + radius * np.outer([-1, 1], axis)
+        _line(canvas, estimate.camera, ends, colour, unit if chosen else 0.5 * unit)
+    tip = pose.position_m + 1.3 * radius * pose.normal
+    ends_px = _line(canvas, estimate.camera, np.array([pose.position_m, tip]), colour, 2 * unit if chosen else unit)
+    if ends_px is None:
+        return
+    cv2.circle(canvas, _at(ends_px[1]), _width(4 * unit), colour, -1 if chosen else _width(unit), cv2.LINE_AA)
+    _text(canvas, POSE_NAMES[index], (ends_px[1][0] + 7 * unit, ends_px[1][1] + 5 * unit), 0.55 * unit, unit, colour)
+
+
+def _centres(canvas: np.ndarray, estimate: Estimate, unit: float) -> None:
+    if estimate.ellipse is not None:
+        (centre,) = estimate.camera.distort([estimate.ellipse.centre_px])
+        cv2.drawMarker(canvas, _at(centre), ELLIPSE_COLOUR, cv2.MARKER_CROSS, _width(12 * unit), _width(unit))
+    if estimate.selected is not None:
+        (centre,) = estimate.camera.distort([estimate.selected.centre_px])
+        cv2.circle(canvas, _at(centre), _width(5 * unit), TEXT_COLOUR, _width(unit), cv2.LINE_AA)
+        cv2.circle(canvas, _at(centre), _width(unit), TEXT_COLOUR, -1, cv2.LINE_AA)
+
+
+def _lines(estimate: Estimate) -> list[tuple[str, tuple[int, int, int]]]:
+    """Lines of the block of text, each with its colour."""
+    lines: list[tuple[str, tuple[int, int, int]]] = []
+    if estimate.threshold is not None:
+        level = estimate.threshold.level
+        name = estimate.threshold.method.upper() if estimate.threshold.method == "hats" else estimate.threshold.method
+        lines.append((f"{name}: level {level}" if level < 256 else f"{name}: no level", TEXT_COLOUR))
+    if not estimate.candidates:
+        lines.append((f"No pose ({estimate.status})", DROPPED_COLOUR))
+        return lines
+    for index, pose in enumerate(estimate.candidates):
+        x, y, z = 100 * pose.position_m
+        tx, ty = math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)
+        chance = "" if pose.probability is None else f" {100 * pose.probability:.0f} %"
+        chosen = estimate.choice is not None and index == estimate.choice.selected
+        lines.append((f"{POSE_NAMES[index]}{chance}{', chosen' if chosen else ''}", POSE_COLOURS[index]))
+        lines.append((f" x {x:.1f}  y {y:.1f}  z {z:.1f} cm", POSE_COLOURS[index]))
+        lines.append((f" theta x {tx:.1f}  y {ty:.1f} deg", POSE_COLOURS[index]))
+    lines.append(("+ ellipse centre", ELLIPSE_COLOUR))
+    lines.append(("o dock centre", TEXT_COLOUR))
+    return lines
+
+
+def _text_block(canvas: np.ndarray, lines: list[tuple[str, tuple[int, int, int]]], unit: float) -> None:
+    scale, step, margin = 0.42 * unit, 16 * unit, 8 * unit
+    width = max(cv2.getTextSize(text, _FONT, scale, _width(unit))[0][0] for text, _ in lines)
+    right, bottom = int(width + 2 * margin), int(step * len(lines) + margin)
+    block = canvas[:bottom, :right]
+    block[:] = (0.35 * block).astype(np.uint8)
+    for row, (text, colour) in enumerate(lines):
+        bright = tuple(int(0.55 * channel + 0.45 * 255) for channel in colour)
+        _text(canvas, text, (margin, margin / 2 + step * (row + 0.75)), scale, unit, bright)
+
+
+def _text(
+    canvas: np.ndarray, text: str, at: tuple[float, float], scale: float, unit: float, colour: Any = TEXT_COLOUR
+) -> None:
+    where = (round(float(at[0])), round(float(at[1])))
+    cv2.putText(canvas, text, where, _FONT, scale, (0, 0, 0), _width(3 * unit), cv2.LINE_AA)
+    cv2.putText(canvas, text, where, _FONT, scale, colour, _width(unit), cv2.LINE_AA)
+
+
+def _line(canvas: np.ndarray, camera: Camera, ends_m: np.ndarray, colour: Any, unit: float) -> np.ndarray | None:
+    """Draw a straight piece in space; nothing where an end is behind the camera. Returns its ends in pixels."""
+    ends = camera.project(ends_m)
+    if not np.isfinite(ends).all():
+        return None
+    _polyline(canvas, ends, colour, unit, closed=False)
+    return ends
+
+
+def _polyline(canvas: np.ndarray, points: np.ndarray, colour: Any, unit: float, *, closed: bool) -> None:
+    inside = np.clip(points, -1e5, 1e5)
+    fixed = np.rint(inside * 16).astype(np.int32)[:, None]
+    cv2.polylines(canvas, [fixed], closed, colour, _width(unit), cv2.LINE_AA, shift=4)
+
+
+def _at(point: np.ndarray) -> tuple[int, int]:
+    x, y = np.clip(point, -1e5, 1e5)
+    return round(float(x)), round(float(y))
+
+
+def _width(value: float) -> int:
+    return max(1, round(value))

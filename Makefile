@@ -1,0 +1,55 @@
+# Each stamp in .venv stands for a step that is done; a second run of a target starts at once.
+PYTHON ?= python3
+VENV := .venv
+ifeq ($(OS),Windows_NT)
+BIN := $(VENV)/Scripts
+else
+BIN := $(VENV)/bin
+endif
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
+ADDRESS := --host 127.0.0.1 --port 8080
+
+.PHONY: run test lint bench samples clean
+
+run: $(VENV)/.installed
+	$(BIN)/dockpose serve $(ADDRESS)
+
+test: $(VENV)/.test $(VENV)/.chromium
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.test $(VENV)/.lint
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+bench: $(VENV)/.test $(VENV)/.chromium
+	$(BIN)/python -m pytest tests/bench -s
+
+# Renders every scene of sample_images/ again from its YAML.
+samples: $(VENV)/.installed
+	$(BIN)/python -m pipeline.simulate sample_images
+
+clean:
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis
+
+$(VENV)/.made:
+	$(PYTHON) -m venv $(VENV)
+	touch $@
+
+$(VENV)/.installed: $(VENV)/.made pyproject.toml
+	$(PIP) --editable .
+	touch $@
+
+# pycalib-simple asks for another build of OpenCV that would overwrite ours; the part that we compare with needs none.
+$(VENV)/.test: $(VENV)/.installed
+	$(PIP) --editable ".[test]"
+	$(PIP) --no-deps pycalib-simple==2026.7.22.1
+	touch $@
+
+$(VENV)/.lint: $(VENV)/.installed
+	$(PIP) --editable ".[lint]"
+	touch $@
+
+$(VENV)/.chromium: $(VENV)/.test
+	$(BIN)/python -m tests.browser.chromium
+	touch $@

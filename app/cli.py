@@ -1,0 +1,126 @@
+"""The program ``dockpose``: its arguments, and which command does the work."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from app.estimate_command import Outputs, estimate_sources
+from app.sources import UsageError, expand
+from pipeline import Camera, Dock, Settings
+from pipeline.camera_files import load_camera
+from pipeline.thresholds import METHODS
+
+COMMANDS = ("serve", "estimate")
+EXIT_BAD_ARGUMENTS = 2
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the program. Returns its exit status: 0 all read, 1 some source could not be read, 2 bad arguments."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    if not words or (words[0] not in COMMANDS and words[0] not in ("-h", "--help", "--version")):
+        words.insert(0, "serve")
+    arguments = _parser().parse_args(words)
+    try:
+        return arguments.run(arguments)
+    except UsageError as error:
+        print(f"dockpose: {error}", file=sys.stderr)
+        return EXIT_BAD_ARGUMENTS
+    except KeyboardInterrupt:
+        print("dockpose: stopped", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # the reader of our output went away, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    from importlib.metadata import version
+
+    parser = argparse.ArgumentParser(
+        prog="dockpose",
+        description="Where is the dock? Position and attitude of a ring of lights from one camera image. "
+        "Without a command the page in the browser is opened on a sample scene.",
+    )
+    parser.add_argument("--version", action="version", version=f"dockpose {version('dockpose')}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    serve = commands.add_parser("serve", help="open the page in the browser (this is what dockpose alone does)")
+    serve.add_argument("source", nargs="?", metavar="SOURCE", help="picture to start with; default: a sample scene")
+    _add_camera_and_dock(serve)
+    serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
+    serve.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")
+    serve.set_defaults(run=_serve)
+    estimate = commands.add_parser("estimate", help="estimate the dock's pose in pictures")
+    estimate.add_argument("sources", nargs="+", metavar="SOURCE", help="a picture, a folder of pictures, or a glob")
+    _add_camera_and_dock(estimate)
+    estimate.add_argument("--method", choices=[*METHODS], help="threshold (default: hats)")
+    estimate.add_argument("--level", type=int, help="a fixed level, 0..255, in place of a method")
+    estimate.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
+    estimate.add_argument("--csv", metavar="FILE", help="write a table, a row a picture")
+    estimate.add_argument("--annotate", metavar="DIR", type=Path, help="write annotated pictures into a folder")
+    estimate.set_defaults(run=_estimate)
+    return parser
+
+
+def _add_camera_and_dock(parser: argparse.ArgumentParser) -> None:
+    beside = "default: what NAME.yaml beside NAME.png says"
+    parser.add_argument("--camera", metavar="C.yaml", help=f"camera file: ROS, OpenCV or dockpose ({beside})")
+    parser.add_argument("--dock-diameter", type=float, metavar="M", help=f"of the ring of lights, in metres ({beside})")
+    parser.add_argument("--lights", type=int, metavar="N", help="how many lights, evenly spaced, where it is known")
+
+
+def _camera(arguments: argparse.Namespace) -> Camera | None:
+    try:
+        return None if arguments.camera is None else load_camera(arguments.camera)
+    except ValueError as error:
+        raise UsageError(f"--camera: {error}") from error
+
+
+def _dock(arguments: argparse.Namespace) -> Dock | None:
+    if arguments.dock_diameter is None:
+        if arguments.lights is not None:
+            raise UsageError(f"--lights {arguments.lights} needs --dock-diameter beside it")
+        return None
+    try:
+        return Dock(arguments.dock_diameter, arguments.lights)
+    except ValueError as error:
+        raise UsageError(f"--dock-diameter, --lights: {error}") from error
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    if arguments.level is None:
+        if arguments.method == "fixed":
+            raise UsageError("--method fixed needs --level N beside it")
+        return Settings(method=arguments.method or "hats")
+    if arguments.method not in (None, "fixed"):
+        raise UsageError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
+    try:
+        return Settings(method="fixed", level=arguments.level)
+    except ValueError as error:
+        raise UsageError(f"--{error}") from error
+
+
+def _serve(arguments: argparse.Namespace) -> int:
+    camera, dock = _camera(arguments), _dock(arguments)
+    if not 0 <= arguments.port <= 65535:
+        raise UsageError(f"--port is {arguments.port}; it must be 0 to 65535")
+    from app.server import serve  # viser takes a second to import, which the other commands need not wait for
+
+    try:
+        serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port)
+    except (OSError, ValueError) as error:
+        raise UsageError(str(error)) from error
+    return 0
+
+
+def _estimate(arguments: argparse.Namespace) -> int:
+    camera, dock, settings = _camera(arguments), _dock(arguments), _settings(arguments)
+    outputs = Outputs(arguments.json, arguments.csv, arguments.annotate)
+    return estimate_sources(expand(arguments.sources), camera, dock, settings, outputs)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -23,7 +23,7 @@ lint: $(VENV)/.test $(VENV)/.lint
 	$(BIN)/pyright
 
 bench: $(VENV)/.test $(VENV)/.chromium
-	$(BIN)/python -m pytest tests/bench -s
+	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py'
 
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed

@@ -109,9 +109,10 @@ def fit_ellipse(points_px: Any) -> Ellipse:
 def ellipse_from_conic(conic: Any) -> Ellipse:
     """Return the ellipse with conic coefficients A..F (6,). Raises NoEllipseError where they are no real ellipse."""
     matrix = conic_matrix(np.asarray(conic, dtype=float))
+    if not np.isfinite(matrix).all():
+        raise NoEllipseError("a coefficient of the conic is not finite")
     quadratic = matrix[:2, :2]
-    determinant = np.linalg.det(quadratic)
-    if not np.isfinite(matrix).all() or determinant <= 0:
+    if np.linalg.det(quadratic) <= 0:
         raise NoEllipseError("the points lie on a hyperbola or a parabola, not on an ellipse")
     centre = np.linalg.solve(quadratic, -matrix[:2, 2])
     value_at_centre = matrix[2, 2] + matrix[:2, 2] @ centre

@@ -120,7 +120,7 @@ class Estimate:
             "status": self.status,
             "message": self.message,
             "image": {"width": self.width, "height": self.height, "bits": self.bits},
-            "camera": msgspec.to_builtins(self.camera),
+            "camera": msgspec.to_builtins(self.camera) | {"distortion": list(self.camera.distortion)},
             "dock": msgspec.to_builtins(self.dock),
             "settings": msgspec.to_builtins(self.settings),
             "threshold": self._threshold_dict(),

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from pipeline.thresholds.groups import lit_part
-from pipeline.thresholds.histogram import LEVELS, Threshold
+from pipeline.thresholds.histogram import Threshold
 
 CENTROIDS = ("grey", "binary")
 
@@ -46,9 +46,9 @@ def find_markers(
     centroid : "grey" weighs each pixel by how far it stands above the threshold, so that the edge of a group, where
         it was cut, counts for nothing; "binary" is the mass moment of the group, as in the paper.
     """
-    if threshold.level >= LEVELS:
-        return Markers(np.empty((0, 2)), np.empty(0, dtype=int))
     rows, columns = lit_part(levels, threshold.level)
+    if len(rows) == 0:
+        return Markers(np.empty((0, 2)), np.empty(0, dtype=int))
     part = np.ix_(rows, columns)
     binary = cv2.threshold(levels[part], threshold.level - 0.5, 1, cv2.THRESH_BINARY)[1]
     count, labels, stats, _ = cv2.connectedComponentsWithStats(binary, connectivity=8)

@@ -29,6 +29,9 @@ def count_groups(levels: np.ndarray, floor: int, ceiling: int, min_area_px: int)
     """
     counts = np.full(LEVELS, -1)
     part = levels[np.ix_(*lit_part(levels, floor))]
+    if part.size == 0:
+        counts[floor : ceiling + 1] = 0
+        return counts
     present = np.bincount(part.ravel(), minlength=LEVELS) > 0
     previous = 0
     for level in range(ceiling, floor - 1, -1):

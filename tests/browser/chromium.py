@@ -13,7 +13,7 @@ INSTALL_SECONDS = 900
 
 
 def find() -> str | None:
-    """Path of a Chromium: $CHROMIUM, one on the PATH, or the one that playwright installed; None where there is none."""
+    """Path of a Chromium: $CHROMIUM, one on the PATH, or playwright's own; None where there is none."""
     named = os.environ.get("CHROMIUM")
     if named:
         return named

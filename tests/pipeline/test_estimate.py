@@ -1,0 +1,160 @@
+import json
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from pipeline import Camera, Dock, Settings, estimate
+from pipeline.simulate import render
+from tests.scenes import CAMERA, DOCK, random_scene
+
+
+def errors(pose, truth):
+    """Relative error of the range, and the angle between the normals in degrees."""
+    range_error = abs(pose.position_m[2] / truth.position_m[2] - 1)
+    return range_error, math.degrees(math.acos(min(1.0, float(pose.normal @ truth.normal))))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_truth_is_among_the_candidates_of_a_random_scene(seed):
+    image, truth = render(random_scene(seed))
+    found = estimate(image, CAMERA, DOCK)
+    assert found.status == "ok", found.message
+    best = min((errors(pose, truth) for pose in found.candidates), key=lambda pair: pair[1])
+    assert best[0] < 0.01
+    assert best[1] < 2
+
+
+def test_a_distorted_picture_gives_the_same_pose():
+    bent = Camera(700, 700, 319.5, 239.5, 640, 480, (-0.25, 0.08, 0.0005, -0.0005, 0.0))
+    image, truth = render(random_scene(5, camera=bent, position_m=(0.25, -0.15, 0.9)))
+    with_lens = estimate(image, bent, DOCK)
+    range_error, angle = min((errors(pose, truth) for pose in with_lens.candidates), key=lambda pair: pair[1])
+    assert range_error < 0.01
+    assert angle < 2
+    without = estimate(image, CAMERA, DOCK)
+    assert min(errors(pose, truth)[0] for pose in without.candidates) > 2 * range_error
+
+
+@pytest.mark.parametrize("kind", ["grey", "bgr", "bgra", "16 bit", "12 bit"])
+def test_every_kind_of_picture_gives_the_same_pose(kind):
+    image, _ = render(random_scene(2))
+    pictures = {
+        "grey": image,
+        "bgr": np.repeat(image[:, :, None], 3, axis=2),
+        "bgra": np.dstack([image, image, image, np.full_like(image, 255)]),
+        "16 bit": image.astype(np.uint16) << 8,
+        "12 bit": image.astype(np.uint16) << 4,
+    }
+    found = estimate(pictures[kind], CAMERA, DOCK)
+    reference = estimate(image, CAMERA, DOCK)
+    assert found.bits == {"16 bit": 16, "12 bit": 12}.get(kind, 8)
+    assert found.threshold.level == reference.threshold.level
+    np.testing.assert_allclose(found.selected.position_m, reference.selected.position_m, atol=1e-4)
+
+
+def test_a_rescaled_picture_scales_the_camera_and_says_so():
+    image, truth = render(random_scene(4))
+    double = Camera(1400, 1400, 639.5, 479.5, 1280, 960)
+    found = estimate(image, double, DOCK)
+    assert "scaled from 1280 x 960 to 640 x 480" in found.message
+    assert found.camera.fx == 700
+    assert min(errors(pose, truth)[0] for pose in found.candidates) < 0.01
+
+
+def test_a_picture_of_another_shape_is_refused():
+    with pytest.raises(ValueError, match="640 x 400"):
+        estimate(np.zeros((400, 640), np.uint8), CAMERA, DOCK)
+
+
+def dots(count: int) -> np.ndarray:
+    image = np.full((480, 640), 10, np.uint8)
+    for index in range(count):
+        x, y = 100 + 90 * index, 100 + 37 * (index * index % 7)
+        image[y : y + 5, x : x + 5] = 220
+    return image
+
+
+@pytest.mark.parametrize(
+    ("image", "status", "stages", "words"),
+    [
+        (np.zeros((480, 640), np.uint8), "no_lights", ["threshold", "markers"], "No lights"),
+        (np.full((480, 640), 255, np.uint8), "no_lights", ["threshold", "markers"], "No lights"),
+        (dots(1), "too_few_markers", ["threshold", "markers"], "Only 1 group of"),
+        (dots(4), "too_few_markers", ["threshold", "markers"], "Only 4 groups of"),
+        (dots(6), "not_a_ring", ["threshold", "markers", "ring"], "No ellipse runs through six of the 6"),
+    ],
+)
+def test_a_picture_without_a_dock_is_a_result(image, status, stages, words):
+    found = estimate(image, CAMERA, DOCK)
+    assert found.status == status
+    assert words in found.message
+    for stage in ("threshold", "markers", "ring", "ellipse", "choice"):
+        assert (getattr(found, stage) is not None) == (stage in stages)
+    line = found.to_dict()
+    assert line["candidates"] == []
+    assert line["selected"] is None
+    json.dumps(line, allow_nan=False)
+
+
+def test_lights_in_a_row_are_no_dock():
+    image = np.full((480, 640), 10, np.uint8)
+    for x in range(50, 600, 70):
+        image[200:206, x : x + 6] = 230
+    assert estimate(image, CAMERA, DOCK).status == "not_a_ring"
+
+
+def test_the_json_line_has_every_key_of_schema_1():
+    image, _ = render(random_scene(1))
+    line = estimate(image, CAMERA, DOCK).to_dict("scene.png", 3, 0.1, "abc")
+    assert list(line) == [
+        *("schema", "source", "frame", "time_s", "sha256", "status", "message", "image", "camera", "dock", "settings"),
+        *("threshold", "markers", "ellipse", "candidates", "selected", "selected_by", "elapsed_ms"),
+    ]
+    assert (line["schema"], line["source"], line["frame"], line["time_s"], line["sha256"]) == (
+        *(1, "scene.png", 3, 0.1, "abc"),
+    )
+    assert line["image"] == {"width": 640, "height": 480, "bits": 8}
+    assert set(line["markers"][0]) == {"x_px", "y_px", "area_px", "on_ring", "light"}
+    assert sorted(marker["light"] for marker in line["markers"]) == list(range(10))
+    assert set(line["ellipse"]) == {"centre_px", "semi_axes_px", "angle_deg", "eccentricity", "rms_px"}
+    assert set(line["candidates"][0]) == {
+        *("position_m", "normal", "theta_x_deg", "theta_y_deg", "roll_deg", "centre_px", "probability", "rms_px"),
+        *("sigma_position_m", "sigma_theta_deg"),
+    }
+    assert line["threshold"]["groups"] == 10
+    assert line["selected_by"] == "spacing"
+    assert json.loads(json.dumps(line, allow_nan=False)) == line
+
+
+def test_settings_are_kept_in_the_line_and_read_back():
+    settings = Settings(method="fixed", level=90, min_area_px=3, centroid="binary")
+    image, _ = render(random_scene(1))
+    line = estimate(image, CAMERA, DOCK, settings).to_dict()
+    assert msgspec.convert(line["settings"], Settings) == settings
+    assert msgspec.convert(line["camera"], Camera) == CAMERA
+    assert msgspec.convert(line["dock"], Dock) == DOCK
+    assert line["threshold"]["level"] == 90
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"method": "magic"}, "method is 'magic'"),
+        ({"centroid": "median"}, "centroid is 'median'"),
+        ({"min_area_px": 0}, "min_area_px is 0"),
+        ({"level": 256}, "level is 256"),
+        ({"level": -1}, "level is -1"),
+        ({"level": 12.5}, "level is 12.5"),
+    ],
+)
+def test_bad_settings_are_named(change, message):
+    with pytest.raises(ValueError, match=message):
+        Settings(**change)
+
+
+@pytest.mark.parametrize("values", [{"diameter": 0}, {"diameter": math.nan}, {"diameter": 0.3, "lights": 2}])
+def test_bad_docks_are_named(values):
+    with pytest.raises(ValueError, match=r"diameter|lights"):
+        Dock(**values)

@@ -1,3 +1,6 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalSubscript=false
+
 import csv
 import hashlib
 import json

@@ -41,9 +41,13 @@ class _OpenCVLoader(yaml.SafeLoader):
     """Safe YAML that also knows OpenCV's matrices."""
 
 
-_OpenCVLoader.add_constructor(
-    "tag:yaml.org,2002:opencv-matrix", lambda loader, node: loader.construct_mapping(node, deep=True)
-)
+def _opencv_matrix(loader: yaml.SafeLoader, node: yaml.Node) -> dict[Any, Any]:
+    if not isinstance(node, yaml.MappingNode):
+        raise yaml.constructor.ConstructorError(None, None, "a matrix without rows, cols and data", node.start_mark)
+    return loader.construct_mapping(node, deep=True)
+
+
+_OpenCVLoader.add_constructor("tag:yaml.org,2002:opencv-matrix", _opencv_matrix)
 
 
 def load_camera(path: str | Path) -> Camera:

@@ -128,6 +128,11 @@ def test_yaml_that_would_run_code_is_refused(write):
         load_camera(write("camera: !!python/object/apply:os.getcwd []\n"))
 
 
+def test_a_broken_opencv_matrix_is_refused(write):
+    with pytest.raises(FileError, match="without rows, cols and data"):
+        load_camera(write("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix 3\n"))
+
+
 def test_an_unknown_format_is_named(tmp_path):
     with pytest.raises(ValueError, match="'matlab'"):
         save_camera(CAMERA, tmp_path / "c", "matlab")

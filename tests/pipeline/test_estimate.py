@@ -101,6 +101,35 @@ def test_a_picture_without_a_dock_is_a_result(image, status, stages, words):
     json.dumps(line, allow_nan=False)
 
 
+def wild_pictures():
+    """Pictures that show anything but a dock, drawn with fixed seeds."""
+    rng = np.random.default_rng(11)
+    yield rng.integers(0, 256, (48, 64), dtype=np.uint8)
+    yield rng.integers(0, 65536, (48, 64), dtype=np.uint16)
+    yield rng.integers(0, 2, (48, 64), dtype=np.uint8) * np.uint8(255)
+    yield np.tile(np.arange(64, dtype=np.uint8) * 4, (48, 1))
+    yield np.full((1, 1), 200, np.uint8)
+    yield np.eye(48, 64, dtype=np.uint8) * np.uint8(250)
+    for density in (0.001, 0.01, 0.05, 0.2):
+        sparse = (rng.random((480, 640)) < density) * rng.integers(0, 256, (480, 640))
+        yield sparse.astype(np.uint8)
+    for _ in range(20):
+        blobs = np.zeros((480, 640), np.uint8)
+        for x, y, size in zip(*rng.integers(0, 470, (2, 12)), rng.integers(1, 9, 12), strict=True):
+            blobs[y : y + size, x : x + size] = rng.integers(100, 256)
+        yield blobs
+
+
+@pytest.mark.parametrize("index", range(30))
+def test_no_picture_raises_or_gives_nan(index):
+    image = list(wild_pictures())[index]
+    height, width = image.shape
+    found = estimate(image, Camera(700, 700, width / 2, height / 2, width, height), DOCK)
+    line = json.dumps(found.to_dict(), allow_nan=False)
+    assert found.message
+    assert "nan" not in line.lower()
+
+
 def test_lights_in_a_row_are_no_dock():
     image = np.full((480, 640), 10, np.uint8)
     for x in range(50, 600, 70):

@@ -1,0 +1,59 @@
+"""The panels of the page, one a file.
+
+A panel builds its controls where it is made. ``load(view)`` sets them to the values of a view, ``show(reading)`` shows
+a result. What a person does in it goes out as a function from the present view to the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import viser
+
+from app.reading import Reading
+from app.state import Limits, View
+
+
+class Change(Protocol):
+    """Applies a function to the present view, for the browser that asked for it."""
+
+    def __call__(self, function: Callable[[View], View], client: viser.ClientHandle, *, reload: bool = False) -> None:
+        """``reload``: the controls must follow, since they were not what changed the view."""
+        ...
+
+
+class Panel(Protocol):
+    """What the server asks of every panel."""
+
+    def load(self, view: View) -> None:
+        """Set the controls to the values of a view."""
+        ...
+
+    def show(self, reading: Reading) -> None:
+        """Show what was found; called from the worker's thread."""
+        ...
+
+
+def on_change(handle: Any, change: Change, function: Callable[[View], View], *, reload: bool = False) -> None:
+    """Apply ``function`` to the view whenever a person changes this control.
+
+    The function must read the control's value itself. It runs with the view locked, and viser calls back out of
+    order, so that only the value at that moment is surely the newest.
+    """
+
+    @handle.on_update
+    def _(event: viser.GuiEvent[Any]) -> None:
+        if event.client is not None:  # None: the program itself set the value
+            change(function, event.client, reload=reload)
+
+
+def add_slider(gui: viser.GuiApi, label: str, hint: str) -> viser.GuiSliderHandle[float]:
+    """Add a slider whose range is still to be set by :func:`set_slider`."""
+    return gui.add_slider(label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=hint)
+
+
+def set_slider(slider: viser.GuiSliderHandle[float], limits: Limits, value: float) -> None:
+    """Set range and value of a slider; its box shows one decimal."""
+    slider.min, slider.max, slider.step, slider.precision = limits.low, limits.high, limits.step, 1
+    slider.value = round(value, 4)

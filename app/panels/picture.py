@@ -1,0 +1,48 @@
+"""The picture, annotated and as it came."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import viser
+
+from app.annotate import to_bgr8
+from app.reading import Reading
+from app.state import View
+
+_JPEG_QUALITY = 90
+_TALLEST = 3 / 4  # height to width: a taller picture would push the table below it off a small screen
+
+
+def widen(picture: np.ndarray) -> np.ndarray:
+    """Put grey beside a tall picture (H, W, 3), so that it is at most 3/4 as tall as wide."""
+    height, width = picture.shape[:2]
+    missing = math.ceil(height / _TALLEST) - width
+    if missing <= 0:
+        return picture
+    left = missing // 2
+    return np.pad(picture, ((0, 0), (left, missing - left), (0, 0)), constant_values=128)
+
+
+class PicturePanel:
+    """Two tabs: the annotated picture and the original one."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        tabs = gui.add_tab_group()
+        black = np.zeros((3, 4, 3), dtype=np.uint8)
+        with tabs.add_tab("Annotated", viser.Icon.SCAN_EYE):
+            self._annotated = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
+        with tabs.add_tab("Original", viser.Icon.PHOTO):
+            self._original = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
+        self._pictured: np.ndarray | None = None
+
+    def load(self, view: View) -> None:
+        """There are no controls here."""
+
+    def show(self, reading: Reading) -> None:
+        """Show both pictures; the original is sent only where it is another one."""
+        self._annotated.image = widen(reading.annotated[:, :, ::-1])
+        if self._pictured is not reading.view.image:
+            self._original.image = widen(to_bgr8(reading.view.image)[:, :, ::-1])
+            self._pictured = reading.view.image

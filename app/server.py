@@ -1,0 +1,225 @@
+"""The page in the browser: a viser server, its panels and its scene, and the worker behind them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import socket
+import sys
+import threading
+from collections.abc import Callable
+from typing import Literal
+
+import viser
+from viser import _messages as messages
+
+from app.panels import Panel
+from app.panels.camera import CameraPanel
+from app.panels.detect import DetectPanel
+from app.panels.picture import PicturePanel
+from app.panels.result import ResultPanel, StatusPanel
+from app.panels.source import SourcePanel
+from app.panels.viewpoint import ViewpointPanel
+from app.reading import Reading, read_view
+from app.state import View, open_source
+from app.uploads import refuse_shared_uploads
+from app.view3d import View3D
+from app.worker import LatestWorker
+from pipeline import Camera, Dock
+
+LOOPBACK = "127.0.0.1"
+PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
+_NOTICE_S = 12.0
+
+
+class PortBusyError(OSError):
+    """The port cannot be had; the text names it and says why."""
+
+
+def serve(
+    source: str | None,
+    camera: Camera | None,
+    dock: Dock | None,
+    host: str = LOOPBACK,
+    port: int = 8080,
+    report: Callable[[str], None] | None = None,
+) -> None:
+    """Serve the page until it is interrupted.
+
+    Parameters
+    ----------
+    source : path of the picture to start with; None for a sample scene.
+    camera, dock : None takes what the YAML beside the picture says.
+    host, port : to listen on; port 0 takes any free one.
+    report : is told the page's address; the default writes to standard error.
+
+    Raises
+    ------
+    ValueError
+        if the picture cannot be read or does not belong to the camera.
+    PortBusyError
+        if the port cannot be had. Another one is never taken in its place.
+    """
+    tell = report or _tell
+    app = App.build(source, camera, dock, host=host, port=port)
+    try:
+        tell(f"dockpose is at {app.address} (Ctrl+C stops it)")
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        tell("dockpose: stopped")
+    finally:
+        app.stop()
+
+
+class App:
+    """The running page. Make it with :meth:`build`, end it with :meth:`stop`."""
+
+    def __init__(self, server: viser.ViserServer, view: View) -> None:
+        self._server = server
+        self._view = view
+        self._lock = threading.RLock()
+        self._scene = View3D(server)
+        self._source, self._panels = self._build_panels()
+        for panel in self._panels:
+            panel.load(view)
+        self._worker = LatestWorker(self._work, self._on_error)
+        self._worker.submit(view)
+        server.on_client_connect(self._source.add_upload)
+
+    @classmethod
+    def build(
+        cls,
+        source: str | None = None,
+        camera: Camera | None = None,
+        dock: Dock | None = None,
+        host: str = LOOPBACK,
+        port: int = 0,
+    ) -> App:
+        """Open the source and start serving; see :func:`serve` for the arguments and errors."""
+        view = open_source(source, camera, dock)
+        check_port_is_free(host, port)
+        with _silence():
+            server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
+        if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
+            with _silence():
+                server.stop()
+            raise PortBusyError(_busy(host, port, "another program took it just now"))
+        server._websock_server.unregister_handler(messages.ShareUrlRequest)  # it would open the page to the internet
+        refuse_shared_uploads(server)
+        server.gui.configure_theme(show_logo=False, show_share_button=False)
+        return cls(server, view)
+
+    @property
+    def port(self) -> int:
+        """The port it listens on."""
+        return self._server.get_port()
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        host = self._server.get_host()
+        shown = f"[{host}]" if ":" in host else "127.0.0.1" if host == "0.0.0.0" else host
+        return f"http://{shown}:{self.port}"
+
+    @property
+    def view(self) -> View:
+        """What the page shows and works from at this moment."""
+        with self._lock:
+            return self._view
+
+    def wait_until_idle(self, timeout_s: float) -> bool:
+        """Wait until the newest view was worked on; False if that takes longer."""
+        return self._worker.wait_until_idle(timeout_s)
+
+    def stop(self) -> None:
+        """End the worker and the server."""
+        self._worker.close()
+        with _silence():
+            self._server.stop()
+
+    def change(
+        self, function: Callable[[View], View], client: viser.ClientHandle | None = None, *, reload: bool = False
+    ) -> None:
+        """Apply a function to the view and have the result worked on; where it refuses, say so and keep the view."""
+        with self._lock:
+            before = after = self._view
+            try:
+                after = self._view = function(before)
+            except ValueError as error:
+                self._notify("That did not work", str(error), "red", client)
+                reload = True
+            except Exception as error:  # viser would only write it to the terminal, where nobody looks
+                self._on_error(error)
+                reload = True
+            if reload:
+                for panel in self._panels:
+                    panel.load(after)
+            if after is not before:
+                self._worker.submit(after)
+        if after.note and after.note != before.note:
+            self._notify("Please check the camera", after.note, "yellow", client)
+
+    def _build_panels(self) -> tuple[SourcePanel, list[Panel]]:
+        gui = self._server.gui
+        source = SourcePanel(gui, self.change)
+        panels: list[Panel] = [
+            source,
+            CameraPanel(gui, self.change),
+            DetectPanel(gui, self.change),
+            ViewpointPanel(gui, self._scene),
+        ]
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(CONTROLS_WIDTH_PX)
+        left = gui.add_panel()
+        with left.add_tab("Picture and pose", viser.Icon.TARGET):
+            panels += [StatusPanel(gui), PicturePanel(gui), ResultPanel(gui)]
+        left.dock_left()
+        left.set_width(PICTURE_WIDTH_PX)
+        return source, panels
+
+    def _work(self, view: View) -> None:
+        reading: Reading = read_view(view)
+        for panel in self._panels:
+            panel.show(reading)
+        self._scene.show(reading)
+
+    def _on_error(self, error: Exception) -> None:
+        _tell(f"dockpose: {type(error).__name__}: {error}")
+        self._notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
+
+    def _notify(
+        self, title: str, sentence: str, colour: Literal["red", "yellow"], client: viser.ClientHandle | None
+    ) -> None:
+        """Show a notification in one browser, or in all."""
+        for one in [client] if client is not None else self._server.get_clients().values():
+            one.add_notification(title, sentence, color=colour, auto_close_seconds=_NOTICE_S)
+
+
+def check_port_is_free(host: str, port: int) -> None:
+    """Raise PortBusyError unless the port can be listened on: viser would silently take the next one."""
+    try:
+        places = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+    except OSError as error:
+        raise PortBusyError(f"the host {host!r} is not known ({error.strerror or error})") from error
+    for family, kind, protocol, _, place in places:
+        with socket.socket(family, kind, protocol) as attempt:
+            if os.name == "posix":  # a port that was just given up counts as free
+                attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                attempt.bind(place)
+            except OSError as error:
+                raise PortBusyError(_busy(host, port, error.strerror or str(error))) from error
+
+
+def _busy(host: str, port: int, reason: str) -> str:
+    return f"port {port} on {host} cannot be used ({reason}); choose another one with --port"
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _silence() -> contextlib.redirect_stdout[io.StringIO]:
+    """Keep viser's banner off standard output."""
+    return contextlib.redirect_stdout(io.StringIO())

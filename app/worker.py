@@ -1,0 +1,68 @@
+"""A thread that always works on the newest job and forgets the ones it had no time for."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+Job = TypeVar("Job")
+
+
+class LatestWorker(Generic[Job]):
+    """Works on one job at a time; of the jobs that wait, only the newest is kept.
+
+    A slider that is dragged asks for seventy results, of which only the last matters.
+
+    Parameters
+    ----------
+    work : called with each job, in the worker's own thread.
+    on_error : called there with whatever ``work`` raised; the worker goes on.
+    """
+
+    def __init__(self, work: Callable[[Job], None], on_error: Callable[[Exception], None]) -> None:
+        self._work = work
+        self._on_error = on_error
+        self._changed = threading.Condition()
+        self._waiting: list[Job] = []
+        self._is_busy = False
+        self._is_closed = False
+        self._thread = threading.Thread(target=self._run, name="dockpose worker", daemon=True)
+        self._thread.start()
+
+    def submit(self, job: Job) -> None:
+        """Work on this job next, in place of any that waits."""
+        with self._changed:
+            self._waiting = [job]
+            self._changed.notify_all()
+
+    def wait_until_idle(self, timeout_s: float) -> bool:
+        """Wait until no job runs or waits; False if that takes longer."""
+        with self._changed:
+            return self._changed.wait_for(lambda: not self._waiting and not self._is_busy, timeout_s)
+
+    def close(self, timeout_s: float = 5.0) -> None:
+        """Finish the running job, drop the waiting one and end the thread."""
+        with self._changed:
+            self._is_closed = True
+            self._waiting = []
+            self._changed.notify_all()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout_s)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting or self._is_closed)
+                if self._is_closed:
+                    return
+                job = self._waiting.pop()
+                self._is_busy = True
+            try:
+                self._work(job)
+            except Exception as error:  # whatever one picture brings, the next must still be worked on
+                self._on_error(error)
+            finally:
+                with self._changed:
+                    self._is_busy = False
+                    self._changed.notify_all()

@@ -1,0 +1,131 @@
+import os
+import re
+import time
+from typing import NoReturn
+
+import pytest
+
+from app.server import App
+from app.state import open_source
+from tests.browser.chromium import find
+
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+EXPECTED_CONSOLE = ("Software WebGL",)  # a machine without a graphics card says so
+THROTTLE_S = 0.1  # inputs changed within 50 ms of each other share one message, and the first would be lost
+
+
+def no_browser(reason) -> NoReturn:
+    """On a developer's machine a missing browser skips these tests; in continuous integration it fails them."""
+    if os.environ.get("CI"):
+        pytest.fail(f"no Chromium: {reason}")
+    pytest.skip(f"no Chromium: {reason}")
+
+
+@pytest.fixture(scope="session")
+def browser():
+    try:
+        from playwright.sync_api import Error, sync_playwright
+    except ImportError:
+        no_browser("playwright is not installed")
+    path = find()
+    if path is None:
+        no_browser("none in CHROMIUM, on the PATH or with playwright")
+    with sync_playwright() as playwright:
+        try:
+            chromium = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        except Error as error:
+            no_browser(f"{path} does not start ({str(error).splitlines()[0]})")
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def app():
+    running = App.build(port=0)
+    yield running
+    running.stop()
+
+
+@pytest.fixture(scope="module")
+def opened(browser, app):
+    """One page for all tests of a module: opening one takes seconds without a graphics card."""
+    context = browser.new_context(viewport={"width": 1366, "height": 768})
+    page = Page(context.new_page(), app)
+    page.open()
+    yield page
+    context.close()
+
+
+@pytest.fixture
+def page(opened):
+    """The page on its first sample scene; the test fails if the console shows an error meanwhile."""
+    first = open_source(None, None, None)
+    opened.app.change(lambda _: first, reload=True)
+    opened.page.get_by_role("tab", name="Annotated").click()
+    opened.until(lambda: opened.app.wait_until_idle(0.1) and "Dock found in plain" in opened.status)
+    opened.until(lambda: opened.box("Threshold by").input_value() == "HATS (adaptive)")
+    yield opened
+    errors = [text for text in opened.errors if not any(known in text for known in EXPECTED_CONSOLE)]
+    opened.errors.clear()
+    assert errors == []
+
+
+class Page:
+    """The page as a person reads and works it."""
+
+    def __init__(self, page, app):
+        self.page, self.app = page, app
+        self.errors = []
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
+
+    def open(self):
+        self.page.goto(self.app.address)
+        self.page.get_by_role("button", name="Upload a picture").wait_for(timeout=30_000)
+        self.page.locator("#candidates tbody tr").first.wait_for()
+
+    def row(self, label):
+        name = self.page.locator("label", has_text=re.compile(rf"^{re.escape(label)}$"))
+        return name.locator("xpath=ancestor::div[contains(@class,'mantine-Flex-root')][1]")
+
+    def box(self, label):
+        return self.row(label).locator("input:not([type=hidden])")
+
+    def slider(self, label):
+        return self.row(label).get_by_role("slider")
+
+    def choose(self, label, option):
+        self.box(label).click()
+        self.page.get_by_role("option", name=option, exact=True).click()
+        time.sleep(THROTTLE_S)
+
+    def upload(self, name, data):
+        with self.page.expect_file_chooser() as chooser:
+            self.page.get_by_role("button", name="Upload a picture").click()
+        chooser.value.set_files({"name": name, "mimeType": "image/png", "buffer": data})
+
+    @property
+    def status(self):
+        return self.page.locator("[role=status]").inner_text()
+
+    @property
+    def z_cm(self):
+        """Z of the chosen candidate, as the table says; None where there is none."""
+        cells = self.page.locator("#candidates tbody tr").first.locator("td").all_inner_texts()
+        return float(cells[3]) if len(cells) > 3 else None
+
+    def row_names(self):
+        return [text.strip() for text in self.page.locator("#candidates tbody tr td:first-child").all_inner_texts()]
+
+    def until(self, check, timeout_s=10.0):
+        """Wait for something on the page or in the app to become so."""
+        end = time.monotonic() + timeout_s
+        while not check():
+            assert time.monotonic() < end, f"not in time; the page says: {self.status!r}, z = {self.z_cm} cm"
+            self.page.wait_for_timeout(30)

@@ -1,0 +1,145 @@
+import pytest
+
+from app import uploads
+from app.resources import sample_path
+from app.samples import load_sample
+
+pytestmark = pytest.mark.browser
+
+
+def true_z_cm(name):
+    truth = load_sample(name).truth
+    assert truth is not None
+    return 100 * truth["position_m"][2]
+
+
+def test_opens_with_a_result(page):
+    assert "Dock found in plain" in page.status
+    assert page.row_names() == ["● A, chosen", "○ B", "Truth"]
+    assert page.z_cm == pytest.approx(true_z_cm("plain"), abs=0.3)
+
+
+def test_fits_a_small_laptop(page):
+    for words in ("Overview", "Threshold (orange line)", "root mean square"):
+        place = page.page.get_by_text(words).last.bounding_box()
+        assert place is not None
+        assert place["x"] >= 0
+        assert place["x"] + place["width"] <= 1366
+        assert place["y"] + place["height"] <= 768
+
+
+def test_original_picture_has_its_own_tab(page):
+    pictures = page.page.locator("img[src^=blob]")
+    page.until(lambda: pictures.first.is_visible())
+    annotated = pictures.first.get_attribute("src")
+    page.page.get_by_role("tab", name="Original").click()
+    page.until(lambda: any(one.is_visible() and one.get_attribute("src") != annotated for one in pictures.all()))
+
+
+def test_typed_diameter_changes_z(page):
+    page.box("Diameter (cm)").fill("60")
+    page.until(lambda: page.z_cm == pytest.approx(2 * true_z_cm("plain"), abs=0.5))
+    assert page.app.view.dock.diameter == pytest.approx(0.60)
+
+
+def test_arrow_key_changes_z_by_one_step(page):
+    page.slider("Diameter (cm)").focus()
+    for _ in range(5):
+        page.page.keyboard.press("ArrowRight")
+        page.page.wait_for_timeout(100)
+    page.until(lambda: page.app.view.dock.diameter == pytest.approx(0.305))
+    page.until(lambda: page.z_cm == pytest.approx(true_z_cm("plain") * 30.5 / 30, abs=0.3))
+
+
+def test_dragged_diameter_ends_on_the_newest_value(page):
+    thumb = page.slider("Diameter (cm)").bounding_box()
+    x, y = thumb["x"] + thumb["width"] / 2, thumb["y"] + thumb["height"] / 2
+    page.page.mouse.move(x, y)
+    page.page.mouse.down()
+    for step in range(1, 41):
+        page.page.mouse.move(x + 2 * step, y)
+    page.page.mouse.up()
+    box = page.box("Diameter (cm)")
+    page.until(lambda: page.app.view.dock.diameter == pytest.approx(float(box.input_value()) / 100))
+    diameter_cm = float(box.input_value())
+    assert diameter_cm > 100
+    expected = true_z_cm("plain") * diameter_cm / 30
+    page.until(lambda: page.z_cm == pytest.approx(expected, rel=0.003))
+
+
+def test_back_to_the_given_values(page):
+    page.box("fx (px)").fill("900")
+    page.until(lambda: page.app.view.camera.fx == 900)
+    page.page.get_by_role("button", name="Back to the given values").click()
+    page.until(lambda: page.box("fx (px)").input_value() == "700")
+    page.until(lambda: page.z_cm == pytest.approx(true_z_cm("plain"), abs=0.3))
+
+
+def test_another_sample(page):
+    page.box("fx (px)").fill("900")
+    page.until(lambda: page.app.view.camera.fx == 900)
+    page.choose("Sample scene", "tilted")
+    page.until(lambda: "Dock found in tilted" in page.status)
+    page.until(lambda: page.z_cm == pytest.approx(true_z_cm("tilted"), abs=0.3))
+    assert page.box("fx (px)").input_value() == "700"
+
+
+def test_upload_keeps_the_camera_that_fits(page):
+    page.upload("tank 7.png", sample_path("tilted").read_bytes())
+    page.until(lambda: "Dock found in tank 7.png" in page.status)
+    page.until(lambda: page.z_cm == pytest.approx(true_z_cm("tilted"), abs=0.3))
+    assert page.row_names() == ["● A, chosen", "○ B"]
+    assert page.box("Sample scene").input_value() == "(own picture)"
+    page.choose("Sample scene", "plain")
+    page.until(lambda: "Dock found in plain" in page.status)
+
+
+def test_uploaded_junk_is_named_and_changes_nothing(page):
+    before = page.z_cm
+    page.upload("notes.png", b"these are no pixels")
+    page.page.get_by_text("notes.png: is not a picture that can be read").wait_for()
+    assert "Dock found in plain" in page.status
+    assert page.z_cm == before
+    assert page.app.view.source == "plain"
+
+
+def test_upload_above_the_cap_is_refused_before_it_is_taken(page, monkeypatch):
+    monkeypatch.setattr(uploads, "MAX_UPLOAD_BYTES", 1000)
+    page.upload("huge.png", sample_path("tilted").read_bytes())
+    page.page.get_by_text("huge.png: the file has").wait_for()
+    assert page.app.view.source == "plain"
+
+
+def test_name_of_an_upload_is_text_not_markup(page):
+    name = "<img id=injected src=x onerror=alert(1)>.png"
+    page.upload(name, sample_path("plain").read_bytes())
+    page.until(lambda: name in page.status)
+    assert page.page.locator("#injected").count() == 0
+
+
+def test_fixed_level_starts_where_hats_left_it_and_can_be_moved(page):
+    found = int(page.box("Level (0-255)").input_value())
+    assert f"level {found}, which keeps 10 groups" in page.page.locator("body").inner_text()
+    page.choose("Threshold by", "Fixed level")
+    page.until(lambda: page.app.view.settings.method == "fixed")
+    assert page.app.view.settings.level == found
+    page.box("Level (0-255)").fill("255")
+    page.until(lambda: "No pose" in page.status)
+    page.box("Level (0-255)").fill("100")
+    page.until(lambda: "Dock found" in page.status)
+    assert page.page.get_by_text("level 100, which keeps 10 groups").is_visible()
+
+
+def test_level_follows_hats_whatever_is_typed(page):
+    found = page.box("Level (0-255)").input_value()
+    page.box("Level (0-255)").fill("7")
+    page.until(lambda: page.box("Level (0-255)").input_value() == found)
+    assert "Dock found" in page.status
+
+
+def test_viewpoint_buttons_move_the_camera(page):
+    (client,) = page.app._server.get_clients().values()
+    page.page.get_by_text("Camera", exact=True).click()
+    page.until(lambda: abs(client.camera.position).max() < 0.01)
+    page.page.get_by_text("Above", exact=True).click()
+    page.until(lambda: client.camera.position[1] < -0.5)

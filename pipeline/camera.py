@@ -9,30 +9,11 @@ import cv2
 import msgspec
 import numpy as np
 
+from pipeline.checks import as_points, check_number, check_whole
+from pipeline.port import FlatPort
+
 DISTORTION_LENGTHS = (0, 4, 5, 8)
 _UNDISTORT_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-14)
-
-
-def check_number(name: str, value: Any, *, above: float = -math.inf) -> None:
-    """Raise a ValueError that names the argument unless ``value`` is a finite number larger than ``above``."""
-    is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not is_number or not math.isfinite(value) or not value > above:
-        wanted = "a finite number" if above == -math.inf else f"a finite number above {above:g}"
-        raise ValueError(f"{name} is {value!r}; it must be {wanted}")
-
-
-def check_whole(name: str, value: Any, *, least: int) -> None:
-    """Raise a ValueError that names the argument unless ``value`` is a whole number of at least ``least``."""
-    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
-        raise ValueError(f"{name} is {value!r}; it must be a whole number of at least {least}")
-
-
-def as_points(name: str, points: Any, columns: int) -> np.ndarray:
-    """Return ``points`` as a float array of shape (N, columns), or raise a ValueError that names it."""
-    array = np.asarray(points, dtype=float)
-    if array.ndim != 2 or array.shape[1] != columns:
-        raise ValueError(f"{name} has shape {array.shape}; it must be (N, {columns})")
-    return array
 
 
 class Camera(
@@ -57,6 +38,8 @@ class Camera(
     width, height : size in pixels of the pictures these intrinsics are for.
     distortion : none, 4 or 5 (plumb_bob: k1 k2 p1 p2 k3) or 8 (rational: ... k4 k5 k6) coefficients,
         in OpenCV's order.
+    port : the flat window in front of a camera whose intrinsics were measured in air; None for a camera that was
+        calibrated in the water, or that looks through a dome with its centre at the dome's.
 
     Raises
     ------
@@ -72,6 +55,7 @@ class Camera(
     width: int
     height: int
     distortion: tuple[float, ...] = ()
+    port: FlatPort | None = None
 
     def __post_init__(self) -> None:
         check_number("fx", self.fx, above=0)
@@ -116,19 +100,33 @@ class Camera(
         points = as_points("points_px", points_px, 2)
         if not any(self.distortion):
             return points.copy()
-        return self.project(self.pinhole_rays(points))
+        return self._through_lens(self.pinhole_rays(points))
 
     def rays(self, points_px: Any) -> np.ndarray:
-        """Unit vectors (N, 3) in the camera frame that picture points (N, 2) look along."""
+        """Unit vectors (N, 3), in the water, that picture points (N, 2) look along; see :meth:`ray_starts`."""
         directions = self.pinhole_rays(self.undistort(points_px))
+        if self.port is not None:
+            return self.port.into_water(directions)[1]
         return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+    def ray_starts(self, points_px: Any) -> np.ndarray:
+        """Points (N, 3) in metres that the rays of picture points (N, 2) start from: 0 unless there is a port."""
+        points = as_points("points_px", points_px, 2)
+        if self.port is None:
+            return np.zeros((len(points), 3))
+        return self.port.into_water(self.pinhole_rays(self.undistort(points)))[0]
 
     def project(self, points_m: Any) -> np.ndarray:
         """Picture points (N, 2) in pixels of points (N, 3) in the camera frame, in metres.
 
-        Points at or behind the camera (z <= 0) have no image and give NaN.
+        Points at or behind the camera (z <= 0), or inside its port, have no image and give NaN.
         """
         points = as_points("points_m", points_m, 3)
+        return self._through_lens(points if self.port is None else self.port.into_air(points))
+
+    def _through_lens(self, directions: np.ndarray) -> np.ndarray:
+        """Picture points (N, 2) of directions (N, 3) in front of the lens; NaN for those behind it."""
+        points = directions
         in_front = points[:, 2] > 0
         image = np.full((len(points), 2), np.nan)
         if in_front.any():
@@ -161,6 +159,7 @@ class Camera(
             width=width,
             height=height,
             distortion=self.distortion,
+            port=self.port,
         )
 
     def pinhole_rays(self, undistorted_px: np.ndarray) -> np.ndarray:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.camera import Camera, check_number
+from pipeline.camera import Camera
+from pipeline.checks import check_number
 from pipeline.ellipse import Ellipse
 
 

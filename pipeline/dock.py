@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from pipeline.camera import check_number, check_whole
+from pipeline.checks import check_number, check_whole
 
 
 class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"diameter": "diameter_m"}):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.camera import as_points
+from pipeline.checks import as_points
 
 MIN_POINTS = 5
 

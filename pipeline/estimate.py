@@ -10,7 +10,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from pipeline.camera import Camera, check_whole
+from pipeline.camera import Camera
+from pipeline.checks import check_whole
 from pipeline.circle_pose import CirclePose, circle_poses
 from pipeline.dock import Dock
 from pipeline.duality import Choice, choose_by_spacing

@@ -9,7 +9,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from pipeline.camera import Camera, check_number, check_whole
+from pipeline.camera import Camera
+from pipeline.checks import check_number, check_whole
 from pipeline.circle_pose import rotation_from_angles
 from pipeline.dock import Dock
 

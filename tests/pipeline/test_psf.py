@@ -104,7 +104,9 @@ def test_a_measured_transfer_function_is_used_and_scales_with_distance(tmp_path)
     path = tmp_path / "mtf.csv"
     frequencies = np.geomspace(0.01, 1e5, 50)
     transfer = 0.4 + 0.4 / (1 + frequencies / 20)
-    path.write_text("# measured\ncycles_per_rad,mtf\n" + "\n".join(f"{f},{h}" for f, h in zip(frequencies, transfer, strict=True)))
+    path.write_text(
+        "# measured\ncycles_per_rad,mtf\n" + "\n".join(f"{f},{h}" for f, h in zip(frequencies, transfer, strict=True))
+    )
     psf = Psf(model="mtf", mtf_csv=str(path), mtf_distance_m=2.0)
     water = Water(0.1, 0.3)
     at_two = point_spread(psf, water, 2.0)

@@ -9,11 +9,13 @@ import msgspec
 
 from pipeline.camera_files import FileError, read_yaml, to_yaml
 from pipeline.simulate.render import render
-from pipeline.simulate.scene import Scene, truth_dict
+from pipeline.simulate.scene import Scene
+from pipeline.simulate.truth import truth_dict
+from pipeline.simulate.water import preset
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Read a scene file; the truth that may be in it is left aside.
+    """Read a scene file; ``water`` may be the name of a preset, the truth that may be in it is left aside.
 
     Raises
     ------
@@ -23,6 +25,8 @@ def load_scene(path: str | Path) -> Scene:
     content = read_yaml(path)
     content.pop("truth", None)
     try:
+        if isinstance(content.get("water"), str):
+            content["water"] = msgspec.to_builtins(preset(content["water"]))
         return msgspec.convert(content, Scene)
     except (msgspec.ValidationError, ValueError) as error:
         raise FileError(f"{path}: {error}") from error

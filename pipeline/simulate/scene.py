@@ -1,121 +1,276 @@
-"""What a simulated picture shows, and the truth that belongs to it."""
+"""Everything that a simulated picture shows, every number in one place."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
 
 import msgspec
-import numpy as np
 
 from pipeline.camera import Camera
 from pipeline.checks import check_number, check_whole
-from pipeline.circle_pose import rotation_from_angles
 from pipeline.dock import Dock
+from pipeline.simulate.psf import Psf
+from pipeline.simulate.water import PRESETS, Water
+
+# How strongly the blue, green and red bands see a lamp of that colour.
+COLOURS = {
+    "white": (1.0, 1.0, 1.0),
+    "red": (0.02, 0.08, 1.0),
+    "green": (0.10, 1.0, 0.10),
+    "blue": (1.0, 0.15, 0.02),
+}
+SENSOR_COLOURS = ("grey", "bgr", "bayer")
+BITS = (8, 10, 12, 16)
+LARGEST_LEVEL = 1e6
 
 
-class Scene(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """One picture to simulate: camera, dock, its pose, the lights, the water's glow and the sensor.
+class _Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A part of a scene: checks that its numbers are finite, and named ones not negative."""
 
-    Parameters
-    ----------
-    camera, dock : the dock needs a known number of lights.
-    position_m : (x, y, z) of the dock's centre in the camera frame, z above 0.
-    theta_x_deg, theta_y_deg, roll_deg : attitude of the dock; roll turns the ring in its own plane.
-    light_radius_m : of one lamp.
-    light_level : grey levels that a lamp's centre would show 1 m away in clear water, unclipped.
-    attenuation_per_m : of the direct light, Beer-Lambert.
-    scattered_per_m : of the light that scattering turns into glow, at most the attenuation.
-    glow_width_deg : angle within which half of the glow arrives.
-    blur_px : standard deviation of the lens blur.
-    background_level : grey level of the water.
-    noise_levels : standard deviation of the sensor noise, in grey levels.
-    seed : of the noise; the same scene with the same seed gives the same picture.
-    """
+    def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            value = getattr(self, name)
+            if isinstance(value, float):
+                check_number(name, value)
+                if name not in _SIGNED and value < 0:
+                    raise ValueError(f"{name} is {value!r}; it must be at least 0")
 
-    camera: Camera
-    dock: Dock
+
+# Numbers that may be negative.
+_SIGNED = frozenset(
+    {"theta_x_deg", "theta_y_deg", "roll_deg", "x_px", "y_px", "gradient_x", "gradient_y", "angle_deg"}
+    | {"motion_angle_deg"}
+)
+
+
+class Pose(_Part, frozen=True, kw_only=True):
+    """Where the dock is in the camera frame, in metres, and how it is turned; roll turns the ring in its own plane."""
+
     position_m: tuple[float, float, float]
     theta_x_deg: float = 0.0
     theta_y_deg: float = 0.0
     roll_deg: float = 0.0
-    light_radius_m: float = 0.004
-    light_level: float = 400.0
-    attenuation_per_m: float = 0.4
-    scattered_per_m: float = 0.2
-    glow_width_deg: float = 1.5
-    blur_px: float = 0.8
-    background_level: float = 12.0
-    noise_levels: float = 1.5
-    seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("theta_x_deg", "theta_y_deg", "roll_deg"):
-            check_number(name, getattr(self, name))
+        super().__post_init__()
         for axis, value in zip("xyz", self.position_m, strict=True):
             check_number(f"position_m {axis}", value)
         check_number("position_m z", self.position_m[2], above=0)
-        for name in ("light_radius_m", "light_level", "glow_width_deg", "blur_px"):
+
+
+class Lights(_Part, frozen=True, kw_only=True):
+    """The dock's lights.
+
+    Parameters
+    ----------
+    level : grey levels (of 255) that the middle of a light's picture would show 1 m ahead in clear water, unclipped,
+        with the lens blur of the sensor.
+    radius_m : of one lamp.
+    beam_exponent : intensity falls with this power of the cosine of the angle off the dock's normal; 1 is a Lambertian
+        surface, 0 shines alike to all sides in front of the dock.
+    brightness, size : of each light, as a share of ``level`` and ``radius_m``; empty where all are alike.
+    colours : of each light, names in ``COLOURS``; empty where all are white.
+    angles_deg : of each light around the ring; empty where they are evenly spaced.
+    missing : numbers of lights that are dead, counted from 0.
+    flicker : probability that a light is off in a picture.
+    """
+
+    level: float = 400.0
+    radius_m: float = 0.004
+    beam_exponent: float = 1.0
+    brightness: tuple[float, ...] = ()
+    size: tuple[float, ...] = ()
+    colours: tuple[str, ...] = ()
+    angles_deg: tuple[float, ...] = ()
+    missing: tuple[int, ...] = ()
+    flicker: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_number("radius_m", self.radius_m, above=0)
+        if self.flicker > 1:
+            raise ValueError(f"flicker is {self.flicker!r}; it is a probability, 0 to 1")
+        for name in ("brightness", "size", "angles_deg"):
+            for index, value in enumerate(getattr(self, name)):
+                check_number(f"{name}[{index}]", value)
+                if name != "angles_deg" and value < 0:
+                    raise ValueError(f"{name}[{index}] is {value!r}; it must be at least 0")
+        for index, colour in enumerate(self.colours):
+            if colour not in COLOURS:
+                raise ValueError(f"colours[{index}] is {colour!r}; it must be one of {', '.join(COLOURS)}")
+
+
+class Glare(_Part, frozen=True, kw_only=True):
+    """A bright patch of the background: a Gaussian of this size around a point of the picture."""
+
+    x_px: float
+    y_px: float
+    size_px: float
+    level: float
+
+
+class Background(_Part, frozen=True, kw_only=True):
+    """What is seen without lights: a level in the picture's middle, its change across the width and the height.
+
+    ``backscatter_level`` is the veil of the vehicle's own lamp, brightest in the middle, in very deep water;
+    ``glares`` are bright patches.
+    """
+
+    level: float = 12.0
+    gradient_x: float = 0.0
+    gradient_y: float = 0.0
+    backscatter_level: float = 0.0
+    glares: tuple[Glare, ...] = ()
+
+
+class Panel(_Part, frozen=True, kw_only=True):
+    """A square plate behind the lights, in the dock's plane, that hides the background."""
+
+    size_m: float
+    level: float = 5.0
+
+
+class Snow(_Part, frozen=True, kw_only=True):
+    """Marine snow: particles of about ``size_px`` that shine up to ``level``."""
+
+    count: int
+    level: float = 60.0
+    size_px: float = 1.2
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_whole("snow count", self.count, least=0)
+
+
+class Mirror(_Part, frozen=True, kw_only=True):
+    """The water's surface, this far above the camera, and how much its ripples tilt it."""
+
+    height_m: float
+    ripple_deg: float = 0.5
+
+
+class Lamp(_Part, frozen=True, kw_only=True):
+    """Another lamp, that shines alike to all sides; ``level`` and ``radius_m`` as for the dock's lights."""
+
+    position_m: tuple[float, float, float]
+    level: float = 400.0
+    radius_m: float = 0.004
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for axis, value in zip("xyz", self.position_m, strict=True):
+            check_number(f"lamp position_m {axis}", value)
+
+
+class Occluder(_Part, frozen=True, kw_only=True):
+    """A bar in front of everything: its middle, width, height and turn in the picture, and its own grey level."""
+
+    x_px: float
+    y_px: float
+    width_px: float
+    height_px: float
+    angle_deg: float = 0.0
+    level: float = 5.0
+
+
+class Text(_Part, frozen=True, kw_only=True):
+    """Letters burnt into the picture by the camera; x, y is their upper left corner."""
+
+    text: str
+    x_px: float
+    y_px: float
+    height_px: float = 16.0
+    level: float = 255.0
+
+
+class Sensor(_Part, frozen=True, kw_only=True):
+    """The camera's sensor and what becomes of the picture before it is stored.
+
+    Parameters
+    ----------
+    exposure, gain : multiply the light, and the light with its noise.
+    electrons_per_level : photoelectrons in one of 255 grey levels at gain 1; they bring the shot noise.
+    read_noise_levels : standard deviation, in grey levels at gain 1.
+    vignetting : share of the light that is lost in the corners, 0 to 1.
+    blur_px : standard deviation of the lens blur.
+    motion_blur_px, motion_angle_deg : length and direction of the movement during the exposure.
+    bits : 8, 10, 12 or 16.
+    colour : "grey", "bgr", or "bayer" (a colour mosaic, interpolated to bgr).
+    jpeg_quality : 1 to 100, for 8 bit; None stores the picture as it is.
+    """
+
+    exposure: float = 1.0
+    gain: float = 1.0
+    electrons_per_level: float = 40.0
+    read_noise_levels: float = 1.0
+    vignetting: float = 0.0
+    blur_px: float = 0.8
+    motion_blur_px: float = 0.0
+    motion_angle_deg: float = 0.0
+    bits: int = 8
+    colour: str = "grey"
+    jpeg_quality: int | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("exposure", "gain", "electrons_per_level", "blur_px"):
             check_number(name, getattr(self, name), above=0)
-        for name in ("attenuation_per_m", "scattered_per_m", "background_level", "noise_levels"):
-            check_number(name, getattr(self, name))
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be at least 0")
-        if self.scattered_per_m > self.attenuation_per_m:
-            raise ValueError(
-                f"scattered_per_m is {self.scattered_per_m!r}; it must be at most attenuation_per_m, "
-                f"which is {self.attenuation_per_m!r}"
-            )
+        if self.vignetting > 1:
+            raise ValueError(f"vignetting is {self.vignetting!r}; it must be within 0 to 1")
+        if self.bits not in BITS:
+            raise ValueError(f"bits is {self.bits!r}; it must be one of {', '.join(map(str, BITS))}")
+        if self.colour not in SENSOR_COLOURS:
+            raise ValueError(f"colour is {self.colour!r}; it must be one of {', '.join(SENSOR_COLOURS)}")
+        if self.jpeg_quality is not None:
+            if self.bits != 8:
+                raise ValueError(f"jpeg_quality is {self.jpeg_quality!r} with {self.bits} bits; JPEG stores 8")
+            if not 1 <= self.jpeg_quality <= 100:
+                raise ValueError(f"jpeg_quality is {self.jpeg_quality!r}; it must be within 1 to 100")
+
+
+class Scene(_Part, frozen=True, kw_only=True):
+    """One picture to simulate: what each part means stands with its own class.
+
+    Raises
+    ------
+    ValueError
+        if a number is negative or not finite where it may not be, the dock lies behind the camera or its number of
+        lights is not known, or a list about the lights has another length than there are lights.
+    """
+
+    camera: Camera
+    dock: Dock
+    pose: Pose
+    lights: Lights = Lights()
+    water: Water = PRESETS["tank"]
+    psf: Psf = Psf()
+    background: Background = Background()
+    panel: Panel | None = None
+    snow: Snow | None = None
+    mirror: Mirror | None = None
+    lamps: tuple[Lamp, ...] = ()
+    occluders: tuple[Occluder, ...] = ()
+    texts: tuple[Text, ...] = ()
+    sensor: Sensor = Sensor()
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
         check_whole("seed", self.seed, least=0)
         if self.dock.lights is None:
             raise ValueError("dock.lights is None; a simulated dock needs its number of lights")
+        for name in ("brightness", "size", "colours", "angles_deg"):
+            count = len(getattr(self.lights, name))
+            if count not in (0, self.dock.lights):
+                raise ValueError(f"lights.{name} has {count} values; the dock has {self.dock.lights} lights")
+        for number in self.lights.missing:
+            if not 0 <= number < self.dock.lights:
+                raise ValueError(f"lights.missing has {number}; the lights are counted 0 to {self.dock.lights - 1}")
 
-
-@dataclass(frozen=True)
-class Truth:
-    """What a simulated picture really shows.
-
-    Attributes
-    ----------
-    position_m, normal : (3,) of the dock, in the camera frame.
-    lights_m : (N, 3) the lights in the camera frame.
-    lights_px : (N, 2) their images; NaN behind the camera.
-    visible : (N,) bool, lights in front of the camera, inside the picture, on a dock that faces the camera.
-    centre_px : (2,) image of the dock's centre.
-    """
-
-    position_m: np.ndarray
-    normal: np.ndarray
-    lights_m: np.ndarray
-    lights_px: np.ndarray
-    visible: np.ndarray
-    centre_px: np.ndarray
-
-
-def truth_of(scene: Scene) -> Truth:
-    """Work out what the picture of ``scene`` shows, without rendering it."""
-    rotation = rotation_from_angles(math.radians(scene.theta_x_deg), math.radians(scene.theta_y_deg))
-    roll = math.radians(scene.roll_deg)
-    turn = np.array([[math.cos(roll), -math.sin(roll), 0], [math.sin(roll), math.cos(roll), 0], [0, 0, 1]])
-    position = np.array(scene.position_m)
-    lights_m = position + scene.dock.light_points() @ (rotation @ turn).T
-    lights_px = scene.camera.project(lights_m)
-    normal = -rotation[:, 2]
-    inside = (lights_px > -0.5) & (lights_px < np.array([scene.camera.width, scene.camera.height]) - 0.5)
-    visible = inside.all(axis=1) & (lights_m @ normal < 0)
-    return Truth(position, normal, lights_m, lights_px, visible, scene.camera.project(position[None])[0])
-
-
-def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:
-    """The truth as plain values with their units in the names, for a file."""
-    return {
-        "position_m": truth.position_m.tolist(),
-        "normal": truth.normal.tolist(),
-        "theta_x_deg": scene.theta_x_deg,
-        "theta_y_deg": scene.theta_y_deg,
-        "roll_deg": scene.roll_deg,
-        "centre_px": truth.centre_px.tolist(),
-        "lights_px": truth.lights_px.tolist(),
-        "visible": truth.visible.tolist(),
-    }
+    @property
+    def light_angles_rad(self) -> tuple[float, ...]:
+        """Angle of each light around the ring, before the dock's roll."""
+        if self.lights.angles_deg:
+            return tuple(math.radians(angle) for angle in self.lights.angles_deg)
+        count = self.dock.lights or 0
+        return tuple(2 * math.pi * index / count for index in range(count))

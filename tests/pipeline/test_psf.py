@@ -20,7 +20,7 @@ def scattered_share(model: str, water: Water, distance_m: float) -> float:
 
 
 def integral(spread: np.ndarray) -> float:
-    return 2 * math.pi * np.trapezoid(spread * ANGLES**2, np.log(ANGLES))
+    return float(2 * math.pi * np.trapezoid(spread * ANGLES**2, np.log(ANGLES)))
 
 
 @pytest.mark.parametrize("name", PRESETS)

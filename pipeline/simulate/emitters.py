@@ -1,0 +1,123 @@
+"""All points that send light to the camera: the dock's lights, other lamps, and their mirror images."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.simulate.scene import COLOURS, Mirror, Scene
+from pipeline.simulate.truth import Truth, random_stream
+from pipeline.simulate.water import BANDS
+
+_WATER_INDEX = 1.333
+_GLINTS = 5  # a rippled surface breaks a reflection into about this many
+
+
+@dataclass(frozen=True)
+class Emitters:
+    """Points of light as the camera gets them.
+
+    Attributes
+    ----------
+    points_m : (N, 3) in the camera frame; mirror images at the mirrored place.
+    levels : (N,) grey levels that the middle of the point's picture would show 1 m ahead in clear water.
+    intensity : (N,) of what the point sends into the camera's direction, as a share of what it sends straight ahead.
+    radii_m : (N,) of the lamps.
+    colours : (N, 3) how strongly the blue, green and red bands see each.
+    """
+
+    points_m: np.ndarray
+    levels: np.ndarray
+    intensity: np.ndarray
+    radii_m: np.ndarray
+    colours: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.points_m)
+
+
+def emitters_of(scene: Scene, truth: Truth) -> Emitters:
+    """Collect everything that shines in a scene, and can reach the camera."""
+    lights = _dock_lights(scene, truth, truth.lights_m, truth.normal)
+    parts = [lights, _lamps(scene)]
+    if scene.mirror is not None:
+        parts += [_mirrored(scene, scene.mirror, part, truth.normal if part is lights else None) for part in parts]
+    joined = Emitters(*(np.concatenate([getattr(part, name) for part in parts]) for name in Emitters.__annotations__))
+    reach = (joined.points_m[:, 2] > 0) & (joined.levels * joined.intensity > 0)
+    return Emitters(*(getattr(joined, name)[reach] for name in Emitters.__annotations__))
+
+
+def _dock_lights(scene: Scene, truth: Truth, points_m: np.ndarray, normal: np.ndarray) -> Emitters:
+    count = len(points_m)
+    brightness = np.array(scene.lights.brightness or np.ones(count)) * truth.lit
+    sizes = np.array(scene.lights.size or np.ones(count))
+    colours = np.array([COLOURS[name] for name in scene.lights.colours or ("white",) * count])
+    return Emitters(
+        points_m=points_m,
+        levels=scene.lights.level * brightness,
+        intensity=_beam(points_m, normal, scene.lights.beam_exponent),
+        radii_m=scene.lights.radius_m * sizes,
+        colours=colours.reshape(count, len(BANDS)),
+    )
+
+
+def _beam(points_m: np.ndarray, normal: np.ndarray, exponent: float) -> np.ndarray:
+    """Intensity towards the camera of lamps that face along the normal: cos^exponent, nothing backwards."""
+    cosine = -(points_m @ normal) / np.linalg.norm(points_m, axis=1)
+    return np.where(cosine > 0, np.maximum(cosine, 0) ** exponent, 0.0)
+
+
+def _lamps(scene: Scene) -> Emitters:
+    lamps = scene.lamps
+    return Emitters(
+        points_m=np.array([lamp.position_m for lamp in lamps]).reshape(-1, 3),
+        levels=np.array([lamp.level for lamp in lamps]),
+        intensity=np.ones(len(lamps)),
+        radii_m=np.array([lamp.radius_m for lamp in lamps]),
+        colours=np.ones((len(lamps), len(BANDS))),
+    )
+
+
+def _mirrored(scene: Scene, mirror: Mirror, part: Emitters, normal: np.ndarray | None) -> Emitters:
+    """Reflections in the surface: each light broken into glints, as strong as Fresnel's law leaves them."""
+    below = part.points_m[:, 1] > -mirror.height_m
+    points = part.points_m[below] * [1, -1, 1] - [0, 2 * mirror.height_m, 0]
+    distance = np.linalg.norm(points, axis=1)
+    share = _reflected(np.abs(points[:, 1]) / distance)
+    intensity = part.intensity[below]
+    if normal is not None:
+        intensity = _beam(points, normal * [1, -1, 1], scene.lights.beam_exponent)
+    rng = random_stream(scene, "mirror")
+    # A surface tilted by an angle turns the ray by twice that, mostly up and down at grazing incidence.
+    tilt = np.radians(2 * mirror.ripple_deg) * distance[:, None] / 2
+    jitter = rng.normal(size=(len(points), _GLINTS, 3)) * [0.3, 1.0, 0.0] * tilt[:, :, None]
+    return Emitters(
+        points_m=(points[:, None] + jitter).reshape(-1, 3),
+        levels=np.repeat(part.levels[below] * share / _GLINTS, _GLINTS),
+        intensity=np.repeat(intensity, _GLINTS),
+        radii_m=np.repeat(part.radii_m[below], _GLINTS),
+        colours=np.repeat(part.colours[below], _GLINTS, axis=0),
+    )
+
+
+def _reflected(cosine: np.ndarray) -> np.ndarray:
+    """Share of unpolarised light that a water surface reflects from below, by the cosine of incidence (Fresnel)."""
+    sine_out = _WATER_INDEX * np.sqrt(1 - cosine**2)
+    cosine_out = np.sqrt(np.maximum(0.0, 1 - sine_out**2))
+    across = (_WATER_INDEX * cosine - cosine_out) / (_WATER_INDEX * cosine + cosine_out)
+    along = (_WATER_INDEX * cosine_out - cosine) / (_WATER_INDEX * cosine_out + cosine)
+    return np.where(sine_out >= 1, 1.0, (across**2 + along**2) / 2)
+
+
+def energy_of(scene: Scene, emitters: Emitters) -> np.ndarray:
+    """Light (N,) that would reach the camera through clear water, in grey levels times pixels.
+
+    The level of a light is that of its picture's middle 1 m ahead; its picture there is a disc blurred by the lens,
+    taken as a Gaussian of the same variance. Farther away the light falls with the square of the distance.
+    """
+    focal = math.sqrt(scene.camera.fx * scene.camera.fy)
+    variance_px = scene.sensor.blur_px**2 + (focal * emitters.radii_m / 2) ** 2
+    distance2 = (emitters.points_m**2).sum(axis=1)
+    return emitters.levels * emitters.intensity * 2 * math.pi * variance_px / distance2

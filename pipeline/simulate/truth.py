@@ -1,0 +1,132 @@
+"""What a simulated picture really shows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.circle_pose import rotation_from_angles
+from pipeline.ellipse import Ellipse, NoEllipseError, fit_ellipse
+from pipeline.simulate.scene import Occluder, Scene
+
+_CIRCLE_POINTS = 360
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The truth that belongs to a picture.
+
+    Attributes
+    ----------
+    position_m, normal : (3,) of the dock, in the camera frame.
+    lights_m : (N, 3) the lights in the camera frame.
+    lights_px : (N, 2) their images; NaN for those behind the camera.
+    lit : (N,) bool, neither missing nor off in this picture.
+    visible : (N,) bool, lit, on a side of the dock that faces the camera, inside the picture, not hidden.
+    centre_px : (2,) image of the dock's centre.
+    ellipse : image of the circle through the lights, in pixels of the undistorted picture, fitted to the circle itself
+        and to no picture; None where the circle is not wholly in front of the camera.
+    """
+
+    position_m: np.ndarray
+    normal: np.ndarray
+    lights_m: np.ndarray
+    lights_px: np.ndarray
+    lit: np.ndarray
+    visible: np.ndarray
+    centre_px: np.ndarray
+    ellipse: Ellipse | None
+
+
+def truth_of(scene: Scene) -> Truth:
+    """Work out what the picture of ``scene`` shows, without rendering it."""
+    rotation = dock_rotation(scene)
+    position = np.array(scene.pose.position_m)
+    lights_m = _on_ring(scene, np.array(scene.light_angles_rad), position, rotation)
+    lights_px = scene.camera.project(lights_m)
+    normal = -rotation[:, 2]
+    lit = _lit(scene)
+    facing = lights_m @ normal < 0
+    visible = lit & facing & _inside(lights_px, scene) & ~_hidden(lights_px, scene.occluders)
+    ellipse = _circle_image(scene, position, rotation)
+    centre_px = scene.camera.project(position[None])[0]
+    return Truth(position, normal, lights_m, lights_px, lit, visible, centre_px, ellipse)
+
+
+def dock_rotation(scene: Scene) -> np.ndarray:
+    """Rotation (3, 3) from the dock's frame to the camera's, roll included."""
+    roll = math.radians(scene.pose.roll_deg)
+    turn = np.array([[math.cos(roll), -math.sin(roll), 0], [math.sin(roll), math.cos(roll), 0], [0, 0, 1]])
+    return rotation_from_angles(math.radians(scene.pose.theta_x_deg), math.radians(scene.pose.theta_y_deg)) @ turn
+
+
+def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:
+    """The truth as plain values with their units in the names, for a file; None for what has no image."""
+    ellipse = truth.ellipse
+    return {
+        "position_m": truth.position_m.tolist(),
+        "normal": truth.normal.tolist(),
+        "theta_x_deg": scene.pose.theta_x_deg,
+        "theta_y_deg": scene.pose.theta_y_deg,
+        "roll_deg": scene.pose.roll_deg,
+        "centre_px": _numbers(truth.centre_px),
+        "lights_px": [_numbers(point) for point in truth.lights_px],
+        "visible": truth.visible.tolist(),
+        "ellipse": None
+        if ellipse is None
+        else {
+            "centre_px": list(ellipse.centre_px),
+            "semi_axes_px": list(ellipse.semi_axes_px),
+            "angle_deg": math.degrees(ellipse.angle_rad),
+        },
+    }
+
+
+def random_stream(scene: Scene, name: str) -> np.random.Generator:
+    """Random numbers of one part of a scene; a change of one part leaves the others' as they were."""
+    return np.random.default_rng([scene.seed, *name.encode()])
+
+
+def _on_ring(scene: Scene, angles: np.ndarray, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+    return position + scene.dock.radius * ring @ rotation.T
+
+
+def _circle_image(scene: Scene, position: np.ndarray, rotation: np.ndarray) -> Ellipse | None:
+    angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS, endpoint=False)
+    image = scene.camera.project(_on_ring(scene, angles, position, rotation))
+    if not np.isfinite(image).all():
+        return None
+    try:
+        return fit_ellipse(scene.camera.undistort(image))
+    except NoEllipseError:
+        return None
+
+
+def _lit(scene: Scene) -> np.ndarray:
+    count = len(scene.light_angles_rad)
+    lit = random_stream(scene, "flicker").random(count) >= scene.lights.flicker
+    lit[list(scene.lights.missing)] = False
+    return lit
+
+
+def _inside(points_px: np.ndarray, scene: Scene) -> np.ndarray:
+    size = np.array([scene.camera.width, scene.camera.height])
+    return np.all((points_px > -0.5) & (points_px < size - 0.5), axis=1)
+
+
+def _hidden(points_px: np.ndarray, occluders: tuple[Occluder, ...]) -> np.ndarray:
+    hidden = np.zeros(len(points_px), dtype=bool)
+    for bar in occluders:
+        angle = math.radians(bar.angle_deg)
+        turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+        local = np.abs((points_px - [bar.x_px, bar.y_px]) @ turn.T)
+        hidden |= (local <= [bar.width_px / 2, bar.height_px / 2]).all(axis=1)
+    return hidden
+
+
+def _numbers(values: np.ndarray) -> list[float | None]:
+    return [float(value) if np.isfinite(value) else None for value in values]

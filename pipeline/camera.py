@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import cv2
 import msgspec
 import numpy as np
 
 from pipeline.checks import as_points, check_number, check_whole
+from pipeline.lens import bend, straighten, tangents_of
 from pipeline.port import FlatPort
 
 DISTORTION_LENGTHS = (0, 4, 5, 8)
-_UNDISTORT_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-14)
+FISHEYE_LENGTHS = (0, 4)
+_SLOPE_STEP_PX = 0.01
 
 
 class Camera(
@@ -37,9 +37,11 @@ class Camera(
     cx, cy : principal point in pixels.
     width, height : size in pixels of the pictures these intrinsics are for.
     distortion : none, 4 or 5 (plumb_bob: k1 k2 p1 p2 k3) or 8 (rational: ... k4 k5 k6) coefficients,
-        in OpenCV's order.
+        in OpenCV's order; for a fisheye lens none or 4.
     port : the flat window in front of a camera whose intrinsics were measured in air; None for a camera that was
-        calibrated in the water, or that looks through a dome with its centre at the dome's.
+        calibrated in the water, or that looks through a dome: where the camera's centre is the dome's, every ray meets
+        the glass at right angles and is not bent, so that the intrinsics measured in air hold in the water.
+    fisheye : whether the lens is OpenCV's fisheye model (equidistant) rather than a perspective one.
 
     Raises
     ------
@@ -56,6 +58,7 @@ class Camera(
     height: int
     distortion: tuple[float, ...] = ()
     port: FlatPort | None = None
+    fisheye: bool = False
 
     def __post_init__(self) -> None:
         check_number("fx", self.fx, above=0)
@@ -64,10 +67,11 @@ class Camera(
         check_number("cy", self.cy)
         check_whole("width", self.width, least=1)
         check_whole("height", self.height, least=1)
-        if len(self.distortion) not in DISTORTION_LENGTHS:
+        lengths = FISHEYE_LENGTHS if self.fisheye else DISTORTION_LENGTHS
+        if len(self.distortion) not in lengths:
             raise ValueError(
                 f"distortion has {len(self.distortion)} coefficients; it must have "
-                f"{', '.join(map(str, DISTORTION_LENGTHS[:-1]))} or {DISTORTION_LENGTHS[-1]}"
+                f"{', '.join(map(str, lengths[:-1]))} or {lengths[-1]}"
             )
         for i, coefficient in enumerate(self.distortion):
             check_number(f"distortion[{i}]", coefficient)
@@ -79,32 +83,34 @@ class Camera(
 
     @property
     def field_of_view_rad(self) -> tuple[float, float]:
-        """Horizontal and vertical field of view of the pinhole, in radians."""
-        left, right = math.atan((self.cx + 0.5) / self.fx), math.atan((self.width - 0.5 - self.cx) / self.fx)
-        top, bottom = math.atan((self.cy + 0.5) / self.fy), math.atan((self.height - 0.5 - self.cy) / self.fy)
-        return left + right, top + bottom
+        """Horizontal and vertical field of view in radians, in air, edge to edge through the principal point."""
+        left, right, top, bottom = -0.5, self.width - 0.5, -0.5, self.height - 0.5
+        edges = np.array([[left, self.cy], [right, self.cy], [self.cx, top], [self.cx, bottom]])
+        directions = self._directions(edges)
+        angles = np.arctan2(np.hypot(directions[:, 0], directions[:, 1]), directions[:, 2])
+        return float(angles[0] + angles[1]), float(angles[2] + angles[3])
 
     def undistort(self, points_px: Any) -> np.ndarray:
-        """Move picture points (N, 2) to where the same camera without lens distortion would see them, in pixels."""
+        """Move picture points (N, 2) to where the same camera with a perfect pinhole lens would see them, in pixels.
+
+        What a fisheye lens sees more than 89.9 degrees off the axis is put there; a port plays no part, see
+        :meth:`virtual_pixels`.
+        """
         points = as_points("points_px", points_px, 2)
-        if not any(self.distortion) or len(points) == 0:
+        if self._is_pinhole or len(points) == 0:
             return points.copy()
-        coefficients = np.array(self.distortion)
-        undistorted = cv2.undistortPoints(
-            points[:, None], self.matrix, coefficients, P=self.matrix, criteria=_UNDISTORT_STOP
-        )
-        return undistorted[:, 0]
+        return self._pixels(tangents_of(self._directions(points)))
 
     def distort(self, points_px: Any) -> np.ndarray:
         """Move points (N, 2) of the undistorted picture to where the lens puts them, in pixels."""
         points = as_points("points_px", points_px, 2)
-        if not any(self.distortion):
+        if self._is_pinhole:
             return points.copy()
         return self._through_lens(self.pinhole_rays(points))
 
     def rays(self, points_px: Any) -> np.ndarray:
         """Unit vectors (N, 3), in the water, that picture points (N, 2) look along; see :meth:`ray_starts`."""
-        directions = self.pinhole_rays(self.undistort(points_px))
+        directions = self._directions(as_points("points_px", points_px, 2))
         if self.port is not None:
             return self.port.into_water(directions)[1]
         return directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -114,27 +120,67 @@ class Camera(
         points = as_points("points_px", points_px, 2)
         if self.port is None:
             return np.zeros((len(points), 3))
-        return self.port.into_water(self.pinhole_rays(self.undistort(points)))[0]
+        return self.port.into_water(self._directions(points))[0]
 
     def project(self, points_m: Any) -> np.ndarray:
         """Picture points (N, 2) in pixels of points (N, 3) in the camera frame, in metres.
 
-        Points at or behind the camera (z <= 0), or inside its port, have no image and give NaN.
+        Points that the lens does not see (for all but a fisheye: z <= 0), or inside the port, have no image and give
+        NaN.
         """
         points = as_points("points_m", points_m, 3)
         return self._through_lens(points if self.port is None else self.port.into_air(points))
 
+    def virtual_pixels(self, points_px: Any, depths_m: Any) -> np.ndarray:
+        """Where a pinhole at the camera's centre, without lens or port, would see what picture points (N, 2) show.
+
+        Parameters
+        ----------
+        points_px : (N, 2) in the picture.
+        depths_m : z of what they show, one for all or (N,), in metres. Behind a port rays do not meet in one point, so
+            that the answer depends on it, beyond a metre hardly; without a port it plays no part.
+
+        Returns
+        -------
+        (N, 2) in pixels of this camera's pinhole.
+        """
+        points = as_points("points_px", points_px, 2)
+        if self.port is None:
+            return self.undistort(points)
+        starts, rays = self.port.into_water(self._directions(points))
+        nearer = 1 - starts[:, 2] / depths_m
+        return self._pixels(rays[:, :2] / rays[:, 2:] * nearer[:, None])
+
+    def picture_slopes(self, points_px: Any, depths_m: Any) -> np.ndarray:
+        """How far picture points move for a step of their virtual pixels: derivatives (N, 2, 2), pixel per pixel.
+
+        They carry the noise of a light's centre, which arises in the picture, over to the pinhole that poses are
+        computed in. By central differences of :meth:`virtual_pixels`.
+        """
+        points = as_points("points_px", points_px, 2)
+        if self.port is None and self._is_pinhole:
+            return np.tile(np.eye(2), (len(points), 1, 1))
+        columns = []
+        for step in _SLOPE_STEP_PX * np.eye(2):
+            ahead, behind = self.virtual_pixels(points + step, depths_m), self.virtual_pixels(points - step, depths_m)
+            columns.append((ahead - behind) / (2 * _SLOPE_STEP_PX))
+        return np.linalg.pinv(np.stack(columns, axis=2))
+
+    @property
+    def _is_pinhole(self) -> bool:
+        return not self.fisheye and not any(self.distortion)
+
+    def _directions(self, points_px: np.ndarray) -> np.ndarray:
+        """Directions (N, 3), in the air before the lens, that picture points (N, 2) look along."""
+        image = (points_px - [self.cx, self.cy]) / [self.fx, self.fy]
+        return straighten(image, self.distortion, self.fisheye)
+
     def _through_lens(self, directions: np.ndarray) -> np.ndarray:
-        """Picture points (N, 2) of directions (N, 3) in front of the lens; NaN for those behind it."""
-        points = directions
-        in_front = points[:, 2] > 0
-        image = np.full((len(points), 2), np.nan)
-        if in_front.any():
-            coefficients = np.array(self.distortion, dtype=float)
-            zero = np.zeros(3)
-            projected, _ = cv2.projectPoints(points[in_front][:, None], zero, zero, self.matrix, coefficients)
-            image[in_front] = projected[:, 0]
-        return image
+        """Picture points (N, 2) of directions (N, 3) in front of the lens; NaN for those that it does not see."""
+        return self._pixels(bend(directions, self.distortion, self.fisheye))
+
+    def _pixels(self, image: np.ndarray) -> np.ndarray:
+        return image * [self.fx, self.fy] + [self.cx, self.cy]
 
     def for_size(self, width: int, height: int) -> Camera:
         """Return the intrinsics for a picture of ``width`` x ``height`` pixels.
@@ -151,15 +197,14 @@ class Camera(
                 f"the image is {width} x {height} pixels, but the camera was calibrated at "
                 f"{self.width} x {self.height}, which is not the same picture rescaled"
             )
-        return Camera(
+        return msgspec.structs.replace(
+            self,
             fx=self.fx * scale_x,
             fy=self.fy * scale_y,
             cx=(self.cx + 0.5) * scale_x - 0.5,
             cy=(self.cy + 0.5) * scale_y - 0.5,
             width=width,
             height=height,
-            distortion=self.distortion,
-            port=self.port,
         )
 
     def pinhole_rays(self, undistorted_px: np.ndarray) -> np.ndarray:

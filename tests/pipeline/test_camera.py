@@ -1,13 +1,20 @@
 import math
 
 import cv2
+import msgspec
 import numpy as np
 import pytest
 
 from pipeline import Camera
+from pipeline.port import FlatPort
 
 PINHOLE = Camera(700, 690, 320, 240, 640, 480)
 BARREL = Camera(700, 690, 310, 250, 640, 480, (-0.30, 0.10, 0.001, -0.002, 0.01))
+STRONG_BARREL = Camera(300, 300, 310, 250, 640, 480, (-0.30, 0.09, 0.002, -0.003, -0.008))
+STRONG_PINCUSHION = Camera(400, 400, 310, 250, 640, 480, (0.6, 0.9, 0.002, -0.003, 0.5))
+STRONG_RATIONAL = Camera(300, 300, 310, 250, 640, 480, (8.0, 3.0, 0.0005, -0.0003, 0.1, 8.3, 5.0, 0.6))
+FISHEYE = Camera(300, 305, 310, 250, 640, 480, (-0.02, 0.005, -0.001, 0.0002), fisheye=True)
+BEHIND_ITSELF = Camera(170, 170, 310, 250, 640, 480, fisheye=True)  # sees 108 degrees off its axis
 RATIONAL = Camera(700, 690, 310, 250, 640, 480, (-0.2, 0.1, 0.001, -0.002, 0.01, 0.05, 0.02, 0.001))
 
 
@@ -24,11 +31,70 @@ def test_ray_through_the_principal_point_is_the_axis():
     np.testing.assert_allclose(PINHOLE.rays([[320, 240]]), [[0, 0, 1]])
 
 
-@pytest.mark.parametrize("camera", [PINHOLE, BARREL, RATIONAL])
+@pytest.mark.parametrize(
+    "camera",
+    [PINHOLE, BARREL, RATIONAL, STRONG_BARREL, STRONG_PINCUSHION, STRONG_RATIONAL, FISHEYE, BEHIND_ITSELF],
+)
 def test_rays_and_project_are_inverses_over_the_whole_picture(camera):
     pixels = whole_picture(camera)
     np.testing.assert_allclose(camera.project(3 * camera.rays(pixels)), pixels, atol=1e-6)
-    np.testing.assert_allclose(camera.distort(camera.undistort(pixels)), pixels, atol=1e-6)
+    if camera is not BEHIND_ITSELF:
+        np.testing.assert_allclose(camera.distort(camera.undistort(pixels)), pixels, atol=1e-6)
+
+
+@pytest.mark.parametrize("camera", [BARREL, STRONG_BARREL, FISHEYE])
+def test_rays_and_project_are_inverses_through_a_window_too(camera):
+    wet = msgspec.structs.replace(camera, port=FlatPort(0.03, 0.01))
+    pixels = whole_picture(wet)
+    np.testing.assert_allclose(wet.project(wet.ray_starts(pixels) + 2 * wet.rays(pixels)), pixels, atol=1e-6)
+
+
+def test_a_fisheye_projects_as_opencv_does():
+    points = np.random.default_rng(0).uniform(-1, 1, (20, 3)) + [0, 0, 1.2]
+    zero = np.zeros(3)
+    expected, _ = cv2.fisheye.projectPoints(points[:, None], zero, zero, FISHEYE.matrix, np.array(FISHEYE.distortion))
+    np.testing.assert_allclose(FISHEYE.project(points), expected[:, 0], atol=1e-9)
+
+
+def test_an_equidistant_lens_by_hand():
+    camera = Camera(200, 200, 320, 240, 640, 480, fisheye=True)
+    # 90 degrees off the axis lies 200 pi / 2 px from the principal point.
+    np.testing.assert_allclose(
+        camera.project([[1, 0, 0], [0, 1, 1]]), [[320 + 100 * np.pi, 240], [320, 240 + 50 * np.pi]]
+    )
+    assert camera.field_of_view_rad == pytest.approx((640 / 200, 480 / 200))
+
+
+def test_a_fisheye_has_no_image_where_its_polynomial_falls_again():
+    camera = Camera(200, 200, 320, 240, 640, 480, (-0.3, 0, 0, 0), fisheye=True)
+    # theta - 0.3 theta^3 grows up to theta = 1 / sqrt(0.9) = 60.4 degrees.
+    angles = np.radians([60, 61])
+    image = camera.project(np.column_stack([np.sin(angles), 0 * angles, np.cos(angles)]))
+    assert np.isfinite(image).all(axis=1).tolist() == [True, False]
+
+
+def test_pixels_outside_a_lens_are_still_numbers():
+    camera = Camera(300, 300, 320, 240, 640, 480, (-0.4, 0, 0, 0))  # reaches 0.61 focal lengths, the corner 1.3
+    assert np.isfinite(camera.undistort(whole_picture(camera))).all()
+    assert np.isfinite(BEHIND_ITSELF.undistort(whole_picture(BEHIND_ITSELF))).all()
+
+
+@pytest.mark.parametrize("depth_m", [0.5, 1.0, 10.0])
+def test_virtual_pixels_are_what_a_pinhole_in_the_water_would_see(depth_m):
+    wet = msgspec.structs.replace(BARREL, port=FlatPort(0.03, 0.01))
+    points = np.array([[0.1, 0.2, 1.0], [-0.3, 0.05, 1.0], [0.0, 0.0, 1.0]]) * depth_m
+    virtual = wet.virtual_pixels(wet.project(points), depth_m)
+    np.testing.assert_allclose(virtual, msgspec.structs.replace(BARREL, distortion=()).project(points), atol=1e-6)
+
+
+def test_picture_slopes_tell_how_far_the_picture_moves():
+    wet = Camera(700, 690, 310, 250, 640, 480, port=FlatPort(0.0, 0.0))
+    # On the axis a pinhole sees an angle in water that the camera sees 1.333 times as large.
+    np.testing.assert_allclose(wet.picture_slopes([[310, 250]], 1.0)[0], 1.333 * np.eye(2), atol=1e-6)
+    np.testing.assert_allclose(PINHOLE.picture_slopes([[3, 4]], 1.0)[0], np.eye(2))
+    moved = BARREL.virtual_pixels([[600, 100], [600.5, 100.2]], 1.0)
+    slope = BARREL.picture_slopes([[600.25, 100.1]], 1.0)[0]
+    np.testing.assert_allclose(slope @ (moved[1] - moved[0]), [0.5, 0.2], atol=1e-5)
 
 
 def test_barrel_distortion_moves_the_corner_inwards_as_the_polynomial_says():
@@ -84,6 +150,10 @@ def test_a_cropped_picture_is_refused_by_its_size():
         ({"width": 0}, "width is 0"),
         ({"height": 480.5}, "height is 480.5"),
         ({"distortion": (0.1, 0.2, 0.3)}, "distortion has 3 coefficients"),
+        (
+            {"distortion": (0.1, 0.2, 0.3, 0.4, 0.5), "fisheye": True},
+            "distortion has 5 coefficients; it must have 0 or 4",
+        ),
         ({"distortion": (0.1, math.nan, 0, 0)}, r"distortion\[1\] is nan"),
     ],
 )

@@ -1,0 +1,126 @@
+"""The lens: where it puts a direction in the picture, and back, in units of the focal length."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+_NEWTON_STEPS = 40
+_CLOSE_ENOUGH = 1e-13
+_LONGEST_STEP = 0.5
+_STEEPEST = 1e3  # tangent to the axis that stands for every steeper ray of a fisheye lens in a pinhole picture
+
+
+def bend(directions: np.ndarray, coefficients: tuple[float, ...], fisheye: bool) -> np.ndarray:
+    """Where the lens puts directions (N, 3): (N, 2) from the principal point, in focal lengths; NaN outside its view.
+
+    A perspective lens sees what is in front of it (z > 0), with OpenCV's distortion of 0, 4, 5 or 8 coefficients. A
+    fisheye lens sees up to the angle where its own polynomial stops to grow, see :func:`_bend_fisheye`.
+    """
+    if fisheye:
+        return _bend_fisheye(directions, coefficients)
+    image = np.full((len(directions), 2), np.nan)
+    in_front = directions[:, 2] > 0
+    if in_front.any():
+        tangents = directions[in_front, :2] / directions[in_front, 2:]
+        image[in_front] = _distort(tangents, coefficients)[0] if any(coefficients) else tangents
+    return image
+
+
+def straighten(image: np.ndarray, coefficients: tuple[float, ...], fisheye: bool) -> np.ndarray:
+    """Directions (N, 3) in which the lens sees points (N, 2), in focal lengths: the inverse of :func:`bend`.
+
+    Points that no direction leads to, beyond the reach of a polynomial that falls again, give the last one that does.
+    """
+    if fisheye:
+        return _straighten_fisheye(image, coefficients)
+    tangents = image if not any(coefficients) else _undistort(image, coefficients)
+    return np.column_stack([tangents, np.ones(len(tangents))])
+
+
+def tangents_of(directions: np.ndarray) -> np.ndarray:
+    """Where a pinhole would see directions (N, 3): (N, 2) in focal lengths, drawn in to 89.9 degrees off the axis."""
+    sideways = np.hypot(directions[:, 0], directions[:, 1])
+    forward = np.maximum(directions[:, 2], sideways / _STEEPEST)
+    return directions[:, :2] / np.maximum(forward, np.finfo(float).tiny)[:, None]
+
+
+def _distort(tangents: np.ndarray, coefficients: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """OpenCV's distortion of points (N, 2), and its derivatives (N, 2, 2)."""
+    points = np.column_stack([tangents, np.ones(len(tangents))])[:, None]
+    zero, unit = np.zeros(3), np.eye(3)
+    image, jacobian = cv2.projectPoints(points, zero, zero, unit, np.array(coefficients, dtype=float))
+    # Of the derivatives those after the camera's x and y position (columns 3 and 4): the same as after the point's.
+    return image[:, 0], jacobian[:, 3:5].reshape(-1, 2, 2)
+
+
+def _undistort(image: np.ndarray, coefficients: tuple[float, ...]) -> np.ndarray:
+    """Invert :func:`_distort` by Newton's method.
+
+    It starts from the distorted point: nearer the axis than the answer under barrel distortion, where the polynomial
+    bends down, farther under pincushion, where it bends up, so that the steps never overshoot the answer.
+    """
+    tangents = image.copy()
+    for _ in range(_NEWTON_STEPS):
+        reached, slopes = _distort(tangents, coefficients)
+        missing = image - reached
+        determinant = slopes[:, 0, 0] * slopes[:, 1, 1] - slopes[:, 0, 1] * slopes[:, 1, 0]
+        rising = determinant > 1e-6
+        if not rising.any():
+            break
+        step = np.zeros_like(tangents)
+        step[rising, 0] = slopes[rising, 1, 1] * missing[rising, 0] - slopes[rising, 0, 1] * missing[rising, 1]
+        step[rising, 1] = slopes[rising, 0, 0] * missing[rising, 1] - slopes[rising, 1, 0] * missing[rising, 0]
+        step[rising] /= determinant[rising, None]
+        length = np.hypot(step[:, 0], step[:, 1])
+        tangents += step * np.minimum(1, _LONGEST_STEP / np.maximum(length, _LONGEST_STEP))[:, None]
+        if length.max() < _CLOSE_ENOUGH:
+            break
+    return tangents
+
+
+def _polynomial(theta: np.ndarray, coefficients: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Distance from the principal point, theta (1 + k1 theta^2 + ... + k4 theta^8), and its slope."""
+    squared = theta * theta
+    value, slope = np.zeros_like(theta), np.zeros_like(theta)
+    for power, k in reversed(list(enumerate((1.0, *coefficients)))):
+        value = value * squared + k
+        slope = slope * squared + (2 * power + 1) * k
+    return theta * value, slope
+
+
+def widest_rad(coefficients: tuple[float, ...]) -> float:
+    """Angle off the axis, at most pi, up to which a fisheye lens' polynomial grows."""
+    falling = [(2 * power + 1) * k for power, k in enumerate((1.0, *coefficients))]
+    roots = np.roots(falling[::-1])
+    real = roots[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)].real
+    return min([math.pi, *np.sqrt(real)])
+
+
+def _bend_fisheye(directions: np.ndarray, coefficients: tuple[float, ...]) -> np.ndarray:
+    """OpenCV's fisheye model: equidistant, with a polynomial of the angle off the axis (Kannala and Brandt 2006)."""
+    sideways = np.hypot(directions[:, 0], directions[:, 1])
+    theta = np.arctan2(sideways, directions[:, 2])
+    distance = np.where(theta < widest_rad(coefficients), _polynomial(theta, coefficients)[0], np.nan)
+    scale = distance / np.maximum(sideways, np.finfo(float).tiny)
+    return directions[:, :2] * scale[:, None]
+
+
+def _straighten_fisheye(image: np.ndarray, coefficients: tuple[float, ...]) -> np.ndarray:
+    distance = np.hypot(image[:, 0], image[:, 1])
+    low, high = np.zeros_like(distance), np.full_like(distance, widest_rad(coefficients))
+    theta = np.minimum(distance, high)
+    for _ in range(_NEWTON_STEPS):  # Newton's method, kept within a bracket that halves where it would leave it
+        value, slope = _polynomial(theta, coefficients)
+        short = value < distance
+        low, high = np.where(short, theta, low), np.where(short, high, theta)
+        step = (distance - value) / np.where(slope > 0, slope, 1.0)
+        target = theta + step
+        inside = (slope > 0) & (target >= low) & (target <= high)
+        theta = np.where(inside, target, (low + high) / 2)
+        if np.abs(step).max(initial=0.0) < _CLOSE_ENOUGH:
+            break
+    sideways = np.sin(theta) / np.maximum(distance, np.finfo(float).tiny)
+    return np.column_stack([image * sideways[:, None], np.cos(theta)])

@@ -21,10 +21,9 @@ COLOURS = {
 }
 SENSOR_COLOURS = ("grey", "bgr", "bayer")
 BITS = (8, 10, 12, 16)
-LARGEST_LEVEL = 1e6
 
 
-class _Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A part of a scene: checks that its numbers are finite, and named ones not negative."""
 
     def __post_init__(self) -> None:
@@ -43,7 +42,7 @@ _SIGNED = frozenset(
 )
 
 
-class Pose(_Part, frozen=True, kw_only=True):
+class Pose(Part, frozen=True, kw_only=True):
     """Where the dock is in the camera frame, in metres, and how it is turned; roll turns the ring in its own plane."""
 
     position_m: tuple[float, float, float]
@@ -58,7 +57,7 @@ class Pose(_Part, frozen=True, kw_only=True):
         check_number("position_m z", self.position_m[2], above=0)
 
 
-class Lights(_Part, frozen=True, kw_only=True):
+class Lights(Part, frozen=True, kw_only=True):
     """The dock's lights.
 
     Parameters
@@ -100,7 +99,7 @@ class Lights(_Part, frozen=True, kw_only=True):
                 raise ValueError(f"colours[{index}] is {colour!r}; it must be one of {', '.join(COLOURS)}")
 
 
-class Glare(_Part, frozen=True, kw_only=True):
+class Glare(Part, frozen=True, kw_only=True):
     """A bright patch of the background: a Gaussian of this size around a point of the picture."""
 
     x_px: float
@@ -109,7 +108,7 @@ class Glare(_Part, frozen=True, kw_only=True):
     level: float
 
 
-class Background(_Part, frozen=True, kw_only=True):
+class Background(Part, frozen=True, kw_only=True):
     """What is seen without lights: a level in the picture's middle, its change across the width and the height.
 
     ``backscatter_level`` is the veil of the vehicle's own lamp, brightest in the middle, in very deep water;
@@ -123,14 +122,14 @@ class Background(_Part, frozen=True, kw_only=True):
     glares: tuple[Glare, ...] = ()
 
 
-class Panel(_Part, frozen=True, kw_only=True):
+class Panel(Part, frozen=True, kw_only=True):
     """A square plate behind the lights, in the dock's plane, that hides the background."""
 
     size_m: float
     level: float = 5.0
 
 
-class Snow(_Part, frozen=True, kw_only=True):
+class Snow(Part, frozen=True, kw_only=True):
     """Marine snow: particles of about ``size_px`` that shine up to ``level``."""
 
     count: int
@@ -142,14 +141,14 @@ class Snow(_Part, frozen=True, kw_only=True):
         check_whole("snow count", self.count, least=0)
 
 
-class Mirror(_Part, frozen=True, kw_only=True):
+class Mirror(Part, frozen=True, kw_only=True):
     """The water's surface, this far above the camera, and how much its ripples tilt it."""
 
     height_m: float
     ripple_deg: float = 0.5
 
 
-class Lamp(_Part, frozen=True, kw_only=True):
+class Lamp(Part, frozen=True, kw_only=True):
     """Another lamp, that shines alike to all sides; ``level`` and ``radius_m`` as for the dock's lights."""
 
     position_m: tuple[float, float, float]
@@ -162,7 +161,7 @@ class Lamp(_Part, frozen=True, kw_only=True):
             check_number(f"lamp position_m {axis}", value)
 
 
-class Occluder(_Part, frozen=True, kw_only=True):
+class Occluder(Part, frozen=True, kw_only=True):
     """A bar in front of everything: its middle, width, height and turn in the picture, and its own grey level."""
 
     x_px: float
@@ -173,7 +172,7 @@ class Occluder(_Part, frozen=True, kw_only=True):
     level: float = 5.0
 
 
-class Text(_Part, frozen=True, kw_only=True):
+class Text(Part, frozen=True, kw_only=True):
     """Letters burnt into the picture by the camera; x, y is their upper left corner."""
 
     text: str
@@ -183,7 +182,7 @@ class Text(_Part, frozen=True, kw_only=True):
     level: float = 255.0
 
 
-class Sensor(_Part, frozen=True, kw_only=True):
+class Sensor(Part, frozen=True, kw_only=True):
     """The camera's sensor and what becomes of the picture before it is stored.
 
     Parameters
@@ -228,7 +227,7 @@ class Sensor(_Part, frozen=True, kw_only=True):
                 raise ValueError(f"jpeg_quality is {self.jpeg_quality!r}; it must be within 1 to 100")
 
 
-class Scene(_Part, frozen=True, kw_only=True):
+class Scene(Part, frozen=True, kw_only=True):
     """One picture to simulate: what each part means stands with its own class.
 
     Raises

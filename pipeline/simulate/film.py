@@ -1,0 +1,178 @@
+"""Sequences: picture after picture of a scene in which the vehicle moves, by itself or as an estimator steers it.
+
+Each picture is a scene of its own, with its own pose and its own noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import cv2
+import msgspec
+import numpy as np
+
+from pipeline.camera import Camera
+from pipeline.circle_pose import CirclePose, rotation_from_angles
+from pipeline.simulate.motion import ClosedLoop, Motion, Sequence
+from pipeline.simulate.render import render
+from pipeline.simulate.scene import Pose, Scene
+from pipeline.simulate.truth import Truth, dock_rotation, random_stream
+
+Observe = Callable[[np.ndarray, Camera], CirclePose | None]
+
+_SEED_STEP = 1_000_003  # between the seeds of two pictures, so that sequences of neighbouring seeds share no noise
+_SWINGS = 6  # a smooth random drift is a sum of this many swings
+_RESPONSE_S = 1.0  # time in which the steered vehicle would make good an error if its speed allowed
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture of a sequence.
+
+    Attributes
+    ----------
+    number : counted from 1.
+    time_s : since the first.
+    scene : what it shows, its own pose and seed included.
+    image : (H, W) or (H, W, 3) BGR array of uint8 or uint16.
+    truth : what it really shows.
+    observed : what the estimator of a closed loop said; None elsewhere, and where it found nothing.
+    """
+
+    number: int
+    time_s: float
+    scene: Scene
+    image: np.ndarray
+    truth: Truth
+    observed: CirclePose | None = None
+
+
+def film(sequence: Sequence, observe: Observe | None = None) -> Iterator[Frame]:
+    """Render a sequence, picture by picture.
+
+    Parameters
+    ----------
+    sequence : what to render.
+    observe : estimates the dock's pose from a picture and its camera, None where it finds none; it steers a closed
+        loop, and nothing else needs it.
+
+    Raises
+    ------
+    ValueError
+        if a closed loop has no estimator, or a pose on the way has no picture (the dock behind the camera, a lamp
+        farther away than the point spread function holds).
+    """
+    if isinstance(sequence.motion, ClosedLoop):
+        if observe is None:
+            raise ValueError("observe is None; a closed loop needs an estimator to steer it")
+        yield from _steered(sequence.scene, sequence.motion, observe)
+        return
+    for number, (time_s, scene) in enumerate(scenes(sequence), start=1):
+        image, truth = render(scene)
+        yield Frame(number, time_s, scene, image, truth)
+
+
+def scenes(sequence: Sequence) -> Iterator[tuple[float, Scene]]:
+    """Yield the time in seconds and the scene of each picture, not rendered; a closed loop has none beforehand.
+
+    Raises
+    ------
+    ValueError
+        if the sequence is a closed loop, or the dock comes to lie behind the camera.
+    """
+    scene, motion = sequence.scene, sequence.motion
+    if isinstance(motion, ClosedLoop):
+        raise ValueError("motion is a closed loop: where it goes depends on its pictures")
+    if motion is None:
+        yield 0.0, scene
+        return
+    drift, rotation = _Drift(scene, motion), dock_rotation(scene)
+    for index in range(motion.frames):
+        time_s = index / motion.rate_hz
+        place = motion.position_m(np.array(scene.pose.position_m), index / max(1, motion.frames - 1))
+        position, turned = _carried(place, rotation, drift.at(time_s))
+        yield time_s, _with_pose(scene, position, turned, index)
+
+
+def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[Frame]:
+    drift = _Drift(scene, motion)
+    position, rotation = np.array(scene.pose.position_m), dock_rotation(scene)
+    for index in range(motion.frames):
+        time_s = index / motion.rate_hz
+        now = _with_pose(scene, position, rotation, index)
+        image, truth = render(now)
+        observed = observe(image, now.camera)
+        yield Frame(index + 1, time_s, now, image, truth, observed)
+        if observed is not None:
+            travel, turn = steer(observed, motion)
+            position, rotation = turn.T @ (position - travel), turn.T @ rotation
+        added = drift.at(time_s + 1 / motion.rate_hz) - drift.at(time_s)
+        position, rotation = _carried(position, rotation, added)
+
+
+def steer(observed: CirclePose, motion: ClosedLoop) -> tuple[np.ndarray, np.ndarray]:
+    """What the vehicle does until the next picture.
+
+    It moves sideways onto the dock's axis, where the ring's image is a circle, ahead as far as is left to ``end_m``,
+    and turns its camera to the dock. So a normal on the wrong side leads it away from the axis, and the ring's image
+    becomes narrower.
+
+    Returns
+    -------
+    travel : (3,) in metres, in the camera's frame.
+    turn : rotation (3, 3) whose columns are the camera's new axes in its old frame.
+    """
+    period_s = 1 / motion.rate_hz
+    share = min(1.0, period_s / _RESPONSE_S)
+    distance = float(np.linalg.norm(observed.position_m))
+    ahead = observed.position_m / distance
+    onto_axis = observed.position_m + distance * observed.normal
+    longest = motion.speed_m_per_s * period_s
+    travel = share * onto_axis + np.clip(distance - motion.end_m, -longest, longest) * ahead
+    travel *= min(1.0, longest / max(float(np.linalg.norm(travel)), 1e-12))
+    axis = np.array([-ahead[1], ahead[0], 0.0])  # optical axis x direction to the dock
+    sine = float(np.linalg.norm(axis))
+    angle = min(share * math.atan2(sine, ahead[2]), math.radians(motion.turn_deg_per_s) * period_s)
+    return travel, _rotation(axis * angle / max(sine, 1e-12))
+
+
+class _Drift:
+    """Smooth random movement by currents: a sum of swings, so that it is known at any time."""
+
+    def __init__(self, scene: Scene, motion: Motion) -> None:
+        rng = random_stream(scene, "drift")
+        self._size = np.array([motion.drift_m] * 3 + [math.radians(motion.drift_deg)] * 3)
+        self._frequency_hz = rng.uniform(0.2, 1.0, (_SWINGS, 6)) / motion.drift_time_s
+        self._phase = rng.uniform(0, 2 * math.pi, (_SWINGS, 6))
+
+    def at(self, time_s: float) -> np.ndarray:
+        """Shift in metres and rotation vector in radians (6,) of the dock as the camera sees it."""
+        swings = np.cos(2 * math.pi * self._frequency_hz * time_s + self._phase)
+        return self._size * math.sqrt(2 / _SWINGS) * swings.sum(axis=0)
+
+
+def _carried(position_m: np.ndarray, rotation: np.ndarray, drift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Position and rotation of the dock as the camera sees it, after the currents moved the vehicle."""
+    turn = _rotation(drift[3:])
+    return turn @ position_m + drift[:3], turn @ rotation
+
+
+def _with_pose(scene: Scene, position_m: np.ndarray, rotation: np.ndarray, index: int) -> Scene:
+    """The scene with the dock elsewhere and the noise of another picture; the first keeps the scene's own."""
+    normal = -rotation[:, 2]
+    theta_x, theta_y = math.asin(max(-1.0, min(1.0, normal[1]))), math.atan2(-normal[0], -normal[2])
+    roll = rotation_from_angles(theta_x, theta_y).T @ rotation
+    pose = Pose(
+        position_m=(float(position_m[0]), float(position_m[1]), float(position_m[2])),
+        theta_x_deg=math.degrees(theta_x),
+        theta_y_deg=math.degrees(theta_y),
+        roll_deg=math.degrees(math.atan2(roll[1, 0], roll[0, 0])),
+    )
+    return msgspec.structs.replace(scene, pose=pose, seed=scene.seed + index * _SEED_STEP)
+
+
+def _rotation(vector_rad: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) about a vector by its length in radians."""
+    return cv2.Rodrigues(np.asarray(vector_rad, dtype=float))[0]

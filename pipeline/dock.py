@@ -1,11 +1,16 @@
-"""The dock: a circle of known diameter with lights evenly spaced around its rim."""
+"""The dock: a circle of known diameter with lights around its rim."""
 
 from __future__ import annotations
+
+import math
 
 import msgspec
 import numpy as np
 
 from pipeline.checks import check_number, check_whole
+
+LIGHT_COLOURS = ("white", "red", "green", "blue")
+_CLOSEST_DEG = 0.5  # two lights nearer to each other than this are one
 
 
 class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"diameter": "diameter_m"}):
@@ -14,34 +19,62 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     Parameters
     ----------
     diameter : of the circle through the lights, in metres, above 0.
-    lights : how many there are, evenly spaced, at least 3; None where it is not known.
+    lights : how many there are, at least 3; None where it is not known.
+    angles_deg : of each light around the ring, see :meth:`light_points`; empty where they are evenly spaced.
+    colours : of each light, names in ``LIGHT_COLOURS``; empty where all are alike.
 
     Raises
     ------
     ValueError
-        if the diameter is not a positive number or the number of lights is below 3.
+        if the diameter is not a positive number, the number of lights is below 3 or another than that of the angles or
+        colours, two angles are the same, or a colour is unknown.
     """
 
     diameter: float
     lights: int | None = None
+    angles_deg: tuple[float, ...] = ()
+    colours: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_number("diameter", self.diameter, above=0)
+        if self.lights is None and (self.angles_deg or self.colours):
+            msgspec.structs.force_setattr(self, "lights", len(self.angles_deg or self.colours))
         if self.lights is not None:
             check_whole("lights", self.lights, least=3)
+        for name in ("angles_deg", "colours"):
+            if len(getattr(self, name)) not in (0, self.lights):
+                raise ValueError(f"{name} has {len(getattr(self, name))} values; the dock has {self.lights} lights")
+        self._check_angles()
+        for index, colour in enumerate(self.colours):
+            if colour not in LIGHT_COLOURS:
+                raise ValueError(f"colours[{index}] is {colour!r}; it must be one of {', '.join(LIGHT_COLOURS)}")
+
+    def _check_angles(self) -> None:
+        for index, angle in enumerate(self.angles_deg):
+            check_number(f"angles_deg[{index}]", angle)
+        around = sorted(angle % 360 for angle in self.angles_deg)
+        for one, other in zip(around, [*around[1:], *(angle + 360 for angle in around[:1])], strict=True):
+            if other - one < _CLOSEST_DEG:
+                raise ValueError(f"angles_deg has two lights at {one:g} degrees; each must have its own place")
 
     @property
     def radius(self) -> float:
         """Half the diameter, in metres."""
         return self.diameter / 2
 
+    def light_angles_rad(self) -> np.ndarray:
+        """Angle (lights,) of each light around the ring, from the dock's x axis towards its y axis."""
+        if self.lights is None:
+            raise ValueError("lights is None; the number of lights is needed to place them")
+        if self.angles_deg:
+            return np.radians(self.angles_deg)
+        return 2 * math.pi * np.arange(self.lights) / self.lights
+
     def light_points(self) -> np.ndarray:
         """Positions (lights, 3) in metres in the dock's own frame.
 
-        The dock lies in the plane z = 0, its face looks along -z (towards the camera when it is square on), light 0
-        is on the x axis and the others follow towards y.
+        The dock lies in the plane z = 0, its face looks along -z (towards the camera when it is square on), a light at
+        angle 0 is on the x axis and others follow towards y.
         """
-        if self.lights is None:
-            raise ValueError("lights is None; the number of lights is needed to place them")
-        angles = 2 * np.pi * np.arange(self.lights) / self.lights
-        return self.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(self.lights)])
+        angles = self.light_angles_rad()
+        return self.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])

@@ -122,7 +122,7 @@ class Estimate:
             "message": self.message,
             "image": {"width": self.width, "height": self.height, "bits": self.bits},
             "camera": msgspec.to_builtins(self.camera) | {"distortion": list(self.camera.distortion)},
-            "dock": msgspec.to_builtins(self.dock),
+            "dock": msgspec.json.decode(msgspec.json.encode(self.dock)),
             "settings": msgspec.to_builtins(self.settings),
             "threshold": self._threshold_dict(),
             "markers": self._marker_dicts(),

@@ -53,7 +53,7 @@ def _dock_lights(scene: Scene, truth: Truth, points_m: np.ndarray, normal: np.nd
     count = len(points_m)
     brightness = np.array(scene.lights.brightness or np.ones(count)) * truth.lit
     sizes = np.array(scene.lights.size or np.ones(count))
-    colours = np.array([COLOURS[name] for name in scene.lights.colours or ("white",) * count])
+    colours = np.array([COLOURS[name] for name in scene.light_colours])
     return Emitters(
         points_m=points_m,
         levels=scene.lights.level * brightness,

@@ -166,11 +166,16 @@ def _with_pose(scene: Scene, position_m: np.ndarray, rotation: np.ndarray, index
     roll = rotation_from_angles(theta_x, theta_y).T @ rotation
     pose = Pose(
         position_m=(float(position_m[0]), float(position_m[1]), float(position_m[2])),
-        theta_x_deg=math.degrees(theta_x),
-        theta_y_deg=math.degrees(theta_y),
-        roll_deg=math.degrees(math.atan2(roll[1, 0], roll[0, 0])),
+        theta_x_deg=_degrees(theta_x),
+        theta_y_deg=_degrees(theta_y),
+        roll_deg=_degrees(math.atan2(roll[1, 0], roll[0, 0])),
     )
     return msgspec.structs.replace(scene, pose=pose, seed=scene.seed + index * _SEED_STEP)
+
+
+def _degrees(angle_rad: float) -> float:
+    """In degrees, without the noise of the last digits, so that an angle that stays is written as it was given."""
+    return round(math.degrees(angle_rad), 9)
 
 
 def _rotation(vector_rad: np.ndarray) -> np.ndarray:

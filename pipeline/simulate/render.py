@@ -54,16 +54,24 @@ def render_parts(scene: Scene) -> Rendering:
     if scene.sensor.colour == "grey":
         light, direct, glow = _band(scene, emitters, scene.water)
     else:
-        bands = [_band(scene, _as_seen(emitters, index), scene.water.in_band(name)) for index, name in enumerate(BANDS)]
+        bands = [
+            _band(scene, _as_seen(emitters, index), scene.water.in_band(name), scene.background.colour[index])
+            for index, name in enumerate(BANDS)
+        ]
         light = np.dstack([band[0] for band in bands])
         _, direct, glow = bands[BANDS.index("green")]
     return Rendering(expose(light, scene), truth, direct, glow)
 
 
-def _band(scene: Scene, emitters: Emitters, water: Water) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light on the sensor in one band of the spectrum, and the lamps' direct and scattered part in it."""
+def _band(
+    scene: Scene, emitters: Emitters, water: Water, background: float = 1.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Light on the sensor in one band of the spectrum, and the lamps' direct and scattered part in it.
+
+    ``background`` is the share that the band has in the background's levels.
+    """
     direct, glow = light_on_sensor(scene, emitters, water)
-    light = background_picture(scene, water) + direct + glow
+    light = background_picture(scene, water, background) + direct + glow
     add_snow(light, scene)
     hide(light, scene.occluders)
     return light, direct, glow

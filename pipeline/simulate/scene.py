@@ -68,8 +68,9 @@ class Lights(Part, frozen=True, kw_only=True):
     beam_exponent : intensity falls with this power of the cosine of the angle off the dock's normal; 1 is a Lambertian
         surface, 0 shines alike to all sides in front of the dock.
     brightness, size : of each light, as a share of ``level`` and ``radius_m``; empty where all are alike.
-    colours : of each light, names in ``COLOURS``; empty where all are white.
-    angles_deg : of each light around the ring; empty where they are evenly spaced.
+    colours : of each light, names in ``COLOURS``; empty for the dock's, and white where it says none.
+    angles_deg : of each light around the ring; empty for the dock's. Other than those, they are a dock that was not
+        built as its drawing says.
     missing : numbers of lights that are dead, counted from 0.
     flicker : probability that a light is off in a picture.
     """
@@ -112,7 +113,7 @@ class Background(Part, frozen=True, kw_only=True):
     """What is seen without lights: a level in the picture's middle, its change across the width and the height.
 
     ``backscatter_level`` is the veil of the vehicle's own lamp, brightest in the middle, in very deep water;
-    ``glares`` are bright patches.
+    ``glares`` are bright patches. ``colour`` is how strongly the blue, green and red bands see all of it.
     """
 
     level: float = 12.0
@@ -120,6 +121,14 @@ class Background(Part, frozen=True, kw_only=True):
     gradient_y: float = 0.0
     backscatter_level: float = 0.0
     glares: tuple[Glare, ...] = ()
+    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, value in zip(("blue", "green", "red"), self.colour, strict=True):
+            check_number(f"background colour {name}", value)
+            if value < 0:
+                raise ValueError(f"background colour {name} is {value!r}; it must be at least 0")
 
 
 class Panel(Part, frozen=True, kw_only=True):
@@ -271,5 +280,9 @@ class Scene(Part, frozen=True, kw_only=True):
         """Angle of each light around the ring, before the dock's roll."""
         if self.lights.angles_deg:
             return tuple(math.radians(angle) for angle in self.lights.angles_deg)
-        count = self.dock.lights or 0
-        return tuple(2 * math.pi * index / count for index in range(count))
+        return tuple(self.dock.light_angles_rad().tolist())
+
+    @property
+    def light_colours(self) -> tuple[str, ...]:
+        """Name of each light's colour."""
+        return self.lights.colours or self.dock.colours or ("white",) * len(self.light_angles_rad)

@@ -17,9 +17,12 @@ _EDGE_POINTS = 16
 _VEIL_SIZE = 0.45  # of the picture's width: how far the vehicle's own light reaches to the sides
 
 
-def background_picture(scene: Scene, water: Water) -> np.ndarray:
-    """The water without lamps, (H, W) float32 in grey levels before exposure, with the dock's panel in front of it."""
-    picture = _water(scene.background, scene, water)
+def background_picture(scene: Scene, water: Water, share: float = 1.0) -> np.ndarray:
+    """The water without lamps, (H, W) float32 in grey levels before exposure, with the dock's panel in front of it.
+
+    ``share`` is how strongly the band in question sees the water's levels.
+    """
+    picture = np.float32(share) * _water(scene.background, scene, water)
     if scene.panel is not None:
         outline = _panel_outline(scene, scene.panel)
         if outline is not None:
@@ -103,10 +106,10 @@ def _letters(text: Text) -> np.ndarray:
 
 
 def _cover(picture: np.ndarray, outline_px: np.ndarray, level: float) -> None:
-    """Fill a convex outline with a level, its edge softened over a pixel."""
+    """Fill an outline (a lens may bend it inwards) with a level, its edge softened over a pixel."""
     mask = np.zeros(picture.shape, np.uint8)
     fixed = np.rint(np.clip(outline_px, -1e5, 1e5) * 16).astype(np.int32)
-    cv2.fillConvexPoly(mask, fixed, 255, cv2.LINE_AA, shift=4)
+    cv2.fillPoly(mask, [fixed], 255, cv2.LINE_AA, shift=4)
     share = mask.astype(np.float32) / 255
     picture *= 1 - share
     picture += level * share

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from pipeline.ellipse import Ellipse, NoEllipseError, fit_ellipse
 from pipeline.simulate.scene import Occluder, Scene
 
 _CIRCLE_POINTS = 360
+_DECIMALS = 9  # in files: fewer than the last digits, which differ from one machine's linear algebra to another's
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,8 @@ def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:
     """The truth as plain values with their units in the names, for a file; None for what has no image."""
     ellipse = truth.ellipse
     return {
-        "position_m": truth.position_m.tolist(),
-        "normal": truth.normal.tolist(),
+        "position_m": _numbers(truth.position_m),
+        "normal": _numbers(truth.normal),
         "theta_x_deg": scene.pose.theta_x_deg,
         "theta_y_deg": scene.pose.theta_y_deg,
         "roll_deg": scene.pose.roll_deg,
@@ -78,9 +80,9 @@ def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:
         "ellipse": None
         if ellipse is None
         else {
-            "centre_px": list(ellipse.centre_px),
-            "semi_axes_px": list(ellipse.semi_axes_px),
-            "angle_deg": math.degrees(ellipse.angle_rad),
+            "centre_px": _numbers(ellipse.centre_px),
+            "semi_axes_px": _numbers(ellipse.semi_axes_px),
+            "angle_deg": round(math.degrees(ellipse.angle_rad), _DECIMALS),
         },
     }
 
@@ -128,5 +130,5 @@ def _hidden(points_px: np.ndarray, occluders: tuple[Occluder, ...]) -> np.ndarra
     return hidden
 
 
-def _numbers(values: np.ndarray) -> list[float | None]:
-    return [float(value) if np.isfinite(value) else None for value in values]
+def _numbers(values: Iterable[float]) -> list[float | None]:
+    return [round(float(value), _DECIMALS) if math.isfinite(value) else None for value in values]

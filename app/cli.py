@@ -14,7 +14,7 @@ from pipeline import Camera, Dock, Settings
 from pipeline.camera_files import load_camera
 from pipeline.thresholds import METHODS
 
-COMMANDS = ("serve", "estimate")
+COMMANDS = ("serve", "estimate", "simulate")
 EXIT_BAD_ARGUMENTS = 2
 
 
@@ -62,6 +62,19 @@ def _parser() -> argparse.ArgumentParser:
     estimate.add_argument("--csv", metavar="FILE", help="write a table, a row a picture")
     estimate.add_argument("--annotate", metavar="DIR", type=Path, help="write annotated pictures into a folder")
     estimate.set_defaults(run=_estimate)
+    simulate = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
+    simulate.add_argument("--scene", metavar="S.yaml", help="scene file (default: an approach from 20 m to 1 m)")
+    simulate.add_argument("--seed", type=int, metavar="N", help="of all that is random (default: the scene file's)")
+    simulate.add_argument("--frames", type=int, metavar="N", help="how many pictures (default: as the scene file says)")
+    simulate.add_argument(
+        "--out",
+        required=True,
+        metavar="DIR",
+        type=Path,
+        help="folder for frame_0001.png and so on with truth.csv; or a video with its truth in a CSV beside it: "
+        "NAME.mp4, or NAME.avi, which keeps every grey level",
+    )
+    simulate.set_defaults(run=_simulate)
     return parser
 
 
@@ -120,6 +133,12 @@ def _estimate(arguments: argparse.Namespace) -> int:
     camera, dock, settings = _camera(arguments), _dock(arguments), _settings(arguments)
     outputs = Outputs(arguments.json, arguments.csv, arguments.annotate)
     return estimate_sources(expand(arguments.sources), camera, dock, settings, outputs)
+
+
+def _simulate(arguments: argparse.Namespace) -> int:
+    from app.simulate_command import simulate  # rich's bars take a moment to import
+
+    return simulate(arguments.scene, arguments.seed, arguments.frames, arguments.out)
 
 
 if __name__ == "__main__":

@@ -10,10 +10,9 @@ import msgspec
 import numpy as np
 
 from pipeline.camera_files import FileError, read_yaml, to_yaml
-from pipeline.simulate.film import Frame
-from pipeline.simulate.motion import Sequence
 from pipeline.simulate.render import render
 from pipeline.simulate.scene import Scene
+from pipeline.simulate.sequence import Frame, Sequence
 from pipeline.simulate.truth import Truth, truth_dict
 from pipeline.simulate.water import preset
 

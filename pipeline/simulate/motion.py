@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-import msgspec
 import numpy as np
 
 from pipeline.checks import check_number, check_whole
-from pipeline.simulate.scene import Part, Scene
+from pipeline.simulate.scene import Part
 
 
 class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
@@ -99,24 +98,3 @@ class ClosedLoop(Motion, frozen=True, kw_only=True, tag="closed_loop"):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_number("end_m", self.end_m, above=0)
-
-
-class Sequence(msgspec.Struct, frozen=True, kw_only=True):
-    """A scene and how the vehicle moves in it; without a motion it is one picture."""
-
-    scene: Scene
-    motion: Approach | Sweep | Hover | ClosedLoop | None = None
-
-    @property
-    def frames(self) -> int:
-        """Number of its pictures."""
-        return 1 if self.motion is None else self.motion.frames
-
-    def with_frames(self, frames: int) -> Sequence:
-        """Return the same way in this many pictures; a scene without a motion stands still, but for its noise."""
-        motion = self.motion or Hover(drift_m=0.0, drift_deg=0.0)
-        return Sequence(scene=self.scene, motion=msgspec.structs.replace(motion, frames=frames))
-
-    def with_seed(self, seed: int) -> Sequence:
-        """Return the same sequence with other random numbers."""
-        return Sequence(scene=msgspec.structs.replace(self.scene, seed=seed), motion=self.motion)

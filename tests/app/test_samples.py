@@ -1,12 +1,14 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalSubscript=false
 """The sample scenes: what each is there to show, measured in its picture."""
 
 import math
 import shutil
 
+import cv2
 import msgspec
 import numpy as np
 import pytest
-from scipy.ndimage import label
 
 from app.resources import sample_names, sample_path, samples_folder
 from app.samples import load_sample
@@ -65,7 +67,7 @@ def test_tilted_is_tilted():
 def test_burnt_in_letters_are_as_bright_as_the_lights():
     image = load_sample("burnt_in_text").image
     assert (image[15:40, 440:] == 255).sum() > 200  # upper right, as much as ten lights
-    assert (image[435:465, :80] == 255).sum() > 50  # lower left
+    assert (image[435:465, :80] == 255).sum() > 40  # lower left
     assert (levels_at_lights("burnt_in_text") == 1).all()
 
 
@@ -99,7 +101,8 @@ def test_mirror_shows_a_second_ring_above_the_first():
 
 def test_snow_adds_more_specks_than_there_are_lights():
     sample = load_sample("snow")
-    assert label(sample.image > np.median(sample.image) + 30)[1] > 60
+    specks, _ = cv2.connectedComponents((sample.image > np.median(sample.image) + 30).astype(np.uint8))
+    assert specks > 60
 
 
 def test_missing_lacks_three_lights_and_hides_another():

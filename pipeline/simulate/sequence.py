@@ -15,7 +15,7 @@ import numpy as np
 
 from pipeline.camera import Camera
 from pipeline.circle_pose import CirclePose, rotation_from_angles
-from pipeline.simulate.motion import ClosedLoop, Motion, Sequence
+from pipeline.simulate.motion import Approach, ClosedLoop, Hover, Motion, Sweep
 from pipeline.simulate.render import render
 from pipeline.simulate.scene import Pose, Scene
 from pipeline.simulate.truth import Truth, dock_rotation, random_stream
@@ -25,6 +25,27 @@ Observe = Callable[[np.ndarray, Camera], CirclePose | None]
 _SEED_STEP = 1_000_003  # between the seeds of two pictures, so that sequences of neighbouring seeds share no noise
 _SWINGS = 6  # a smooth random drift is a sum of this many swings
 _RESPONSE_S = 1.0  # time in which the steered vehicle would make good an error if its speed allowed
+
+
+class Sequence(msgspec.Struct, frozen=True, kw_only=True):
+    """A scene and how the vehicle moves in it; without a motion it is one picture."""
+
+    scene: Scene
+    motion: Approach | Sweep | Hover | ClosedLoop | None = None
+
+    @property
+    def frames(self) -> int:
+        """Number of its pictures."""
+        return 1 if self.motion is None else self.motion.frames
+
+    def with_frames(self, frames: int) -> Sequence:
+        """Return the same way in this many pictures; a scene without a motion stands still, but for its noise."""
+        motion = self.motion or Hover(drift_m=0.0, drift_deg=0.0)
+        return Sequence(scene=self.scene, motion=msgspec.structs.replace(motion, frames=frames))
+
+    def with_seed(self, seed: int) -> Sequence:
+        """Return the same sequence with other random numbers."""
+        return Sequence(scene=msgspec.structs.replace(self.scene, seed=seed), motion=self.motion)
 
 
 @dataclass(frozen=True)

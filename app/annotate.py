@@ -39,7 +39,7 @@ def annotate(image: Any, estimate: Estimate) -> np.ndarray:
     canvas = to_bgr8(image)
     unit = max(1.0, min(canvas.shape[:2]) / 480)
     if estimate.ellipse is not None:
-        outline = estimate.camera.distort(estimate.ellipse.points(240))
+        outline = _in_picture(estimate, estimate.ellipse.points(240))
         _polyline(canvas, outline, ELLIPSE_COLOUR, unit, closed=True)
     _markers(canvas, estimate, unit)
     for index in reversed(range(len(estimate.candidates))):
@@ -57,6 +57,18 @@ def to_bgr8(image: Any) -> np.ndarray:
     if array.ndim == 2:
         return cv2.cvtColor(array, cv2.COLOR_GRAY2BGR)
     return array[:, :, :3].copy()
+
+
+def _in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
+    """Where the picture shows points (N, 2) of the undistorted picture.
+
+    Behind a port that depends on how far away they are: they are taken to lie in the chosen pose's plane.
+    """
+    camera, pose = estimate.camera, estimate.selected
+    if camera.port is None or pose is None:
+        return camera.distort(points_px)
+    rays = camera.pinhole_rays(points_px)
+    return camera.project(rays * ((pose.position_m @ pose.normal) / (rays @ pose.normal))[:, None])
 
 
 def _markers(canvas: np.ndarray, estimate: Estimate, unit: float) -> None:
@@ -107,10 +119,10 @@ def _pose_axes(canvas: np.ndarray, pose: CirclePose, index: int, estimate: Estim
 
 def _centres(canvas: np.ndarray, estimate: Estimate, unit: float) -> None:
     if estimate.ellipse is not None:
-        (centre,) = estimate.camera.distort([estimate.ellipse.centre_px])
+        (centre,) = _in_picture(estimate, np.array([estimate.ellipse.centre_px]))
         cv2.drawMarker(canvas, _at(centre), ELLIPSE_COLOUR, cv2.MARKER_CROSS, _width(12 * unit), _width(unit))
     if estimate.selected is not None:
-        (centre,) = estimate.camera.distort([estimate.selected.centre_px])
+        (centre,) = estimate.camera.project([estimate.selected.position_m])
         cv2.circle(canvas, _at(centre), _width(5 * unit), TEXT_COLOUR, _width(unit), cv2.LINE_AA)
         cv2.circle(canvas, _at(centre), _width(unit), TEXT_COLOUR, -1, cv2.LINE_AA)
 
@@ -167,13 +179,15 @@ def _line(canvas: np.ndarray, camera: Camera, ends_m: np.ndarray, colour: Any, u
 
 
 def _polyline(canvas: np.ndarray, points: np.ndarray, colour: Any, unit: float, *, closed: bool) -> None:
-    inside = np.clip(points, -1e5, 1e5)
+    inside = np.clip(points[np.isfinite(points).all(axis=1)], -1e5, 1e5)
+    if len(inside) < 2:
+        return
     fixed = np.rint(inside * 16).astype(np.int32)[:, None]
     cv2.polylines(canvas, [fixed], closed, colour, _width(unit), cv2.LINE_AA, shift=4)
 
 
 def _at(point: np.ndarray) -> tuple[int, int]:
-    x, y = np.clip(point, -1e5, 1e5)
+    x, y = np.clip(np.nan_to_num(point, nan=-1e5), -1e5, 1e5)
     return round(float(x)), round(float(y))
 
 

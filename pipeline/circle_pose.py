@@ -23,8 +23,10 @@ class CirclePose:
     centre_px : (2,) image of the dock's centre, in pixels of the undistorted picture.
     probability : that this is the right one of the two candidates; None where nothing tells them apart.
     rms_px : root mean square reprojection error of the lights, evenly spaced; None where it was not computed.
-    roll_rad : angle of the first light, modulo the spacing; None where it was not computed.
-    sigma_position_m, sigma_theta_rad : one-sigma; None where they were not computed.
+    roll_rad : angle of light 0 around the dock's axis; where lights are alike and evenly spaced any of them may be
+        light 0, and it is the smallest such angle. None where it was not computed.
+    sigma_position_m, sigma_theta_rad : one-sigma, of which 1.96 on either side hold the truth in 95 % of pictures;
+        None where they were not computed.
     """
 
     position_m: np.ndarray
@@ -47,10 +49,19 @@ class CirclePose:
         return math.atan2(-float(self.normal[0]), -float(self.normal[2]))
 
     @property
+    def rotation(self) -> np.ndarray:
+        """Rotation (3, 3) from the dock's frame, without roll, to the camera's; its third column is -normal."""
+        x, y, z = self.normal.tolist()
+        level = math.hypot(x, z)
+        if level < 1e-12:
+            return rotation_from_angles(self.theta_x_rad, self.theta_y_rad)
+        return np.array([[-z / level, x * y / -level, -x], [0, level, -y], [x / level, y * z / -level, -z]])
+
+    @property
     def T_camera_dock(self) -> np.ndarray:
         """The 4 x 4 transform from the dock's frame (z into the dock, away from the camera) to the camera's."""
         transform = np.eye(4)
-        transform[:3, :3] = rotation_from_angles(self.theta_x_rad, self.theta_y_rad)
+        transform[:3, :3] = self.rotation
         transform[:3, 3] = self.position_m
         return transform
 

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import expit
 
 from pipeline.camera import Camera
-from pipeline.circle_pose import CirclePose, rotation_from_angles
+from pipeline.circle_pose import CirclePose
 from pipeline.dock import Dock
+from pipeline.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
+from pipeline.spacing import Placement, place
+from pipeline.uncertainty import deviations, log_odds, noise_px
 
-# Until the lights' own scatter says otherwise, their centres are taken to be this precise. It counts as much as
-# this many lights.
-PRIOR_NOISE_PX = 0.2
-PRIOR_LIGHTS = 2
-EVEN_WITHIN = 0.25  # of the spacing: lights further than this from every place are not evenly spaced
+DECIDED = 0.95  # probability from which on the likelier pose is called the right one
+SAME_RAD = math.radians(0.2)  # two poses that face the same way up to this are one
+_SLID = 0.25  # two poses that come this much closer to each other by refinement have become one
+_NO_CHANCE = 100.0  # times the other's squares: what a pose gets on whose ring the points are no lights
 
 
 @dataclass(frozen=True)
@@ -25,83 +27,140 @@ class Choice:
 
     Attributes
     ----------
-    candidates : the two poses with their probabilities and reprojection errors.
+    candidates : the two poses with their probabilities, reprojection errors and uncertainties.
     selected : index of the chosen one.
-    selected_by : "spacing", or "none" where nothing tells them apart.
-    lights : (N,) number of the light that each point is, counted around the ring; None without even spacing.
+    selected_by : "spacing" or "colours", or "none" where nothing tells them apart.
+    lights : (N,) number of the light that each point is, counted around the ring; None where that is not known.
+    coincide : the dock is seen so nearly square on that both poses are the same within their errors.
     """
 
-    candidates: tuple[CirclePose, CirclePose]
+    candidates: tuple[CirclePose, ...]
     selected: int
     selected_by: str
     lights: np.ndarray | None
+    coincide: bool = False
 
-
-@dataclass(frozen=True)
-class _Spacing:
-    """How well evenly spaced lights on one candidate explain the picture."""
-
-    squares_px2: float
-    roll_rad: float
-    lights: np.ndarray
-    is_even: bool
+    @property
+    def decided(self) -> bool:
+        """Whether the chosen pose is the right one with a probability of at least 95 %."""
+        probability = self.candidates[self.selected].probability
+        return probability is not None and probability >= DECIDED
 
 
 def choose_by_spacing(
-    poses: tuple[CirclePose, CirclePose], points_px: np.ndarray, camera: Camera, dock: Dock
+    poses: Sequence[CirclePose],
+    points_px: np.ndarray,
+    camera: Camera,
+    dock: Dock,
+    labels: Sequence[str | None] | None = None,
 ) -> Choice:
-    """Choose the candidate on which the lights are evenly spaced.
+    """Refine both candidates, and choose the one on which the lights are spaced as they should be.
 
     Parameters
     ----------
     poses : the two candidates.
-    points_px : (N, 2) centres of the lights, undistorted.
-    dock : where its number of lights is None, the points are taken to be all of them.
+    points_px : (N, 2) centres of the lights in the picture.
+    camera : that took it.
+    dock : where its number of lights is None, the points are taken to be all of them, evenly spaced.
+    labels : for each point the name of its colour, None where it cannot be told.
 
     Notes
     -----
-    The lights are back-projected onto each candidate's plane; their angles' common phase places the evenly spaced
-    model, and the model's reprojection error tells how well it fits. With the noise s of a light's centre, the
-    log-odds are half the difference of the two sums of squares over s^2. s is estimated from the better candidate,
-    together with a weak prior, because ten lights alone do not fix it.
+    The lights are traced back onto each candidate's plane, where their angles around the ring tell which lights they
+    are. Both candidates are then refined with the lights in these places, and what remains of the reprojection error
+    tells how well each explains the picture, see :func:`pipeline.uncertainty.log_odds`. Where the spacing is not
+    known, both are refined with each light free to lie anywhere on its circle, which tells nothing about the choice.
     """
-    spacing = dock.lights if dock.lights is not None else len(points_px)
-    fits = [_fit_spacing(pose, points_px, camera, dock.radius, spacing) for pose in poses]
-    if not any(fit.is_even for fit in fits):
-        undecided = replace(poses[0], probability=0.5), replace(poses[1], probability=0.5)
-        return Choice(undecided, 0, "none", None)
-    squares = [fit.squares_px2 for fit in fits]
-    freedom = max(1, len(points_px) - 3)
-    variance = (min(squares) + PRIOR_LIGHTS * PRIOR_NOISE_PX**2) / (freedom + PRIOR_LIGHTS)
-    first = float(expit((squares[1] - squares[0]) / (2 * variance)))
-    judged = [
-        replace(
-            pose,
-            probability=probability,
-            rms_px=math.sqrt(fit.squares_px2 / len(points_px)),
-            roll_rad=fit.roll_rad,
-        )
-        for pose, fit, probability in zip(poses, fits, (first, 1 - first), strict=True)
+    rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
+    R = np.stack([pose.rotation for pose in poses])
+    t = np.stack([pose.position_m for pose in poses])
+    placement = place(angles_on_planes(rays, R, t), dock, labels)
+    if not any(placement.fits):
+        fit = refine(R, t, None, dock.radius, rays)
+        return _choice(fit, fit.squares_px2.tolist(), [0.5, 0.5], None, "none", camera)
+    fit = refine(R, t, placement.angles_rad, dock.radius, rays)
+    fit = _apart(fit, R, t, placement, dock.radius, rays)
+    squares = _judged(fit.squares_px2.tolist(), placement.fits)
+    first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
+    by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
+    return _choice(fit, fit.squares_px2.tolist(), [first, 1 - first], placement, by, camera)
+
+
+def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, radius_m: float, rays: LightRays) -> Fit:
+    """Where refinement brought both candidates to the same pose, put the one that went farther back to where it was.
+
+    Then only one pose explains the spacing, and its twin is the other one that the ellipse alone would allow.
+    """
+    before, after = _gap_rad(R), _gap_rad(fit.rotations)
+    if before < SAME_RAD or after > _SLID * before:
+        return fit
+    turned = [_angle_rad(R[k, :, 2], fit.rotations[k, :, 2]) for k in range(len(R))]
+    back = int(np.argmax(turned))
+    rotations, positions, squares = fit.rotations.copy(), fit.positions_m.copy(), fit.squares_px2.copy()
+    rotations[back], positions[back] = R[back], t[back]
+    squares[back] = squares_at(R[back], t[back], placement.angles_rad[back], radius_m, rays)
+    return Fit(rotations, positions, squares, fit.information, fit.numbers, fit.points)
+
+
+def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
+    """The squares by which candidates are judged: those on whose ring the points are no lights have no chance."""
+    best = min(squares for squares, ok in zip(squares_px2, fits, strict=True) if ok)
+    return [
+        squares if ok else max(squares, _NO_CHANCE * (best + 1.0))
+        for squares, ok in zip(squares_px2, fits, strict=True)
     ]
-    likelier = 0 if first >= 0.5 else 1
-    return Choice((judged[likelier], judged[1 - likelier]), 0, "spacing", fits[likelier].lights)
 
 
-def _fit_spacing(pose: CirclePose, points_px: np.ndarray, camera: Camera, radius: float, spacing: int) -> _Spacing:
-    """Place evenly spaced lights on a candidate's ring, as close to the points as they come."""
-    rotation = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
-    rays = camera.pinhole_rays(points_px)
-    on_plane = rays * ((pose.position_m @ pose.normal) / (rays @ pose.normal))[:, None]
-    in_dock = (on_plane - pose.position_m) @ rotation
-    angles = np.arctan2(in_dock[:, 1], in_dock[:, 0])
-    step = 2 * math.pi / spacing
-    roll = float(np.angle(np.exp(1j * spacing * angles).sum())) / spacing % step
-    slots = (angles - roll) / step
-    lights = np.rint(slots).astype(int)
-    ring = roll + step * lights
-    model = pose.position_m + radius * np.column_stack([np.cos(ring), np.sin(ring), 0 * ring]) @ rotation.T
-    seen = model @ camera.matrix.T
-    squares = float(((seen[:, :2] / seen[:, 2:] - points_px) ** 2).sum())
-    numbered = lights % spacing
-    is_even = len(np.unique(numbered)) == len(numbered) and np.abs(slots - lights).max() < EVEN_WITHIN
-    return _Spacing(squares, roll, numbered, bool(is_even))
+def _choice(
+    fit: Fit,
+    squares_px2: list[float],
+    probabilities: list[float],
+    placement: Placement | None,
+    by: str,
+    camera: Camera,
+) -> Choice:
+    count = fit.points
+    noise, freedom = noise_px(min(squares_px2), fit.numbers, 5 if placement is None else 6)
+    order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
+    candidates = []
+    for k in order:
+        rotation, position = fit.rotations[k], fit.positions_m[k]
+        roll = None
+        if placement is not None:
+            roll = (float(placement.rolls_rad[k]) + _roll_rad(rotation)) % placement.period_rad
+        sigma_position, sigma_theta = deviations(fit.information[k], rotation, noise, freedom)
+        x, y, z = position.tolist()
+        candidates.append(
+            CirclePose(
+                position_m=position,
+                normal=-rotation[:, 2],
+                centre_px=np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]),
+                probability=probabilities[k],
+                rms_px=math.sqrt(squares_px2[k] / count),
+                roll_rad=roll,
+                sigma_position_m=sigma_position,
+                sigma_theta_rad=sigma_theta,
+            )
+        )
+    lights = None if placement is None else placement.lights[order[0]]
+    sigma = max(max(pose.sigma_theta_rad or (0.0,)) for pose in candidates)
+    coincide = _gap_rad(fit.rotations) < max(SAME_RAD, sigma)
+    return Choice(tuple(candidates), 0, by, lights, coincide)
+
+
+def _gap_rad(rotations: np.ndarray) -> float:
+    return _angle_rad(rotations[0, :, 2], rotations[1, :, 2])
+
+
+def _angle_rad(one: np.ndarray, other: np.ndarray) -> float:
+    difference = one - other
+    return 2 * math.asin(min(1.0, math.sqrt(float(difference @ difference)) / 2))
+
+
+def _roll_rad(rotation: np.ndarray) -> float:
+    """Angle that a dock with this rotation is turned by in its own plane."""
+    # The dock's x and y axis against the x axis of a dock without roll, which lies level: (z, 0, -x) of its third.
+    x, z = float(rotation[0, 2]), float(rotation[2, 2])
+    along = float(rotation[0, 0]) * z - float(rotation[2, 0]) * x
+    across = float(rotation[0, 1]) * z - float(rotation[2, 1]) * x
+    return math.atan2(-across, along)

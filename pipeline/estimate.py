@@ -12,16 +12,19 @@ import numpy as np
 
 from pipeline.camera import Camera
 from pipeline.checks import check_whole
-from pipeline.circle_pose import CirclePose, circle_poses
+from pipeline.circle_pose import CirclePose
 from pipeline.dock import Dock
-from pipeline.duality import Choice, choose_by_spacing
-from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
+from pipeline.duality import Choice
+from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from pipeline.image import significant_bits, to_grey
 from pipeline.markers import CENTROIDS, Markers, find_markers
+from pipeline.pose import find_poses
 from pipeline.ring import Ring, find_ring
 from pipeline.thresholds import LEVELS, METHODS, Histogram, Threshold, histogram_of
 
 SCHEMA = 1
+# Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
+LIKELY_RANGE_M = 1.0
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -42,7 +45,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     method: str = "hats"
     level: int = 128
-    min_area_px: int = 4
+    min_area_px: int = 2
     centroid: str = "grey"
 
     def __post_init__(self) -> None:
@@ -194,24 +197,21 @@ def _search(
     """Status, message and the stages that were reached."""
     stages: dict[str, Any] = {}
     threshold = stages["threshold"] = _threshold(histogram, settings)
-    markers = stages["markers"] = find_markers(
-        grey, histogram.levels, threshold, settings.min_area_px, settings.centroid
-    )
+    markers = stages["markers"] = find_markers(grey, histogram, threshold, settings.min_area_px, settings.centroid)
     if len(markers) == 0:
         return "no_lights", f"No lights: {_lower_first(threshold.reason)}", stages
     if len(markers) < MIN_POINTS:
         found = f"{len(markers)} group{'s' if len(markers) > 1 else ''} of bright pixels"
         return "too_few_markers", f"Only {found} at level {threshold.level}; an ellipse needs {MIN_POINTS}.", stages
-    points_px = camera.undistort(markers.points_px)
+    points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
     ring = stages["ring"] = find_ring(points_px)
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     try:
-        ellipse = stages["ellipse"] = fit_ellipse(points_px[ring.on_ring])
+        ellipse, choice = find_poses(markers.points_px[ring.on_ring], camera, dock)
     except NoEllipseError as error:
         return "no_ellipse", f"No ellipse: {error}.", stages
-    poses = circle_poses(ellipse, camera, dock.diameter)
-    choice = stages["choice"] = choose_by_spacing(poses, points_px[ring.on_ring], camera, dock)
+    stages |= {"ellipse": ellipse, "choice": choice}
     return "ok", _success(ring, choice), stages
 
 
@@ -224,9 +224,14 @@ def _threshold(histogram: Histogram, settings: Settings) -> Threshold:
 def _success(ring: Ring, choice: Choice) -> str:
     pose = choice.candidates[choice.selected]
     distance = f"{int(ring.on_ring.sum())} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
+    if choice.coincide:
+        return f"{distance}, seen square on, where both poses are the same within their errors."
     if choice.selected_by == "none":
         return f"{distance}. The lights' spacing does not tell which of the two poses is right."
-    return f"{distance}, the likelier pose at {100 * (pose.probability or 0):.0f} %."
+    percent = f"{100 * (pose.probability or 0):.0f} %"
+    if not choice.decided:
+        return f"{distance}. Undecided between the two poses; the likelier one has {percent}."
+    return f"{distance}, the likelier pose at {percent}."
 
 
 def _lower_first(text: str) -> str:

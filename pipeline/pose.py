@@ -1,0 +1,88 @@
+"""From the lights' centres in a picture to both poses of the dock, whatever lies before the lens."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pipeline.camera import Camera
+from pipeline.checks import as_points
+from pipeline.circle_pose import CirclePose, circle_poses
+from pipeline.dock import Dock
+from pipeline.duality import Choice, choose_by_spacing
+from pipeline.ellipse import Ellipse, fit_ellipse
+from pipeline.refine import light_rays, on_planes
+
+_ROUNDS = 6
+_SETTLED = 1e-7  # share of the range
+_FIRST_DEPTH_M = 1.0
+
+
+def find_poses(
+    points_px: Any, camera: Camera, dock: Dock, labels: Sequence[str | None] | None = None
+) -> tuple[Ellipse, Choice]:
+    """Find both poses of a dock from five or more of its lights.
+
+    Parameters
+    ----------
+    points_px : (N, 2) centres of the lights in the picture.
+    camera : that took it.
+    dock : its diameter, and its lights where they are known.
+    labels : for each point the name of its colour, None where it cannot be told.
+
+    Returns
+    -------
+    The ellipse, in pixels of the undistorted picture (behind a port: of the pinhole picture that would show the lights
+    where the chosen pose has them), and the choice between the two poses, refined.
+
+    Raises
+    ------
+    NoEllipseError
+        if no ellipse runs through the points.
+    """
+    points = as_points("points_px", points_px, 2)
+    if camera.port is None:
+        ellipse = fit_ellipse(camera.undistort(points))
+        poses = circle_poses(ellipse, camera, dock.diameter)
+        return ellipse, choose_by_spacing(poses, points, camera, dock, labels)
+    poses = _poses_behind_port(points, camera, dock)
+    choice = choose_by_spacing(poses, points, camera, dock, labels)
+    chosen = choice.candidates[choice.selected]
+    return fit_ellipse(camera.virtual_pixels(points, _depths(points, camera, chosen))), choice
+
+
+def _poses_behind_port(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[CirclePose, CirclePose]:
+    """Both poses seen through a port.
+
+    There the rays do not meet in one point, so that where a pinhole would see a light depends on how far it is. The
+    depth of each light follows from the pose; so for each candidate by itself pixels, ellipse and pose are computed in
+    turn until they settle. That takes few rounds, since the rays nearly meet.
+    """
+    depth = _FIRST_DEPTH_M
+    pair = circle_poses(fit_ellipse(camera.virtual_pixels(points_px, depth)), camera, dock.diameter)
+    for _ in range(2):
+        depth = float(pair[0].position_m[2] + pair[1].position_m[2]) / 2
+        pair = circle_poses(fit_ellipse(camera.virtual_pixels(points_px, depth)), camera, dock.diameter)
+    first, second = (_settled(pose, points_px, camera, dock) for pose in pair)
+    return first, second
+
+
+def _settled(pose: CirclePose, points_px: np.ndarray, camera: Camera, dock: Dock) -> CirclePose:
+    for _ in range(_ROUNDS):
+        ellipse = fit_ellipse(camera.virtual_pixels(points_px, _depths(points_px, camera, pose)))
+        pair = circle_poses(ellipse, camera, dock.diameter)
+        after = max(pair, key=lambda other: float(other.normal @ pose.normal))
+        moved = float(np.abs(after.position_m - pose.position_m).max())
+        pose = after
+        if moved < _SETTLED * pose.position_m[2]:
+            break
+    return pose
+
+
+def _depths(points_px: np.ndarray, camera: Camera, pose: CirclePose) -> np.ndarray:
+    """Depth (N,) in metres at which the rays of picture points meet a dock's plane."""
+    rays = light_rays(points_px, camera, float(pose.position_m[2]))
+    (flat,) = on_planes(rays, pose.rotation[None], pose.position_m[None])
+    return pose.position_m[2] + flat @ pose.rotation[2, :2]

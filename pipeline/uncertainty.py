@@ -1,0 +1,76 @@
+"""How sure a refined pose is: the noise of the lights' centres, deviations, and the odds of two candidates."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+# Until the lights' own scatter says otherwise, their centres are taken to be this precise; it counts as much as this
+# many measured numbers.
+PRIOR_NOISE_PX = 0.1
+PRIOR_NUMBERS = 4.0
+
+
+def noise_px(squares_px2: float, numbers: int, parameters: int) -> tuple[float, float]:
+    """Standard deviation of a light's centre, in pixels, and the degrees of freedom that it is known with.
+
+    Parameters
+    ----------
+    squares_px2 : sum of the squared residuals.
+    numbers : how many residuals there are.
+    parameters : how many parameters were fitted to them.
+
+    Notes
+    -----
+    The mean of a scaled inverse chi-squared posterior: a weak prior, and the residuals.
+    """
+    freedom = PRIOR_NUMBERS + max(0, numbers - parameters)
+    return math.sqrt((PRIOR_NUMBERS * PRIOR_NOISE_PX**2 + squares_px2) / freedom), freedom
+
+
+def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
+    """Log-odds of the first of two candidates, by their sums of squared residuals of ``numbers`` numbers.
+
+    With the noise known to be s they would be half the difference over s^2. It is not known; averaged over its scaled
+    inverse chi-squared posterior the likelihoods become Student's (Gelman et al., Bayesian Data Analysis, 3.2).
+    """
+    prior = PRIOR_NUMBERS * PRIOR_NOISE_PX**2
+    freedom = PRIOR_NUMBERS + max(0, numbers - 6)
+    return min(500.0, max(-500.0, 0.5 * freedom * math.log((prior + second_px2) / (prior + first_px2))))
+
+
+def deviations(
+    information: np.ndarray, rotation: np.ndarray, noise: float, freedom: float
+) -> tuple[tuple[float, float, float], tuple[float, float]]:
+    """One-sigma of the position (x, y, z), in metres, and of theta_x and theta_y, in radians.
+
+    Parameters
+    ----------
+    information : (6, 6) J^T J in 1 / m and 1 / rad per pixel, for a step and a turn about the dock's axes.
+    rotation : (3, 3) of the dock, roll included.
+    noise : standard deviation of a light's centre, in pixels.
+    freedom : degrees of freedom that it is known with.
+
+    Notes
+    -----
+    The covariance is s^2 (J^T J)^-1. The dock is turned by Ry(theta_y) Rx(theta_x) Rz(roll), so a step of theta_x is a
+    turn about the dock's x axis before its roll, and one of theta_y has cos(theta_x) of it about the y axis there. Few
+    lights leave the noise itself uncertain; the deviations are enlarged so that 1.96 of them hold 95 % (Student's
+    quantile, Abramowitz and Stegun 26.7.5).
+    """
+    covariance = np.linalg.inv(information)
+    scale = noise * (1 + (1.209 + 1.439 / freedom) / freedom)
+    xx, yy, zz = (max(0.0, value) for value in covariance.diagonal()[:3].tolist())
+    (a, b), (_, c) = covariance[3:5, 3:5].tolist()
+    cos_x = math.sqrt(max(0.0, 1 - float(rotation[1, 2]) ** 2))
+    # Direction of the roll-free x axis in the dock's frame.
+    level = max(math.hypot(rotation[0, 2], rotation[2, 2]), 1e-12)
+    x = (float(rotation[0, 0] * rotation[2, 2]) - float(rotation[2, 0] * rotation[0, 2])) / level
+    y = (float(rotation[0, 1] * rotation[2, 2]) - float(rotation[2, 1] * rotation[0, 2])) / level
+    about_x = max(0.0, a * x * x + 2 * b * x * y + c * y * y)
+    about_y = max(0.0, a * y * y - 2 * b * x * y + c * x * x)
+    return (
+        (scale * math.sqrt(xx), scale * math.sqrt(yy), scale * math.sqrt(zz)),
+        (scale * math.sqrt(about_x), min(math.pi, scale * math.sqrt(about_y) / max(cos_x, 1e-6))),
+    )

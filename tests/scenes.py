@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 
 from pipeline import Camera, Dock
@@ -33,3 +34,19 @@ def random_scene(seed: int, *, camera: Camera = CAMERA, dock: Dock = DOCK, **pos
         sensor=Sensor(read_noise_levels=rng.uniform(0, 2)),
         seed=seed,
     )
+
+
+QUIET = Sensor(read_noise_levels=0.0, electrons_per_level=1e12)
+DARK = Background(level=0.0)
+PLAIN = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 1.0)), sensor=QUIET, background=DARK)
+
+
+def changed(**parts: object) -> Scene:
+    """The dock square on 1 m ahead without noise or background, but for the given parts."""
+    return msgspec.structs.replace(PLAIN, **parts)
+
+
+def near(image: np.ndarray, point: object, reach: int = 3) -> np.ndarray:
+    """The pixels around a point of the picture."""
+    x, y = np.rint(np.asarray(point)).astype(int)
+    return image[y - reach : y + reach + 1, x - reach : x + reach + 1]

@@ -1,46 +1,20 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
+import itertools
 import math
 
-import cv2
 import msgspec
 import numpy as np
 import pytest
 
 from pipeline import Camera, Dock
-from pipeline.camera_files import FileError, to_yaml
 from pipeline.circle_pose import circle_poses
 from pipeline.port import FlatPort
-from pipeline.simulate import (
-    Lights,
-    Pose,
-    Scene,
-    Sensor,
-    load_scene,
-    render,
-    render_folder,
-    render_parts,
-    save_scene,
-    truth_of,
-)
+from pipeline.simulate import Lights, Pose, render, render_parts, truth_of
 from pipeline.simulate.psf import Psf
-from pipeline.simulate.scene import Background, Glare, Lamp, Mirror, Occluder, Panel, Snow, Text
 from pipeline.simulate.water import Water, preset
-from tests.scenes import CAMERA, DOCK, random_scene
-
-QUIET = Sensor(read_noise_levels=0.0, electrons_per_level=1e12)
-DARK = Background(level=0.0)
-PLAIN = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 1.0)), sensor=QUIET, background=DARK)
-
-
-def changed(**parts: object) -> Scene:
-    return msgspec.structs.replace(PLAIN, **parts)
-
-
-def near(image, point, reach=3):
-    x, y = np.rint(point).astype(int)
-    return image[y - reach : y + reach + 1, x - reach : x + reach + 1]
+from tests.scenes import CAMERA, DOCK, PLAIN, QUIET, changed, near, random_scene
 
 
 def test_truth_by_hand():
@@ -110,6 +84,24 @@ def test_the_middle_of_a_light_has_the_level_that_was_asked_for():
     assert image[240, 320] == pytest.approx(150, rel=0.05)  # the pixel is square, not a point
 
 
+@pytest.mark.parametrize(("bits", "limit_px"), [(8, 0.02), (16, 0.002)])
+@pytest.mark.parametrize("water", ["clear", "tank"])
+def test_the_centre_of_an_isolated_light_lies_at_the_truth_at_any_subpixel_place(water, bits, limit_px):
+    # With 8 bits what is left is the rounding of the light's edges to whole grey levels.
+    one = Lights(level=250.0, missing=tuple(range(1, 10)))
+    sensor = msgspec.structs.replace(QUIET, bits=bits)
+    rows, columns = np.mgrid[-12:13, -12:13]
+    for x_px, y_px in itertools.product(300 + np.array([0.0, 0.13, 0.37, 0.5, 0.75, 0.88]), repeat=2):
+        pose = Pose(position_m=((x_px - 319.5) / 700 - 0.15, (y_px - 239.5) / 700, 1.0))
+        image, truth = render(changed(pose=pose, lights=one, sensor=sensor, water=preset(water)))
+        np.testing.assert_allclose(truth.lights_px[0], (x_px, y_px))
+        window = near(image, (x_px, y_px), 12).astype(float)
+        window = np.maximum(window - np.median(window[0]), 0)  # what the glow adds evenly
+        assert 50 < window.max() * 255 / ((1 << bits) - 1) < 250
+        centre = np.array([(window * columns).sum(), (window * rows).sum()]) / window.sum() + np.rint((x_px, y_px))
+        assert np.linalg.norm(centre - (x_px, y_px)) < limit_px
+
+
 def brute_force_glow(scene):
     """The glow of each lamp at every pixel, one after the other."""
     from pipeline.simulate import glow
@@ -158,6 +150,23 @@ def test_direct_glow_and_sum_as_in_figures_5_to_7():
         away = (distance > 12) & (distance < 20)
         assert rendering.direct[away].max() < 1e-3
         assert rendering.glow[away].mean() > 0.3 or psf.model == "hou_poisson"
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 50.0])
+@pytest.mark.parametrize("model", ["hou", "voss"])
+def test_histograms_as_in_figures_5_to_7(model, tilt_deg):
+    # Lamps of six pixels' radius that saturate nothing: whatever the water, the direct light piles up at one level at
+    # the bright end, and so does the sum; the glow of equal lamps does so at its own, much dimmer, bright end.
+    lights = Lights(level=600.0, radius_m=0.012, beam_exponent=0.0)
+    pose, psf = Pose(position_m=(0.0, 0.0, 1.5)), Psf(model=model, tilt_deg=tilt_deg)
+    rendering = render_parts(changed(psf=psf, pose=pose, lights=lights, water=preset("coastal"), seed=4))
+    assert rendering.image.max() < 255
+    assert rendering.glow.max() < rendering.direct.max() / 4
+    for name, part in {"direct": rendering.direct, "glow": rendering.glow, "sum": rendering.image}.items():
+        counts, _ = np.histogram(part, bins=40, range=(0, part.max()))
+        assert counts[20:].argmax() >= 15, name
+        assert counts[20:].max() > 2 * np.median(counts[20:34]), name
+        assert counts[0] > 100 * counts[20:].max(), name
 
 
 def test_an_asymmetric_glow_is_wider_along_its_axis_and_keeps_its_energy():
@@ -214,6 +223,18 @@ def test_uneven_brightness_size_and_spacing_are_drawn():
     assert dim / bright == pytest.approx(0.25, rel=0.02)
 
 
+def test_the_dock_itself_may_say_where_its_lights_are_and_of_which_colour():
+    dock = Dock(0.3, angles_deg=(0.0, 90.0, 200.0), colours=("red", "blue", "blue"))
+    sensor = msgspec.structs.replace(QUIET, colour="bgr")
+    image, truth = render(changed(dock=dock, sensor=sensor, lights=Lights(level=200.0)))
+    np.testing.assert_allclose(truth.lights_px[1], [319.5, 239.5 + 105], atol=1e-9)
+    red, blue = (near(image, truth.lights_px[index]).reshape(-1, 3).max(axis=0) for index in (0, 1))
+    assert red[2] > 5 * red[0]
+    assert blue[0] > 5 * blue[2]
+    other = Lights(angles_deg=(0.0, 80.0, 200.0), colours=("blue", "red", "red"))
+    assert truth_of(changed(dock=dock, lights=other)).lights_px[1, 0] > 330  # as it was really built
+
+
 def test_in_colour_red_dies_first():
     lights = Lights(level=200.0, colours=("red", "blue") * 5)
     sensor = msgspec.structs.replace(QUIET, colour="bgr")
@@ -227,158 +248,3 @@ def test_in_colour_red_dies_first():
 
     # Pope and Fry: 0.265 1/m more absorption at 620 nm than at 460 nm; the two lights are equally far.
     assert share_of_red(2.0) / share_of_red(1.0) == pytest.approx(math.exp(-0.265), rel=0.05)
-
-
-def test_a_bayer_sensor_gives_the_colours_back_where_they_change_slowly():
-    light = Background(level=50.0, glares=(Glare(x_px=320.0, y_px=240.0, size_px=100.0, level=100.0),))
-    grey = render(changed(background=light, lights=Lights(level=0.0)))[0]
-    colour = render(
-        changed(
-            background=light,
-            lights=Lights(level=0.0),
-            sensor=Sensor(colour="bayer", read_noise_levels=0.0, electrons_per_level=1e12),
-        )
-    )[0]
-    assert colour.shape == (480, 640, 3)
-    assert np.abs(colour[2:-2, 2:-2].astype(int) - grey[2:-2, 2:-2, None]).max() <= 2
-
-
-def test_a_mirror_doubles_the_lights_above_the_surface():
-    scene = changed(mirror=Mirror(height_m=0.25, ripple_deg=0.0), camera=Camera(400, 400, 319.5, 239.5, 640, 480))
-    image, truth = render(scene)
-    below = truth.lights_m[7] * [1, -1, 1] - [0, 0.5, 0]
-    image_px = scene.camera.project(below[None])[0]
-    assert near(image, image_px).max() > 20
-    assert near(render(msgspec.structs.replace(scene, mirror=None))[0], image_px).max() < 5
-
-
-def test_everything_else_in_the_water_shows_where_it_should():
-    assert near(render(changed(lamps=(Lamp(position_m=(0.3, 0.2, 1.0)),)))[0], (319.5 + 210, 239.5 + 140)).max() > 100
-    assert (render(changed(snow=Snow(count=200)))[0] > 5).sum() > 200
-    text = render(changed(texts=(Text(text="2026-11-20 IPC", x_px=400.0, y_px=20.0),)))[0]
-    assert (text[20:37, 400:620] == 255).sum() > 100
-    assert text[60:100, 450:620].max() < 10
-    panel = changed(background=Background(level=100.0), panel=Panel(size_m=0.4, level=4.0), lights=Lights(level=0.0))
-    image = render(panel)[0]
-    assert image[240, 320] == 4
-    assert image[240, 20] == 100
-    gradient = render(changed(background=Background(level=50.0, gradient_x=40.0), lights=Lights(level=0.0)))[0]
-    assert (gradient[:, 0].mean(), gradient[:, -1].mean()) == pytest.approx((30, 70), abs=1)
-    veil = render(changed(background=Background(level=0.0, backscatter_level=50.0), lights=Lights(level=0.0)))[0]
-    assert veil[240, 320] > veil[10, 10] + 3
-
-
-def test_an_occluder_hides_the_light_behind_it():
-    bar = Occluder(x_px=424.5, y_px=239.5, width_px=30.0, height_px=60.0, angle_deg=20.0, level=7.0)
-    image, truth = render(changed(occluders=(bar,)))
-    assert np.flatnonzero(~truth.visible).tolist() == [0]
-    assert near(image, (424.5, 239.5)).max() == 7
-
-
-@pytest.mark.parametrize(("bits", "kind"), [(8, np.uint8), (10, np.uint16), (12, np.uint16), (16, np.uint16)])
-def test_every_depth_saturates_at_its_own_end(bits, kind):
-    sensor = msgspec.structs.replace(QUIET, bits=bits)
-    image, _ = render(changed(sensor=sensor, lights=Lights(level=5000.0)))
-    assert image.dtype == kind
-    assert image.max() == (1 << bits) - 1
-
-
-def test_shot_and_read_noise_have_their_variance():
-    sensor = Sensor(read_noise_levels=2.0, electrons_per_level=20.0)
-    image, _ = render(changed(sensor=sensor, background=Background(level=100.0), lights=Lights(level=0.0)))
-    # Shot noise 100 / 20, read noise 2^2, rounding 1/12; the variance of 307200 pixels is known to 0.3 %.
-    assert image.astype(float).var() == pytest.approx(5 + 4 + 1 / 12, rel=0.01)
-
-
-def test_exposure_vignetting_gain_and_jpeg_do_what_they_say():
-    light = {"background": Background(level=40.0), "lights": Lights(level=0.0)}
-
-    def level(**values):
-        return render(changed(sensor=msgspec.structs.replace(QUIET, **values), **light))[0]
-
-    assert level(exposure=2.0).mean() == pytest.approx(80)
-    assert level(gain=3.0).mean() == pytest.approx(120)
-    corner = level(vignetting=0.5)
-    assert corner[0, 0] == pytest.approx(20, abs=1)
-    assert corner[240, 320] == 40
-    assert level(jpeg_quality=50).mean() == pytest.approx(40, abs=1)
-
-
-def test_motion_blur_draws_a_streak_of_its_length():
-    sensor = msgspec.structs.replace(QUIET, motion_blur_px=20.0, motion_angle_deg=90.0)
-    image, truth = render(changed(sensor=sensor, lights=Lights(level=800.0, radius_m=0.001)))
-    x, y = np.rint(truth.lights_px[0]).astype(int)
-    column = image[y - 30 : y + 31, x].astype(float)
-    assert np.count_nonzero(column > column.max() / 2) == pytest.approx(20, abs=2)
-    assert np.count_nonzero(image[y, x - 30 : x + 31] > column.max() / 2) < 6
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Pose(position_m=(0.0, 0.0, -1.0)), "position_m z is -1.0"),
-        (lambda: Pose(position_m=(0.0, math.nan, 1.0)), "position_m y is nan"),
-        (lambda: Pose(position_m=(0.0, 0.0, 1.0), theta_x_deg=math.inf), "theta_x_deg is inf"),
-        (lambda: Lights(level=-1.0), "level is -1.0"),
-        (lambda: Lights(radius_m=0.0), "radius_m is 0.0"),
-        (lambda: Lights(colours=("pink",)), r"colours\[0\] is 'pink'"),
-        (lambda: Lights(brightness=(math.nan,)), r"brightness\[0\] is nan"),
-        (lambda: Lights(flicker=1.2), "flicker is 1.2"),
-        (lambda: Sensor(bits=9), "bits is 9"),
-        (lambda: Sensor(bits=12, jpeg_quality=80), "jpeg_quality is 80 with 12 bits"),
-        (lambda: Sensor(jpeg_quality=0), "jpeg_quality is 0"),
-        (lambda: Sensor(colour="sepia"), "colour is 'sepia'"),
-        (lambda: Sensor(exposure=0.0), "exposure is 0.0"),
-        (lambda: Snow(count=-1), "snow count is -1"),
-        (lambda: changed(seed=-1), "seed is -1"),
-        (lambda: changed(dock=Dock(0.3)), "dock.lights is None"),
-        (lambda: changed(lights=Lights(brightness=(1.0, 2.0))), "lights.brightness has 2 values"),
-        (lambda: changed(lights=Lights(missing=(10,))), "lights.missing has 10"),
-        (lambda: Dock(0.3, 0), "lights is 0"),
-    ],
-)
-def test_bad_numbers_are_named(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()
-
-
-def test_a_scene_file_comes_back_and_renders_the_same_bytes(tmp_path):
-    scene = msgspec.structs.replace(random_scene(3), snow=Snow(count=20), lamps=(Lamp(position_m=(0.5, 0.1, 2.0)),))
-    save_scene(scene, tmp_path, "one")
-    assert load_scene(tmp_path / "one.yaml") == scene
-    before = (tmp_path / "one.png").read_bytes(), (tmp_path / "one.yaml").read_bytes()
-    assert render_folder(tmp_path) == ["one"]
-    assert ((tmp_path / "one.png").read_bytes(), (tmp_path / "one.yaml").read_bytes()) == before
-
-
-def test_16_bit_scenes_are_stored_whole(tmp_path):
-    scene = changed(sensor=msgspec.structs.replace(QUIET, bits=12))
-    save_scene(scene, tmp_path, "deep")
-    np.testing.assert_array_equal(cv2.imread(str(tmp_path / "deep.png"), cv2.IMREAD_UNCHANGED), render(scene)[0])
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"fog": 3}, "fog"),
-        ({"lights": {"level": 100, "colour": "red"}}, "colour"),
-        ({"water": "soup"}, "water is 'soup'"),
-        ({"pose": {"position_m": [0, 0]}}, "position_m"),
-        ({"pose": {"position_m": [0, 0, -2]}}, "position_m z is -2"),
-        ({"sensor": {"bits": "many"}}, "bits"),
-        ({"seed": 1.5}, "seed"),
-    ],
-)
-def test_a_wrong_scene_file_names_the_key(tmp_path, change, message):
-    path = tmp_path / "s.yaml"
-    path.write_text(to_yaml(msgspec.to_builtins(PLAIN) | change))
-    with pytest.raises(FileError, match=message) as raised:
-        load_scene(path)
-    assert "s.yaml" in str(raised.value)
-
-
-def test_a_scene_file_needs_only_what_has_no_default(tmp_path):
-    path = tmp_path / "s.yaml"
-    content = {key: msgspec.to_builtins(PLAIN)[key] for key in ("camera", "dock", "pose")} | {"water": "harbour"}
-    path.write_text(to_yaml(content))
-    assert load_scene(path).water == preset("harbour")

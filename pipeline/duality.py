@@ -77,13 +77,13 @@ def choose_by_spacing(
     placement = place(angles_on_planes(rays, R, t), dock, labels)
     if not any(placement.fits):
         fit = refine(R, t, None, dock.radius, rays)
-        return _choice(fit, fit.squares_px2.tolist(), [0.5, 0.5], None, "none", camera)
+        return choice_of(fit, [0.5, 0.5], None, "none", camera)
     fit = refine(R, t, placement.angles_rad, dock.radius, rays)
     fit = _apart(fit, R, t, placement, dock.radius, rays)
     squares = _judged(fit.squares_px2.tolist(), placement.fits)
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
-    return _choice(fit, fit.squares_px2.tolist(), [first, 1 - first], placement, by, camera)
+    return choice_of(fit, [first, 1 - first], placement, by, camera)
 
 
 def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, radius_m: float, rays: LightRays) -> Fit:
@@ -111,15 +111,9 @@ def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
     ]
 
 
-def _choice(
-    fit: Fit,
-    squares_px2: list[float],
-    probabilities: list[float],
-    placement: Placement | None,
-    by: str,
-    camera: Camera,
-) -> Choice:
-    count = fit.points
+def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | None, by: str, camera: Camera) -> Choice:
+    """Choice among refined poses, the likelier first, with what each is known to; ``by`` tells what decided."""
+    squares_px2 = fit.squares_px2.tolist()
     noise, freedom = noise_px(min(squares_px2), fit.numbers, 5 if placement is None else 6)
     order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
     candidates = []
@@ -136,7 +130,7 @@ def _choice(
                 normal=-rotation[:, 2],
                 centre_px=np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]),
                 probability=probabilities[k],
-                rms_px=math.sqrt(squares_px2[k] / count),
+                rms_px=math.sqrt(squares_px2[k] / fit.points),
                 roll_rad=roll,
                 sigma_position_m=sigma_position,
                 sigma_theta_rad=sigma_theta,
@@ -144,7 +138,7 @@ def _choice(
         )
     lights = None if placement is None else placement.lights[order[0]]
     sigma = max(max(pose.sigma_theta_rad or (0.0,)) for pose in candidates)
-    coincide = _gap_rad(fit.rotations) < max(SAME_RAD, sigma)
+    coincide = len(candidates) > 1 and _gap_rad(fit.rotations) < max(SAME_RAD, sigma)
     return Choice(tuple(candidates), 0, by, lights, coincide)
 
 

@@ -12,7 +12,8 @@ from pipeline.checks import as_points
 from pipeline.circle_pose import CirclePose, circle_poses
 from pipeline.dock import Dock
 from pipeline.duality import Choice, choose_by_spacing
-from pipeline.ellipse import Ellipse, fit_ellipse
+from pipeline.ellipse import MIN_POINTS, Ellipse, fit_ellipse
+from pipeline.few_lights import FEWEST, poses_from_few_lights
 from pipeline.refine import light_rays, on_planes
 
 _ROUNDS = 6
@@ -23,7 +24,7 @@ _FIRST_DEPTH_M = 1.0
 def find_poses(
     points_px: Any, camera: Camera, dock: Dock, labels: Sequence[str | None] | None = None
 ) -> tuple[Ellipse, Choice]:
-    """Find both poses of a dock from five or more of its lights.
+    """Find both poses of a dock from five or more of its lights, or from four or three whose spacing is known.
 
     Parameters
     ----------
@@ -35,7 +36,8 @@ def find_poses(
     Returns
     -------
     The ellipse, in pixels of the undistorted picture (behind a port: of the pinhole picture that would show the lights
-    where the chosen pose has them), and the choice between the two poses, refined.
+    where the chosen pose has them), and the choice between the two poses, refined. Of four or three lights the ellipse
+    is that of the chosen pose, see :func:`pipeline.few_lights.poses_from_few_lights`.
 
     Raises
     ------
@@ -43,6 +45,9 @@ def find_poses(
         if no ellipse runs through the points.
     """
     points = as_points("points_px", points_px, 2)
+    if FEWEST <= len(points) < MIN_POINTS and dock.lights is not None:
+        choice = poses_from_few_lights(points, camera, dock)
+        return _ellipse_of(choice.candidates[0], camera, dock), choice
     if camera.port is None:
         ellipse = fit_ellipse(camera.undistort(points))
         poses = circle_poses(ellipse, camera, dock.diameter)
@@ -51,6 +56,15 @@ def find_poses(
     choice = choose_by_spacing(poses, points, camera, dock, labels)
     chosen = choice.candidates[choice.selected]
     return fit_ellipse(camera.virtual_pixels(points, _depths(points, camera, chosen))), choice
+
+
+def _ellipse_of(pose: CirclePose, camera: Camera, dock: Dock) -> Ellipse:
+    """The ellipse as which a pinhole sees the dock's circle."""
+    angles = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    axes = pose.rotation[:, :2]
+    circle = pose.position_m + dock.radius * np.column_stack([np.cos(angles), np.sin(angles)]) @ axes.T
+    seen = circle @ camera.matrix.T
+    return fit_ellipse(seen[:, :2] / seen[:, 2:])
 
 
 def _poses_behind_port(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[CirclePose, CirclePose]:

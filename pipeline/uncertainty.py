@@ -8,8 +8,8 @@ import numpy as np
 
 # Until the lights' own scatter says otherwise, their centres are taken to be this precise; it counts as much as this
 # many measured numbers.
-PRIOR_NOISE_PX = 0.1
-PRIOR_NUMBERS = 4.0
+PRIOR_NOISE_PX = 0.02
+PRIOR_NUMBERS = 0.5
 
 
 def noise_px(squares_px2: float, numbers: int, parameters: int) -> tuple[float, float]:

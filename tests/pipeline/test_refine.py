@@ -91,22 +91,23 @@ def test_errors_are_as_large_as_the_deviations_say():
         sigma = [*pose.sigma_position_m, *pose.sigma_theta_rad]
         off.append((np.array(found) - truth) / sigma)
     inside = (np.abs(off) < 1.96).mean(axis=0)
-    # The prior of 0.1 px for the noise, which is 0.2 px here, makes them a little short.
-    assert (inside > 0.90).all()
+    # The share of 300 is known to 0.013.
+    assert (inside > 0.91).all()
     assert (inside < 0.99).all()
 
 
 def test_noise_by_hand():
-    # prior: 4 numbers of 0.1 px; 20 numbers less 6 parameters with a sum of squares of 0.56 px^2
+    # prior: half a number of 0.02 px; 20 numbers less 6 parameters with a sum of squares of 0.56 px^2
     noise, freedom = noise_px(0.56, 20, 6)
-    assert freedom == 18
-    assert noise == pytest.approx(math.sqrt((0.04 + 0.56) / 18))
+    assert freedom == 14.5
+    assert noise == pytest.approx(math.sqrt((0.5 * 0.02**2 + 0.56) / 14.5))
 
 
 def test_odds_by_hand():
     assert log_odds(0.3, 0.3, 20) == 0
-    assert log_odds(0.16, 0.36, 20) == pytest.approx(9 * math.log(0.4 / 0.2))
-    assert log_odds(0.36, 0.16, 20) == pytest.approx(-9 * math.log(0.4 / 0.2))
+    prior = 0.5 * 0.02**2
+    assert log_odds(0.2 - prior, 0.4 - prior, 20) == pytest.approx(7.25 * math.log(2))
+    assert log_odds(0.4 - prior, 0.2 - prior, 20) == pytest.approx(-7.25 * math.log(2))
 
 
 def test_deviations_of_a_dock_square_on_by_hand():

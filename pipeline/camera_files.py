@@ -13,8 +13,9 @@ import yaml
 from pipeline.camera import Camera
 
 FORMATS = ("dockpose", "ros", "opencv")
-# The names that ROS and OpenCV give to a lens of 4 or 5, and of 8 coefficients.
-_DISTORTION_MODELS = {"plumb_bob": (4, 5), "rational_polynomial": (8,)}
+# The names of lens models in ROS and OpenCV, and how many coefficients they have; the last two are the same one.
+_DISTORTION_MODELS = {"plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,), "fisheye": (4,)}
+_FISHEYE_MODELS = ("equidistant", "fisheye")
 
 
 class FileError(ValueError):
@@ -84,10 +85,12 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
     Raises
     ------
     ValueError
-        if the format is unknown.
+        if the format is unknown, or cannot hold a port.
     """
     if file_format not in FORMATS:
         raise ValueError(f"file_format is {file_format!r}; it must be one of {', '.join(FORMATS)}")
+    if camera.port is not None and file_format != "dockpose":
+        raise ValueError(f"file_format is {file_format!r}, which has no place for the port; use dockpose")
     if file_format == "opencv":
         Path(path).write_text(_opencv_text(camera), encoding="utf-8")
         return
@@ -135,7 +138,9 @@ def _from_calibration(file: _Calibration) -> Camera:
     if model is not None and len(distortion) not in (0, *_DISTORTION_MODELS[model]):
         wanted = " or ".join(map(str, _DISTORTION_MODELS[model]))
         raise ValueError(f"distortion_coefficients has {len(distortion)} values; {model} has {wanted}")
-    return Camera(fx, fy, cx, cy, file.image_width, file.image_height, tuple(distortion.tolist()))
+    coefficients = tuple(distortion.tolist())
+    size = file.image_width, file.image_height
+    return Camera(fx, fy, cx, cy, *size, coefficients, fisheye=model in _FISHEYE_MODELS)
 
 
 def _values(name: str, matrix: _Matrix) -> np.ndarray:
@@ -145,8 +150,9 @@ def _values(name: str, matrix: _Matrix) -> np.ndarray:
 
 
 def _ros_content(camera: Camera) -> dict[str, Any]:
-    # ROS wants five coefficients for plumb_bob.
-    distortion = list(camera.distortion) + [0.0] * max(0, 5 - len(camera.distortion))
+    # ROS wants five coefficients for plumb_bob, four for equidistant.
+    distortion = list(camera.distortion) + [0.0] * max(0, (4 if camera.fisheye else 5) - len(camera.distortion))
+    model = {4: "equidistant", 5: "plumb_bob", 8: "rational_polynomial"}[len(distortion)]
     matrix = [float(value) for value in camera.matrix.ravel()]
     projection = np.hstack([camera.matrix, np.zeros((3, 1))])
     return {
@@ -154,7 +160,7 @@ def _ros_content(camera: Camera) -> dict[str, Any]:
         "image_height": camera.height,
         "camera_name": "camera",
         "camera_matrix": {"rows": 3, "cols": 3, "data": matrix},
-        "distortion_model": "plumb_bob" if len(distortion) == 5 else "rational_polynomial",
+        "distortion_model": model,
         "distortion_coefficients": {"rows": 1, "cols": len(distortion), "data": distortion},
         "rectification_matrix": {"rows": 3, "cols": 3, "data": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]},
         "projection_matrix": {"rows": 3, "cols": 4, "data": [float(value) for value in projection.ravel()]},
@@ -166,5 +172,7 @@ def _opencv_text(camera: Camera) -> str:
     storage.write("image_width", camera.width)
     storage.write("image_height", camera.height)
     storage.write("camera_matrix", camera.matrix)
-    storage.write("distortion_coefficients", np.array([camera.distortion or (0.0,) * 5]))
+    if camera.fisheye:  # OpenCV's files do not say so by themselves
+        storage.write("distortion_model", "fisheye")
+    storage.write("distortion_coefficients", np.array([camera.distortion or (0.0,) * (4 if camera.fisheye else 5)]))
     return storage.releaseAndGetString()

@@ -4,6 +4,7 @@ import pytest
 
 from pipeline import Camera
 from pipeline.camera_files import FORMATS, FileError, load_camera, save_camera
+from pipeline.port import SEA_WATER, FlatPort
 
 # Numbers that need every digit of a double.
 CAMERA = Camera(
@@ -51,6 +52,30 @@ def test_round_trip_is_exact(tmp_path, file_format, distortion):
     assert load_camera(tmp_path / "c.yaml") == camera
 
 
+@pytest.mark.parametrize("file_format", FORMATS)
+def test_a_fisheye_comes_back_as_one(tmp_path, file_format):
+    camera = Camera(300 / 7, 301 / 7, 320, 240, 640, 480, (-0.1 / 3, 1e-7 / 3, 3.3e-05, -2 / 3e3), fisheye=True)
+    save_camera(camera, tmp_path / "c.yaml", file_format)
+    assert load_camera(tmp_path / "c.yaml") == camera
+
+
+@pytest.mark.parametrize("model", ["equidistant", "fisheye"])
+def test_reads_a_fisheye_of_ros_under_both_its_names(write, model):
+    text = ROS.replace("plumb_bob", model).replace("cols: 5", "cols: 4").replace("-0.0003, 0]", "-0.0003]")
+    camera = load_camera(write(text))
+    assert camera.fisheye
+    assert camera.distortion == (-0.21, 0.01, 0.0005, -0.0003)
+
+
+def test_a_port_is_kept_in_our_own_format_and_dropped_in_none(tmp_path):
+    camera = Camera(700, 700, 320, 240, 640, 480, port=FlatPort(0.03, 0.01, water_index=SEA_WATER))
+    save_camera(camera, tmp_path / "c.yaml")
+    assert load_camera(tmp_path / "c.yaml") == camera
+    for file_format in ("ros", "opencv"):
+        with pytest.raises(ValueError, match="no place for the port"):
+            save_camera(camera, tmp_path / "c.yaml", file_format)
+
+
 def test_reads_what_the_ros_calibrator_writes(write):
     expected = Camera(901.5, 902.5, 640.25, 360.75, 1280, 720, (-0.21, 0.01, 0.0005, -0.0003, 0.0))
     assert load_camera(write(ROS)) == expected
@@ -86,7 +111,8 @@ def test_reads_what_opencv_writes(tmp_path):
         ("901.5", "-901.5", "fx is -901.5"),
         ("901.5", "broken", r"camera_matrix\.data"),
         ("901.5, 0.", "901.5, 3.", "camera_matrix is"),
-        ("plumb_bob", "equidistant", "distortion_model is 'equidistant'"),
+        ("plumb_bob", "thin_prism", "distortion_model is 'thin_prism'"),
+        ("plumb_bob", "equidistant", "distortion_coefficients has 5 values; equidistant has 4"),
         ("plumb_bob", "rational_polynomial", "distortion_coefficients has 5 values"),
         ("image_width: 1280", "image_width: [1280", "not valid YAML, line"),
     ],

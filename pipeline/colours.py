@@ -1,0 +1,83 @@
+"""What colour each light has, told from a colour picture, although water swallows red before blue."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_BANDS = ("blue", "green", "red")
+_CAST = 3.0  # a light is coloured where one band outshines each of the others by this factor, white lights being 1
+_FAINT = 0.25  # of a white light: a coloured one shines at least as much in its own band
+_LEAST_SIGNAL = 8.0  # of 255: a light dimmer than this in every band tells nothing
+_LEAST_BAND = 3.0  # of 255: a band in which the lights are dimmer than this was swallowed by the water
+_RIM_PX = 3  # around a light, where its flanks are, and then the water
+
+
+def tell_colours(
+    image: np.ndarray, points_px: np.ndarray, areas_px: np.ndarray, which: np.ndarray | None = None
+) -> list[str | None]:
+    """Name the colour of each light.
+
+    Parameters
+    ----------
+    image : (H, W, 3) BGR picture of uint8 or uint16; a grey one tells nothing.
+    points_px, areas_px : (N, 2) centres and (N,) areas of the groups found in it.
+    which : (N,) bool, those that are lights of the dock; all where it is None.
+
+    Returns
+    -------
+    For each group "red", "green", "blue" or "white", or None where it cannot be told, or where it is no light.
+
+    Notes
+    -----
+    The light of each band is averaged over the group and a rim, less the water around it, so that lights whose middles
+    are saturated are still told by their flanks. Water takes red first, then blue or green, and as much from every
+    light of a ring; so the bands are first balanced to the median light, which takes most of them to be white. A band
+    of which nothing is left plays no part: its lights cannot be told.
+    """
+    count = len(points_px)
+    which = np.ones(count, dtype=bool) if which is None else which
+    labels: list[str | None] = [None] * count
+    if image.ndim != 3 or image.shape[2] < 3 or not which.any():
+        return labels
+    scale = 255 / np.iinfo(image.dtype).max
+    bands = np.array([scale * _light_of(image, point, area) for point, area in zip(points_px, areas_px, strict=True)])
+    lit = which & (bands.max(axis=1) > _LEAST_SIGNAL)
+    if not lit.any():
+        return labels
+    balance = np.median(bands[lit], axis=0)
+    for index in np.flatnonzero(lit):
+        labels[int(index)] = _name(bands[index], balance)
+    return labels
+
+
+def _light_of(image: np.ndarray, point_px: np.ndarray, area_px: int) -> np.ndarray:
+    """Mean light (3,), blue, green and red, of a group above the water around it."""
+    half = int(np.ceil(np.sqrt(area_px / np.pi))) + _RIM_PX
+    x, y = np.rint(point_px).astype(int)
+    y0, x0 = max(0, y - half), max(0, x - half)
+    window = image[y0 : y + half + 1, x0 : x + half + 1, :3].astype(float)
+    if window.size == 0:
+        return np.zeros(3)
+    edge = np.concatenate([window[0], window[-1], window[:, 0], window[:, -1]])
+    above = window - np.median(edge, axis=0)
+    bright = above.max(axis=2)
+    core = bright >= 0.25 * bright.max()
+    return above[core].mean(axis=0)
+
+
+def _name(light: np.ndarray, balance: np.ndarray) -> str | None:
+    """Name of a light with bands (3,), by how it differs from white ones, whose bands are ``balance``."""
+    bands = {
+        name: max(0.0, float(value)) / float(white)
+        for name, value, white in zip(_BANDS, light, balance, strict=True)
+        if white >= _LEAST_BAND
+    }
+    if len(bands) < 2:
+        return None
+    brightest = max(bands, key=lambda name: bands[name])
+    rest = [value for name, value in bands.items() if name != brightest]
+    if bands[brightest] < _FAINT:
+        return None
+    if bands[brightest] >= _CAST * max(rest):
+        return brightest
+    return "white" if min(rest) > bands[brightest] / _CAST else None

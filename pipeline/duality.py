@@ -137,9 +137,14 @@ def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | N
             )
         )
     lights = None if placement is None else placement.lights[order[0]]
-    sigma = max(max(pose.sigma_theta_rad or (0.0,)) for pose in candidates)
-    coincide = len(candidates) > 1 and _gap_rad(fit.rotations) < max(SAME_RAD, sigma)
-    return Choice(tuple(candidates), 0, by, lights, coincide)
+    return Choice(tuple(candidates), 0, by, lights, _is_square_on(candidates[0]))
+
+
+def _is_square_on(pose: CirclePose) -> bool:
+    """Whether a pose and its twin, the mirror image about the line of sight, are the same within the pose's errors."""
+    towards = -pose.position_m / np.linalg.norm(pose.position_m)
+    off = _angle_rad(pose.normal, towards)
+    return 2 * off < max(SAME_RAD, *(1.96 * sigma for sigma in pose.sigma_theta_rad or ()))
 
 
 def _gap_rad(rotations: np.ndarray) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from pipeline.camera import Camera
 from pipeline.checks import check_whole
 from pipeline.circle_pose import CirclePose
+from pipeline.colours import tell_colours
 from pipeline.dock import Dock
 from pipeline.duality import Choice
 from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError
@@ -183,7 +184,7 @@ def estimate(image: Any, camera: Camera, dock: Dock, settings: Settings | None =
     height, width = grey.shape
     scaled = camera.for_size(width, height)
     histogram = histogram_of(grey)
-    status, message, stages = _search(grey, histogram, scaled, dock, settings)
+    status, message, stages = _search(image, grey, histogram, scaled, dock, settings)
     if scaled is not camera:
         message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
     elapsed_ms = 1000 * (time.perf_counter() - start)
@@ -192,7 +193,7 @@ def estimate(image: Any, camera: Camera, dock: Dock, settings: Settings | None =
 
 
 def _search(
-    grey: np.ndarray, histogram: Histogram, camera: Camera, dock: Dock, settings: Settings
+    image: Any, grey: np.ndarray, histogram: Histogram, camera: Camera, dock: Dock, settings: Settings
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages that were reached."""
     stages: dict[str, Any] = {}
@@ -208,11 +209,19 @@ def _search(
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     try:
-        ellipse, choice = find_poses(markers.points_px[ring.on_ring], camera, dock)
+        points_px = markers.points_px[ring.on_ring]
+        ellipse, choice = find_poses(points_px, camera, dock, _labels(image, markers, ring, dock))
     except NoEllipseError as error:
         return "no_ellipse", f"No ellipse: {error}.", stages
     stages |= {"ellipse": ellipse, "choice": choice}
     return "ok", _success(ring, choice), stages
+
+
+def _labels(image: Any, markers: Markers, ring: Ring, dock: Dock) -> list[str | None] | None:
+    """Colours of the lights on the ring, where the dock's have any."""
+    if not dock.colours:
+        return None
+    return tell_colours(np.asarray(image), markers.points_px[ring.on_ring], markers.areas_px[ring.on_ring])
 
 
 def _threshold(histogram: Histogram, settings: Settings) -> Threshold:

@@ -1,0 +1,77 @@
+"""What estimate() makes of lights that are uneven, coloured or behind a port."""
+
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+from pipeline import Camera, Dock, estimate
+from pipeline.pnp import coded_dock
+from pipeline.port import FlatPort
+from pipeline.simulate import Lights, Sensor, render
+from tests.scenes import CAMERA, random_scene
+
+POSE = {"theta_x_deg": 25.0, "theta_y_deg": -20.0, "roll_deg": 130.0, "position_m": (0.05, 0.05, 1.0)}
+
+
+def angle_deg(pose, truth):
+    return math.degrees(math.acos(min(1.0, float(pose.normal @ truth.normal))))
+
+
+def test_uneven_lights_tell_the_pose_and_the_whole_roll():
+    angles = (0.0, 30.0, 75.0, 140.0, 180.0, 230.0, 262.0, 310.0)
+    dock = Dock(0.30, angles_deg=angles)
+    scene = msgspec.structs.replace(random_scene(3, dock=dock, **POSE), lights=Lights(angles_deg=angles))
+    image, truth = render(scene)
+    found = estimate(image, CAMERA, dock)
+    assert found.choice.selected_by == "spacing"
+    assert found.choice.decided
+    assert angle_deg(found.selected, truth) < 0.5
+    assert math.degrees(found.selected.roll_rad) == pytest.approx(130, abs=0.5)
+
+
+def test_coloured_lights_tell_the_whole_roll_in_a_colour_picture():
+    dock = coded_dock(0.30)
+    scene = random_scene(3, dock=dock, **POSE)
+    scene = msgspec.structs.replace(
+        scene, lights=Lights(level=600, colours=dock.colours), sensor=Sensor(colour="bgr"), water=random_scene(1).water
+    )
+    image, truth = render(scene)
+    found = estimate(image, CAMERA, dock)
+    assert found.choice.selected_by == "colours"
+    assert angle_deg(found.selected, truth) < 0.5
+    assert math.degrees(found.selected.roll_rad) == pytest.approx(130, abs=0.5)
+    grey = estimate(image.mean(axis=2).astype(np.uint8), CAMERA, dock)
+    assert grey.choice.selected_by == "spacing"
+    assert math.degrees(grey.selected.roll_rad) == pytest.approx(130 % 30, abs=0.5)
+
+
+def test_a_picture_through_a_flat_port_gives_the_true_range():
+    camera = Camera(500, 500, 319.5, 239.5, 640, 480, port=FlatPort(0.03, 0.01))
+    image, truth = render(random_scene(4, camera=camera, position_m=(0.2, -0.1, 0.9), theta_x_deg=20.0))
+    found = estimate(image, camera, Dock(0.30, 10))
+    assert np.linalg.norm(found.selected.position_m) == pytest.approx(np.linalg.norm(truth.position_m), rel=0.003)
+    assert angle_deg(found.selected, truth) < 0.5
+
+
+def test_a_dock_square_on_says_so():
+    image, _ = render(random_scene(4, position_m=(0.0, 0.0, 1.5), theta_x_deg=0.0, theta_y_deg=0.0))
+    found = estimate(image, CAMERA, Dock(0.30, 10))
+    assert "square on" in found.message
+    assert found.choice.coincide
+
+
+def test_a_far_dock_is_undecided_and_says_so():
+    messages = []
+    for seed in range(8):
+        scene = random_scene(seed, position_m=(0.0, 0.0, 9.0), theta_x_deg=4.0, theta_y_deg=0.0)
+        image, _ = render(msgspec.structs.replace(scene, lights=Lights(level=9000)))
+        found = estimate(image, CAMERA, Dock(0.30, 10))
+        if found.status == "ok" and not found.choice.decided and not found.choice.coincide:
+            messages.append(found.message)
+    assert messages
+    assert all("Undecided between the two poses" in message for message in messages)

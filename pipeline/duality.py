@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from pipeline.circle_pose import CirclePose
 from pipeline.dock import Dock
 from pipeline.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
 from pipeline.spacing import Placement, place
-from pipeline.uncertainty import deviations, log_odds, noise_px
+from pipeline.uncertainty import deviations, log_odds, nearer, noise_px
 
 DECIDED = 0.95  # probability from which on the likelier pose is called the right one
 SAME_RAD = math.radians(0.2)  # two poses that face the same way up to this are one
@@ -113,31 +113,44 @@ def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
 
 def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | None, by: str, camera: Camera) -> Choice:
     """Choice among refined poses, the likelier first, with what each is known to; ``by`` tells what decided."""
-    squares_px2 = fit.squares_px2.tolist()
-    noise, freedom = noise_px(min(squares_px2), fit.numbers, 5 if placement is None else 6)
-    order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
-    candidates = []
-    for k in order:
+    noise, freedom = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
+    poses = []
+    for k, probability in enumerate(probabilities):
         rotation, position = fit.rotations[k], fit.positions_m[k]
         roll = None
         if placement is not None:
             roll = (float(placement.rolls_rad[k]) + _roll_rad(rotation)) % placement.period_rad
         sigma_position, sigma_theta = deviations(fit.information[k], rotation, noise, freedom)
         x, y, z = position.tolist()
-        candidates.append(
+        poses.append(
             CirclePose(
                 position_m=position,
                 normal=-rotation[:, 2],
                 centre_px=np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]),
-                probability=probabilities[k],
-                rms_px=math.sqrt(squares_px2[k] / fit.points),
+                probability=probability,
+                rms_px=math.sqrt(float(fit.squares_px2[k]) / fit.points),
                 roll_rad=roll,
                 sigma_position_m=sigma_position,
                 sigma_theta_rad=sigma_theta,
             )
         )
+    if placement is not None and len(poses) == 2:
+        poses = _with_overlap(*poses)
+    order = sorted(range(len(poses)), key=lambda k: -(poses[k].probability or 0.0))
     lights = None if placement is None else placement.lights[order[0]]
-    return Choice(tuple(candidates), 0, by, lights, _is_square_on(candidates[0]))
+    candidates = tuple(poses[k] for k in order)
+    return Choice(candidates, 0, by, lights, _is_square_on(candidates[0]))
+
+
+def _with_overlap(first: CirclePose, second: CirclePose) -> list[CirclePose]:
+    """The two poses with probabilities that the truth is nearer to each, when their errors reach over to the other."""
+    gap = first.theta_x_rad - second.theta_x_rad, first.theta_y_rad - second.theta_y_rad
+    one, other = nearer(
+        (first.probability or 0.0, second.probability or 0.0),
+        gap,
+        (first.sigma_theta_rad or (0.0, 0.0), second.sigma_theta_rad or (0.0, 0.0)),
+    )
+    return [replace(first, probability=one), replace(second, probability=other)]
 
 
 def _is_square_on(pose: CirclePose) -> bool:

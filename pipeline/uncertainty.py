@@ -40,6 +40,35 @@ def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
     return min(500.0, max(-500.0, 0.5 * freedom * math.log((prior + second_px2) / (prior + first_px2))))
 
 
+def nearer(
+    probabilities: tuple[float, float], gap_rad: tuple[float, float], sigmas_rad: tuple[tuple[float, float], ...]
+) -> tuple[float, float]:
+    """Probabilities that the truth is nearer to each of two candidates.
+
+    Parameters
+    ----------
+    probabilities : that each is the one that the truth scatters around.
+    gap_rad : from one to the other, in theta_x and theta_y.
+    sigmas_rad : one-sigma of theta_x and theta_y of each.
+
+    Notes
+    -----
+    Around a candidate the truth is normally distributed; a share of that, Phi(-half the gap / sigma), lies beyond the
+    middle between the two. Where both coincide, each gets half.
+    """
+    length = math.hypot(*gap_rad)
+    if length == 0:
+        half = sum(probabilities) / 2
+        return half, half
+    x, y = gap_rad[0] / length, gap_rad[1] / length
+    beyond = [
+        0.5 * math.erfc(length / (math.sqrt(8) * max(math.hypot(x * sigma_x, y * sigma_y), 1e-12)))
+        for sigma_x, sigma_y in sigmas_rad
+    ]
+    moved = probabilities[1] * beyond[1] - probabilities[0] * beyond[0]
+    return probabilities[0] + moved, probabilities[1] - moved
+
+
 def deviations(
     information: np.ndarray, rotation: np.ndarray, noise: float, freedom: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:

@@ -12,7 +12,7 @@ from pipeline.circle_pose import circle_poses, rotation_from_angles
 from pipeline.duality import choose_by_spacing
 from pipeline.ellipse import fit_ellipse
 from pipeline.refine import angles_on_planes, light_rays, refine
-from pipeline.uncertainty import deviations, log_odds, noise_px
+from pipeline.uncertainty import deviations, log_odds, nearer, noise_px
 from tests.scenes import CAMERA
 
 DOCK = Dock(0.30, 10)
@@ -108,6 +108,16 @@ def test_odds_by_hand():
     prior = 0.5 * 0.02**2
     assert log_odds(0.2 - prior, 0.4 - prior, 20) == pytest.approx(7.25 * math.log(2))
     assert log_odds(0.4 - prior, 0.2 - prior, 20) == pytest.approx(-7.25 * math.log(2))
+
+
+def test_candidates_whose_errors_overlap_by_hand():
+    # Two sigma apart, half the gap is one sigma: 15.87 % of each lie beyond the middle.
+    share = 0.158655
+    one, other = nearer((0.9, 0.1), (0.02, 0.0), ((0.01, 5.0), (0.01, 5.0)))
+    assert one == pytest.approx(0.9 * (1 - share) + 0.1 * share, abs=1e-5)
+    assert one + other == pytest.approx(1)
+    assert nearer((0.9, 0.1), (0.0, 0.0), ((0.01, 0.01), (0.01, 0.01))) == (0.5, 0.5)
+    assert nearer((0.9, 0.1), (0.3, 0.3), ((0.01, 0.01), (0.01, 0.01))) == pytest.approx((0.9, 0.1))
 
 
 def test_deviations_of_a_dock_square_on_by_hand():

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.camera import Camera
 from pipeline.checks import check_number
-from pipeline.ellipse import Ellipse
+from pipeline.ellipse import Ellipse, NoEllipseError
 
 
 @dataclass(frozen=True)
@@ -90,6 +90,8 @@ def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[Cir
     ------
     ValueError
         if the diameter is not positive.
+    NoEllipseError
+        if the ellipse is so small or narrow that rounding leaves no circle behind it.
 
     Notes
     -----
@@ -97,28 +99,37 @@ def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[Cir
     machine vision", in the closed form of the cone's eigenvalues l1 >= l2 > 0 > l3.
     """
     check_number("diameter", diameter, above=0)
-    cone = camera.matrix.T @ ellipse.matrix @ camera.matrix
-    eigenvalues, vectors = np.linalg.eigh(cone / np.linalg.norm(cone))
-    l3, l2, l1 = eigenvalues
-    V = vectors[:, [2, 1, 0]]
+    K = camera.matrix
+    cone = K.T @ ellipse.matrix @ K
+    eigenvalues, V = np.linalg.eigh(cone / math.sqrt(np.vdot(cone, cone)))
+    l3, l2, l1 = eigenvalues.tolist()
+    if not l3 < 0 < l2:
+        raise NoEllipseError("the ellipse is too small, or too narrow, to be a circle's picture")
     g = math.sqrt((l2 - l3) / (l1 - l3))
     h = math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
     distance = l2 * (diameter / 2) / math.sqrt(-l1 * l3)
-    inverse = np.linalg.inv(cone)
-    poses = [_pose(V, g, sign * h, l1 / l2, l3 / l2, distance, inverse, camera) for sign in (1, -1)]
-    first, second = sorted(poses, key=lambda pose: float(pose.normal[0]))
-    return first, second
+    # Columns: both normals and both centres, in the frame of the cone's axes by rising eigenvalue.
+    along = np.array(
+        [
+            [g, g, distance * g * l1 / l2, distance * g * l1 / l2],
+            [0.0, 0.0, 0.0, 0.0],
+            [h, -h, distance * h * l3 / l2, -distance * h * l3 / l2],
+        ]
+    )
+    normals_and_centres = (V @ along).T
+    poses = [_pose(normals_and_centres[k], normals_and_centres[2 + k], camera) for k in (0, 1)]
+    if poses[0].normal[0] > poses[1].normal[0]:
+        poses.reverse()
+    return poses[0], poses[1]
 
 
-def _pose(
-    V: np.ndarray, g: float, h: float, l1_l2: float, l3_l2: float, distance: float, inverse: np.ndarray, camera: Camera
-) -> CirclePose:
-    centre = distance * V @ np.array([h * l3_l2, 0, g * l1_l2])
+def _pose(normal: np.ndarray, centre: np.ndarray, camera: Camera) -> CirclePose:
+    """One of the poses, with the signs for which it is in front of the camera and faces it."""
     if centre[2] < 0:
         centre = -centre
-    normal = V @ np.array([h, 0, g])
     if normal @ centre > 0:
         normal = -normal
-    # The polar of the circle's line at infinity: the image of its centre (not the ellipse's centre).
-    image = camera.matrix @ (inverse @ normal)
-    return CirclePose(position_m=centre, normal=normal, centre_px=image[:2] / image[2])
+    # Where the centre is seen: the polar of the circle's line at infinity, not the ellipse's centre.
+    x, y, z = centre.tolist()
+    image = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
+    return CirclePose(position_m=centre, normal=normal, centre_px=image)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -72,8 +72,8 @@ def choose_by_spacing(
     known, both are refined with each light free to lie anywhere on its circle, which tells nothing about the choice.
     """
     rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
-    R = np.stack([pose.rotation for pose in poses])
-    t = np.stack([pose.position_m for pose in poses])
+    R = np.array([pose.rotation for pose in poses])
+    t = np.array([pose.position_m for pose in poses])
     placement = place(angles_on_planes(rays, R, t), dock, labels)
     if not any(placement.fits):
         fit = refine(R, t, None, dock.radius, rays)
@@ -99,7 +99,7 @@ def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, radius_
     rotations, positions, squares = fit.rotations.copy(), fit.positions_m.copy(), fit.squares_px2.copy()
     rotations[back], positions[back] = R[back], t[back]
     squares[back] = squares_at(R[back], t[back], placement.angles_rad[back], radius_m, rays)
-    return Fit(rotations, positions, squares, fit.information, fit.numbers, fit.points)
+    return Fit(rotations, positions, squares, fit.covariances, fit.numbers, fit.points)
 
 
 def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
@@ -114,48 +114,45 @@ def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
 def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | None, by: str, camera: Camera) -> Choice:
     """Choice among refined poses, the likelier first, with what each is known to; ``by`` tells what decided."""
     noise, freedom = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
-    poses = []
-    for k, probability in enumerate(probabilities):
+    sigmas = [
+        deviations(covariance, R, noise, freedom) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)
+    ]
+    if placement is not None and len(probabilities) == 2:
+        (x0, y0), (x1, y1) = (_thetas_rad(rotation) for rotation in fit.rotations)
+        probabilities = nearer(probabilities, (x0 - x1, y0 - y1), (sigmas[0][1], sigmas[1][1]))
+    order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
+    candidates = []
+    for k in order:
         rotation, position = fit.rotations[k], fit.positions_m[k]
         roll = None
         if placement is not None:
             roll = (float(placement.rolls_rad[k]) + _roll_rad(rotation)) % placement.period_rad
-        sigma_position, sigma_theta = deviations(fit.information[k], rotation, noise, freedom)
         x, y, z = position.tolist()
-        poses.append(
+        candidates.append(
             CirclePose(
                 position_m=position,
                 normal=-rotation[:, 2],
                 centre_px=np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]),
-                probability=probability,
+                probability=probabilities[k],
                 rms_px=math.sqrt(float(fit.squares_px2[k]) / fit.points),
                 roll_rad=roll,
-                sigma_position_m=sigma_position,
-                sigma_theta_rad=sigma_theta,
+                sigma_position_m=sigmas[k][0],
+                sigma_theta_rad=sigmas[k][1],
             )
         )
-    if placement is not None and len(poses) == 2:
-        poses = _with_overlap(*poses)
-    order = sorted(range(len(poses)), key=lambda k: -(poses[k].probability or 0.0))
     lights = None if placement is None else placement.lights[order[0]]
-    candidates = tuple(poses[k] for k in order)
-    return Choice(candidates, 0, by, lights, _is_square_on(candidates[0]))
+    return Choice(tuple(candidates), 0, by, lights, _is_square_on(candidates[0]))
 
 
-def _with_overlap(first: CirclePose, second: CirclePose) -> list[CirclePose]:
-    """The two poses with probabilities that the truth is nearer to each, when their errors reach over to the other."""
-    gap = first.theta_x_rad - second.theta_x_rad, first.theta_y_rad - second.theta_y_rad
-    one, other = nearer(
-        (first.probability or 0.0, second.probability or 0.0),
-        gap,
-        (first.sigma_theta_rad or (0.0, 0.0), second.sigma_theta_rad or (0.0, 0.0)),
-    )
-    return [replace(first, probability=one), replace(second, probability=other)]
+def _thetas_rad(rotation: np.ndarray) -> tuple[float, float]:
+    """theta_x and theta_y of a dock with this rotation."""
+    x, y, z = rotation[:, 2].tolist()
+    return math.asin(max(-1.0, min(1.0, -y))), math.atan2(x, z)
 
 
 def _is_square_on(pose: CirclePose) -> bool:
     """Whether a pose and its twin, the mirror image about the line of sight, are the same within the pose's errors."""
-    towards = -pose.position_m / np.linalg.norm(pose.position_m)
+    towards = pose.position_m / -math.hypot(*pose.position_m.tolist())
     off = _angle_rad(pose.normal, towards)
     return 2 * off < max(SAME_RAD, *(1.96 * sigma for sigma in pose.sigma_theta_rad or ()))
 
@@ -165,8 +162,7 @@ def _gap_rad(rotations: np.ndarray) -> float:
 
 
 def _angle_rad(one: np.ndarray, other: np.ndarray) -> float:
-    difference = one - other
-    return 2 * math.asin(min(1.0, math.sqrt(float(difference @ difference)) / 2))
+    return 2 * math.asin(min(1.0, math.dist(one.tolist(), other.tolist()) / 2))
 
 
 def _roll_rad(rotation: np.ndarray) -> float:

@@ -80,7 +80,7 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
     period = 2 * math.pi if dock.angles_deg else 2 * math.pi / len(known)
     placement = Placement(lights, np.zeros(len(best)), known[lights], [True] * len(best), period)
     chosen = Fit(
-        *(getattr(fit, name)[best] for name in ("rotations", "positions_m", "squares_px2", "information")),
+        *(getattr(fit, name)[best] for name in ("rotations", "positions_m", "squares_px2", "covariances")),
         numbers=fit.numbers,
         points=fit.points,
     )

@@ -17,8 +17,8 @@ _SETTLED, _SETTLED_PX2 = 1e-3, 1e-6
 _HOPELESS, _HOPELESS_PX2 = 30.0, 2.0
 _LONGEST = 0.3  # radians, or a share of the range, in one step
 _DAMPING = 1e-9
-# The cross-product matrix of a vector w is w @ _CROSS, read as 3 x 3.
-_CROSS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0.0]])
+# The cross-product matrix of half a vector w is w @ _HALF_CROSS, read as 3 x 3.
+_HALF_CROSS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]]) / 2
 _IDENTITY = np.eye(3)
 _DIAGONAL = np.arange(6)
 
@@ -48,14 +48,15 @@ class Fit:
     rotations : (K, 3, 3) from the dock's frame to the camera's, roll included.
     positions_m : (K, 3).
     squares_px2 : (K,) sums of the squared reprojection errors.
-    information : (K, 6, 6) J^T J for a step of the position (metres) and a turn about the dock's axes (radians).
+    covariances : (K, 6, 6) (J^T J)^-1 for a step of the position (metres) and a turn about the dock's axes (radians),
+        for lights known to a pixel.
     numbers, points : how many residuals went in, and of how many lights.
     """
 
     rotations: np.ndarray
     positions_m: np.ndarray
     squares_px2: np.ndarray
-    information: np.ndarray
+    covariances: np.ndarray
     numbers: int
     points: int
 
@@ -111,24 +112,22 @@ def refine(
     R, t, free = rotations, positions_m, angles_rad is None
     model, turning = _model(angles_on_planes(rays, R, t) if angles_rad is None else angles_rad, radius_m)
     for last in range(1 - MAX_STEPS, 1):
-        residuals, J = _linearised(R, t, model, turning, rays)
+        J = _linearised(R, t, model, turning, rays)
         if free:
-            residuals, J = _across(residuals, J)
-        A, b = J.reshape(len(R), -1, 6), residuals.reshape(len(R), -1, 1)
-        At = A.transpose(0, 2, 1)
-        information, gradient = _damped(At @ A, free), At @ b
-        step = np.linalg.solve(information, gradient)[..., 0]
-        gain = (gradient[..., 0] * step).sum(axis=1)
-        squares = (b * b).sum(axis=(1, 2)) - gain
-        share = np.abs(step)
-        share[:, :3] /= t[:, 2:]
-        longest = float(share.max())
-        if longest > _LONGEST:
-            step *= _LONGEST / longest
+            J = _across(J)
+        # The residuals ride along as a seventh column, so that one product gives all that a step needs.
+        A = J.reshape(len(R), -1, 7)
+        products = A.transpose(0, 2, 1) @ A
+        covariance = np.linalg.inv(_damped(products[:, :6, :6].copy(), free))
+        gradient = products[:, :6, 6:]
+        step = covariance @ gradient
+        gain = (gradient.transpose(0, 2, 1) @ step)[:, 0, 0]
+        squares = products[:, 6, 6] - gain
+        step = _shortened(step[..., 0], t)
         t = t + step[:, :3]
         R = R @ _turn(step[:, 3:])
         if last == 0 or _is_done(gain.tolist(), squares.tolist()):
-            return Fit(R, t, np.maximum(squares, 0.0), information, A.shape[1], len(rays.tangents))
+            return Fit(R, t, np.maximum(squares, 0.0), covariance, A.shape[1], len(rays.tangents))
         if free:
             model, turning = _model(angles_on_planes(rays, R, t), radius_m)
     raise AssertionError("the last step returns")
@@ -139,7 +138,7 @@ def squares_at(
 ) -> float:
     """Sum of the squared reprojection errors, in pixels, of lights at angles (N,) on one dock."""
     model, turning = _model(angles_rad[None], radius_m)
-    residuals, _ = _linearised(rotation[None], position_m[None], model, turning, rays)
+    residuals = _linearised(rotation[None], position_m[None], model, turning, rays)[..., 6]
     return float((residuals * residuals).sum())
 
 
@@ -160,10 +159,8 @@ def _model(angles_rad: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndar
     return model, turning
 
 
-def _linearised(
-    R: np.ndarray, t: np.ndarray, model: np.ndarray, turning: np.ndarray, rays: LightRays
-) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals (K, N, 2) in pixels, and the derivatives (K, N, 2, 6) of what they are measured against."""
+def _linearised(R: np.ndarray, t: np.ndarray, model: np.ndarray, turning: np.ndarray, rays: LightRays) -> np.ndarray:
+    """Derivatives (K, N, 2, 6) of where lights are seen, in pixels, and as a seventh column how far off they are."""
     points = model @ R.transpose(0, 2, 1)
     points += t[:, None]
     nearness = 1 / points[..., 2:]
@@ -172,24 +169,32 @@ def _linearised(
     if rays.starts_m is not None:
         shift = rays.starts_m[:, None] * nearness
         seen, turned = rays.tangents * (1 - shift), tangents + rays.tangents * shift
-    residuals = (rays.slopes_px @ (seen - tangents)[..., None])[..., 0]
-    J = np.empty((*model.shape[:2], 2, 6))
+    J = np.empty((*model.shape[:2], 2, 7))
     np.multiply(rays.slopes_px, nearness[..., None], out=J[..., :2])
-    J[..., 2] = -(J[..., :2] @ turned[..., None])[..., 0]
-    np.matmul(J[..., :3], R[:, None] @ turning, out=J[..., 3:])
-    return residuals, J
+    np.matmul(J[..., :2], -turned[..., None], out=J[..., 2:3])
+    np.matmul(J[..., :3], R[:, None] @ turning, out=J[..., 3:6])
+    np.matmul(rays.slopes_px, (seen - tangents)[..., None], out=J[..., 6:])
+    return J
 
 
-def _across(residuals: np.ndarray, J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What residuals and derivatives amount to at right angles to the circle's image, along which lights move freely.
+def _across(J: np.ndarray) -> np.ndarray:
+    """What derivatives and residuals amount to at right angles to the circle's image, along which lights move freely.
 
-    A turn about the dock's own axis moves every light along it: the last column of the derivatives tells where to.
+    A turn about the dock's own axis moves every light along it: that column of the derivatives tells where to.
     """
     along = J[..., 5]
     across = np.stack([-along[..., 1], along[..., 0]], axis=-1) / np.linalg.norm(along, axis=-1, keepdims=True)
     J = (across[..., None, :] @ J)[..., 0, :]
     J[..., 5] = 0.0
-    return (across * residuals).sum(axis=-1), J
+    return J
+
+
+def _shortened(step: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Steps (K, 6), all by the same factor, so that none is longer than the linear terms can be trusted."""
+    share = np.abs(step)
+    share[:, :3] /= t[:, 2:]
+    longest = float(share.max())
+    return step if longest <= _LONGEST else step * (_LONGEST / longest)
 
 
 def _is_done(gains_px2: list[float], squares_px2: list[float]) -> bool:
@@ -211,5 +216,8 @@ def _damped(information: np.ndarray, free: bool) -> np.ndarray:
 
 def _turn(vectors: np.ndarray) -> np.ndarray:
     """Rotations (K, 3, 3) by small vectors (K, 3) in radians: Cayley's, exact to the third order."""
-    half = (0.5 * vectors @ _CROSS).reshape(-1, 3, 3)
-    return np.linalg.solve(_IDENTITY - half, _IDENTITY + half)
+    half = (vectors @ _HALF_CROSS).reshape(-1, 3, 3)
+    squared = half @ half
+    # The trace of the square is minus twice the squared length of the half vector.
+    scale = 2 / (1 - 0.5 * (squared[:, 0, 0] + squared[:, 1, 1] + squared[:, 2, 2]))
+    return _IDENTITY + scale[:, None, None] * (half + squared)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -41,7 +42,7 @@ def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
 
 
 def nearer(
-    probabilities: tuple[float, float], gap_rad: tuple[float, float], sigmas_rad: tuple[tuple[float, float], ...]
+    probabilities: Sequence[float], gap_rad: tuple[float, float], sigmas_rad: tuple[tuple[float, float], ...]
 ) -> tuple[float, float]:
     """Probabilities that the truth is nearer to each of two candidates.
 
@@ -70,13 +71,14 @@ def nearer(
 
 
 def deviations(
-    information: np.ndarray, rotation: np.ndarray, noise: float, freedom: float
+    covariance: np.ndarray, rotation: np.ndarray, noise: float, freedom: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:
     """One-sigma of the position (x, y, z), in metres, and of theta_x and theta_y, in radians.
 
     Parameters
     ----------
-    information : (6, 6) J^T J in 1 / m and 1 / rad per pixel, for a step and a turn about the dock's axes.
+    covariance : (6, 6) (J^T J)^-1 of a step, in metres, and a turn about the dock's axes, in radians, for lights that
+        are known to a pixel.
     rotation : (3, 3) of the dock, roll included.
     noise : standard deviation of a light's centre, in pixels.
     freedom : degrees of freedom that it is known with.
@@ -88,18 +90,18 @@ def deviations(
     lights leave the noise itself uncertain; the deviations are enlarged so that 1.96 of them hold 95 % (Student's
     quantile, Abramowitz and Stegun 26.7.5).
     """
-    covariance = np.linalg.inv(information)
     scale = noise * (1 + (1.209 + 1.439 / freedom) / freedom)
-    xx, yy, zz = (max(0.0, value) for value in covariance.diagonal()[:3].tolist())
-    (a, b), (_, c) = covariance[3:5, 3:5].tolist()
-    cos_x = math.sqrt(max(0.0, 1 - float(rotation[1, 2]) ** 2))
-    # Direction of the roll-free x axis in the dock's frame.
-    level = max(math.hypot(rotation[0, 2], rotation[2, 2]), 1e-12)
-    x = (float(rotation[0, 0] * rotation[2, 2]) - float(rotation[2, 0] * rotation[0, 2])) / level
-    y = (float(rotation[0, 1] * rotation[2, 2]) - float(rotation[2, 1] * rotation[0, 2])) / level
+    rows = covariance.tolist()
+    a, b, c = rows[3][3], rows[3][4], rows[4][4]
+    (xx, xy, back_x), (_, _, back_y), (zx, zy, back_z) = rotation.tolist()
+    # Direction, in the dock's own frame, of the x axis that it had before its roll.
+    level = max(math.hypot(back_x, back_z), 1e-12)
+    x, y = (xx * back_z - zx * back_x) / level, (xy * back_z - zy * back_x) / level
     about_x = max(0.0, a * x * x + 2 * b * x * y + c * y * y)
     about_y = max(0.0, a * y * y - 2 * b * x * y + c * x * x)
+    cos_x = math.sqrt(max(1e-12, 1 - back_y * back_y))
+    sigma_x, sigma_y, sigma_z = (scale * math.sqrt(max(0.0, rows[k][k])) for k in range(3))
     return (
-        (scale * math.sqrt(xx), scale * math.sqrt(yy), scale * math.sqrt(zz)),
-        (scale * math.sqrt(about_x), min(math.pi, scale * math.sqrt(about_y) / max(cos_x, 1e-6))),
+        (sigma_x, sigma_y, sigma_z),
+        (min(math.pi, scale * math.sqrt(about_x)), min(math.pi, scale * math.sqrt(about_y) / cos_x)),
     )

@@ -52,7 +52,7 @@ def test_the_angles_of_lights_come_back_from_their_plane():
     np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * angles), atol=1e-9)
 
 
-def test_the_information_is_that_of_numerical_derivatives():
+def test_the_covariance_is_that_of_numerical_derivatives():
     points, rotation, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
     position, radius = np.array([0.1, -0.05, 1.2]), DOCK.radius
     fit = refine(rotation[None], position[None], angles[None], radius, light_rays(points, CAMERA))
@@ -65,7 +65,8 @@ def test_the_information_is_that_of_numerical_derivatives():
 
     h = 1e-6
     J = np.column_stack([(project(h * axis) - project(-h * axis)) / (2 * h) for axis in np.eye(6)])
-    np.testing.assert_allclose(fit.information[0], J.T @ J, rtol=1e-4, atol=1e-4 * np.abs(J.T @ J).max())
+    expected = np.linalg.inv(J.T @ J)
+    np.testing.assert_allclose(fit.covariances[0], expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())
 
 
 def test_refinement_halves_the_angle_error_near_square_on():
@@ -121,13 +122,13 @@ def test_candidates_whose_errors_overlap_by_hand():
 
 
 def test_deviations_of_a_dock_square_on_by_hand():
-    # Information of independent numbers: sigma = noise / sqrt(information); Student's factor for many numbers is 1.
-    information = np.diag([4.0, 9.0, 16.0, 25.0, 100.0, 1.0])
-    position, theta = deviations(information, np.eye(3), 1.0, 1e9)
+    # Independent numbers; Student's factor for many of them is 1.
+    covariance = np.diag([1 / 4, 1 / 9, 1 / 16, 1 / 25, 1 / 100, 1.0])
+    position, theta = deviations(covariance, np.eye(3), 1.0, 1e9)
     assert position == pytest.approx((1 / 2, 1 / 3, 1 / 4))
     assert theta == pytest.approx((1 / 5, 1 / 10))
     quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
-    assert deviations(information, quarter, 1.0, 1e9)[1] == pytest.approx((1 / 10, 1 / 5))
+    assert deviations(covariance, quarter, 1.0, 1e9)[1] == pytest.approx((1 / 10, 1 / 5))
 
 
 def test_deviations_agree_with_errors_whatever_the_roll():

@@ -20,8 +20,8 @@ from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from pipeline.image import significant_bits, to_grey
 from pipeline.markers import CENTROIDS, Markers, find_markers
 from pipeline.pose import find_poses
-from pipeline.ring import Ring, find_ring
-from pipeline.thresholds import LEVELS, METHODS, Histogram, Threshold, histogram_of
+from pipeline.ring import Ring, find_ring, tolerance_px
+from pipeline.thresholds import LEVELS, METHODS, Histogram, Threshold, hats_local, histogram_of
 
 SCHEMA = 1
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
@@ -196,8 +196,34 @@ def _search(
     image: Any, grey: np.ndarray, histogram: Histogram, camera: Camera, dock: Dock, settings: Settings
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages that were reached."""
-    stages: dict[str, Any] = {}
-    threshold = stages["threshold"] = _threshold(histogram, settings)
+    threshold = METHODS[settings.method](histogram, settings.min_area_px, settings.level)
+    status, message, stages = _find_lights(grey, histogram, threshold, camera, dock, settings)
+    if status != "ok" and settings.method == "hats":
+        local = hats_local(histogram, settings.min_area_px)
+        second = _find_lights(grey, histogram, local, camera, dock, settings)
+        if second[0] == "ok":
+            status, _, stages = second
+            message = " No one level shows the ring; each light was given its own."
+    if status != "ok":
+        return status, message, stages
+    ring = stages["ring"]
+    try:
+        points_px = stages["markers"].points_px[ring.on_ring]
+        ellipse, choice = find_poses(points_px, camera, dock, _labels(image, stages["markers"], ring, dock))
+    except NoEllipseError as error:
+        return "no_ellipse", f"No ellipse: {error}.", stages
+    if not ring.on_ring.all() and _is_uneven(ellipse, choice, dock):
+        reason = f"{int(ring.on_ring.sum())} groups lie on an ellipse, but not spaced as the dock's lights are."
+        return "not_a_ring", reason, stages
+    stages |= {"ellipse": ellipse, "choice": choice}
+    return "ok", _success(ring, choice) + message, stages
+
+
+def _find_lights(
+    grey: np.ndarray, histogram: Histogram, threshold: Threshold, camera: Camera, dock: Dock, settings: Settings
+) -> tuple[str, str, dict[str, Any]]:
+    """Status, message and the stages from the threshold to the ring."""
+    stages: dict[str, Any] = {"threshold": threshold}
     markers = stages["markers"] = find_markers(grey, histogram, threshold, settings.min_area_px, settings.centroid)
     if len(markers) == 0:
         return "no_lights", f"No lights: {_lower_first(threshold.reason)}", stages
@@ -205,16 +231,10 @@ def _search(
         found = f"{len(markers)} group{'s' if len(markers) > 1 else ''} of bright pixels"
         return "too_few_markers", f"Only {found} at level {threshold.level}; an ellipse needs {MIN_POINTS}.", stages
     points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-    ring = stages["ring"] = find_ring(points_px)
+    ring = stages["ring"] = find_ring(points_px, markers, dock.lights, math.sqrt(camera.fx * camera.fy))
     if not ring.found:
         return "not_a_ring", ring.reason, stages
-    try:
-        points_px = markers.points_px[ring.on_ring]
-        ellipse, choice = find_poses(points_px, camera, dock, _labels(image, markers, ring, dock))
-    except NoEllipseError as error:
-        return "no_ellipse", f"No ellipse: {error}.", stages
-    stages |= {"ellipse": ellipse, "choice": choice}
-    return "ok", _success(ring, choice), stages
+    return "ok", "", stages
 
 
 def _labels(image: Any, markers: Markers, ring: Ring, dock: Dock) -> list[str | None] | None:
@@ -224,10 +244,12 @@ def _labels(image: Any, markers: Markers, ring: Ring, dock: Dock) -> list[str | 
     return tell_colours(np.asarray(image), markers.points_px[ring.on_ring], markers.areas_px[ring.on_ring])
 
 
-def _threshold(histogram: Histogram, settings: Settings) -> Threshold:
-    if settings.method == "fixed":
-        return METHODS["fixed"](histogram, settings.level)
-    return METHODS[settings.method](histogram, settings.min_area_px)
+def _is_uneven(ellipse: Ellipse, choice: Choice, dock: Dock) -> bool:
+    """Whether groups picked out from among others are not spaced as the dock's lights are, and so are none of them."""
+    if dock.lights is None or choice.coincide:
+        return False
+    rms_px = choice.candidates[choice.selected].rms_px
+    return choice.selected_by == "none" or (rms_px or 0) > 2 * tolerance_px(ellipse.semi_axes_px[0])
 
 
 def _success(ring: Ring, choice: Choice) -> str:

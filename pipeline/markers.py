@@ -4,30 +4,35 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from pipeline.thresholds.groups import lit_part
-from pipeline.thresholds.histogram import Threshold
+from pipeline.thresholds.bright import LEVELS, BrightPixels
+from pipeline.thresholds.histogram import Histogram, Threshold
+from pipeline.thresholds.local import split_by_peaks
 
 CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
+_MOST_REACH_PX = 40
 _FOOT = 0.2  # of a light's height above the water, below which it does not weigh
+_MOST_MARKERS = 400  # of more, the largest are taken
+_MERGED_AREA = 1.7  # a group so many times as large as the middle one may be two lights
 
 
 @dataclass(frozen=True)
 class Markers:
-    """Groups (8-connected components) at or above the threshold, in the order of their first rows.
+    """Groups (8-connected components) of pixels that the threshold keeps.
 
     Attributes
     ----------
     points_px : (N, 2) their centres x, y.
     areas_px : (N,) how many pixels each has.
+    peaks : (N,) grey level of the brightest pixel of each, 0..255.
     dropped : how many groups were smaller than the minimum area.
     """
 
     points_px: np.ndarray
     areas_px: np.ndarray
+    peaks: np.ndarray
     dropped: int = 0
 
     def __len__(self) -> int:
@@ -35,42 +40,86 @@ class Markers:
 
 
 def find_markers(
-    grey: np.ndarray, levels: np.ndarray, threshold: Threshold, min_area_px: int, centroid: str = "grey"
+    grey: np.ndarray, histogram: Histogram, threshold: Threshold, min_area_px: int, centroid: str = "grey"
 ) -> Markers:
-    """Find the groups that ``threshold`` keeps.
+    """Find the groups that ``threshold`` keeps, two lights that run together split where that shows.
 
     Parameters
     ----------
     grey : (H, W) uint8 or uint16 picture, whose values weigh the centres.
-    levels : (H, W) uint8, the same on 256 levels.
-    threshold : pixels at or above its level are kept.
+    histogram : of the same picture.
+    threshold : pixels at or above its level are kept, or those that it lists.
     min_area_px : smaller groups are dropped and counted.
     centroid : "grey" weighs the light around a group by how far it stands above the water there, see
-        :func:`grey_centre`; "binary" is the mass moment of the group, as in the paper.
+        :func:`grey_centres`; "binary" is the mass moment of the group, as in the paper.
     """
-    rows, columns = lit_part(levels, threshold.level)
-    if len(rows) == 0:
-        return Markers(np.empty((0, 2)), np.empty(0, dtype=int))
-    binary = cv2.threshold(levels[np.ix_(rows, columns)], threshold.level - 0.5, 1, cv2.THRESH_BINARY)[1]
-    _, _, stats, centres = cv2.connectedComponentsWithStats(binary, connectivity=8)
-    areas = stats[1:, cv2.CC_STAT_AREA].astype(int)
+    if threshold.kept is not None:
+        pixels, labels = threshold.kept
+        count = int(labels.max()) + 1 if len(labels) else 0
+    else:
+        pixels = histogram.bright(threshold.level) if threshold.level < LEVELS else histogram.bright(LEVELS - 1).none()
+        count, labels = pixels.groups() if len(pixels) else (0, np.empty(0, dtype=int))
+        count, labels = _split_merged(pixels, count, labels)
+    areas = np.bincount(labels, minlength=count)
     kept = areas >= min_area_px
-    boxes = _boxes_in_picture(stats[1:][kept], rows, columns)
-    # The lit part leaves out rows and columns between groups, never inside one.
-    points = boxes[:, :2] + (centres[1:][kept] - stats[1:][kept, :2])
+    dropped = int(np.count_nonzero(~kept))
+    if np.count_nonzero(kept) > _MOST_MARKERS:
+        kept &= areas >= np.sort(areas)[-_MOST_MARKERS]
+    if not kept.any():
+        return Markers(np.empty((0, 2)), np.empty(0, dtype=int), np.empty(0, dtype=int), dropped)
+    points, boxes, peaks = _shapes(pixels, labels, count)
+    points, boxes = points[kept], boxes[kept]
     if centroid == "grey":
-        points = np.array([grey_centre(grey, box, points) for box in boxes]).reshape(-1, 2)
-    return Markers(points, areas[kept], int(np.count_nonzero(~kept)))
+        points = grey_centres(grey, boxes, points)
+    return Markers(points, areas[kept], peaks[kept], dropped)
 
 
-def grey_centre(grey: np.ndarray, box: np.ndarray, centres_px: np.ndarray) -> np.ndarray:
-    """Centre (2,) of a light, by the grey values that stand out of the water around it.
+def _shapes(pixels: BrightPixels, labels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass moments (N, 2), boxes (N, 4: left, top, right, bottom) and brightest levels (N,) of the groups."""
+    y, x = np.divmod(pixels.index, pixels.width)
+    area = np.bincount(labels, minlength=count)
+    points = np.column_stack([np.bincount(labels, x, count), np.bincount(labels, y, count)]) / area[:, None]
+    order = np.argsort(labels, kind="stable")
+    starts = np.concatenate([[0], np.cumsum(area)[:-1]])
+    x, y = x[order], y[order]
+    boxes = np.column_stack(
+        [
+            np.minimum.reduceat(x, starts),
+            np.minimum.reduceat(y, starts),
+            np.maximum.reduceat(x, starts),
+            np.maximum.reduceat(y, starts),
+        ]
+    )
+    return points, boxes, np.maximum.reduceat(pixels.level[order], starts)
+
+
+def _split_merged(pixels: BrightPixels, count: int, labels: np.ndarray) -> tuple[int, np.ndarray]:
+    """Give the parts of groups that hold several separate peaks numbers of their own."""
+    if count < 2:
+        return count, labels
+    areas = np.bincount(labels, minlength=count)
+    suspects = np.flatnonzero((areas > _MERGED_AREA * np.median(areas)) & (areas >= 8))
+    if len(suspects) == 0 or len(suspects) > count / 2:
+        return count, labels
+    labels = labels.copy()
+    for suspect in suspects:
+        members = np.flatnonzero(labels == suspect)
+        part = BrightPixels(pixels.floor, pixels.width, pixels.index[members], pixels.level[members])
+        parts = split_by_peaks(part)
+        for number in range(1, int(parts.max()) + 1):
+            labels[members[parts == number]] = count
+            count += 1
+    return count, labels
+
+
+def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:
+    """Centres (N, 2) of lights, by the grey values that stand out of the water around them.
 
     Parameters
     ----------
     grey : (H, W) picture.
-    box : (4,) left, top, width and height of its group, in pixels.
-    centres_px : (N, 2) rough centres of all groups; pixels nearer to another one do not count.
+    boxes : (N, 4) left, top, right and bottom of their groups, in pixels.
+    points_px : (N, 2) rough centres; pixels nearer to another one do not count.
 
     Notes
     -----
@@ -78,30 +127,51 @@ def grey_centre(grey: np.ndarray, box: np.ndarray, centres_px: np.ndarray) -> np
     middles: the flanks weigh in. The water is the median along the window's edge; what stands less than a fifth of the
     light's height above it is left out, because noise far from the middle would pull the most.
     """
-    left, top, width, height = (int(value) for value in box)
-    reach = max(_LEAST_REACH_PX, (max(width, height) + 1) // 2)
-    y0, y1 = max(0, top - reach), min(grey.shape[0], top + height + reach)
-    x0, x1 = max(0, left - reach), min(grey.shape[1], left + width + reach)
-    window = grey[y0:y1, x0:x1].astype(float)
-    water = np.median(np.concatenate([window[0], window[-1], window[:, 0], window[:, -1]]))
-    weight = window - (
-        water + _FOOT * (window[top - y0 : top - y0 + height, left - x0 : left - x0 + width].max() - water)
-    )
-    own = np.argmin(np.hypot(*(centres_px - [left + (width - 1) / 2, top + (height - 1) / 2]).T))
-    x, y = np.arange(x0, x1), np.arange(y0, y1)[:, None]
-    for other in np.flatnonzero(np.abs(centres_px - centres_px[own]).max(axis=1) < 2 * (reach + max(width, height))):
-        if other != own:
-            middle, towards = (centres_px[own] + centres_px[other]) / 2, centres_px[other] - centres_px[own]
-            weight = np.where((x - middle[0]) * towards[0] + (y - middle[1]) * towards[1] > 0, 0.0, weight)
-    weight = np.maximum(weight, 0.0)
-    total = weight.sum()
-    if total <= 0:
-        return centres_px[own]
-    return np.array([(weight * x).sum() / total, (weight * y).sum() / total])
+    size = np.maximum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]) + 1
+    reach = np.minimum((size + 1) // 2 + np.maximum(_LEAST_REACH_PX, (size + 1) // 2), _MOST_REACH_PX)
+    centres = points_px.copy()
+    for half in np.unique(reach):
+        chosen = np.flatnonzero(reach == half)
+        centres[chosen] = _centres_of_one_reach(grey, points_px, chosen, int(half))
+    return centres
 
 
-def _boxes_in_picture(stats: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Left, top, width and height (N, 4) of groups of the lit part, in the picture."""
-    boxes = stats[:, : cv2.CC_STAT_AREA].copy()
-    boxes[:, 0], boxes[:, 1] = columns[stats[:, 0]], rows[stats[:, 1]]
-    return boxes
+def _centres_of_one_reach(grey: np.ndarray, points: np.ndarray, chosen: np.ndarray, half: int) -> np.ndarray:
+    height, width = grey.shape
+    middle = np.rint(points[chosen]).astype(int)
+    around = np.arange(-half, half + 1)
+    x, y = middle[:, 0, None] + around, middle[:, 1, None] + around
+    inside = ((y >= 0) & (y < height))[:, :, None] & ((x >= 0) & (x < width))[:, None, :]
+    window = grey[np.clip(y, 0, height - 1)[:, :, None], np.clip(x, 0, width - 1)[:, None, :]].astype(float)
+    edge = np.concatenate([window[:, 0], window[:, -1], window[:, :, 0], window[:, :, -1]], axis=1)
+    water = np.median(edge, axis=1)
+    inner = window[:, half - 1 : half + 2, half - 1 : half + 2].max(axis=(1, 2))
+    weight = np.maximum(window - (water + _FOOT * (inner - water))[:, None, None], 0.0) * inside
+    weight *= _own_side(points, chosen, x - 0.0, y - 0.0)
+    total = weight.sum(axis=(1, 2))
+    usable = total > 0
+    safe = np.where(usable, total, 1.0)
+    found = np.column_stack([(weight.sum(axis=1) * x).sum(axis=1) / safe, (weight.sum(axis=2) * y).sum(axis=1) / safe])
+    return np.where(usable[:, None], found, points[chosen])
+
+
+def _own_side(points: np.ndarray, chosen: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Which pixels (M, K, K) lie nearer to each chosen point than to the two points next to it."""
+    own = np.ones((len(chosen), y.shape[1], x.shape[1]), dtype=bool)
+    if len(points) < 2:
+        return own
+    distance = np.hypot(*(points[chosen][:, None] - points[None]).transpose(2, 0, 1))
+    distance[np.arange(len(chosen)), chosen] = np.inf
+    reach = x.shape[1]
+    for _ in range(2):
+        nearest = distance.argmin(axis=1)
+        close = distance[np.arange(len(chosen)), nearest] < 1.5 * reach
+        if not close.any():
+            break
+        towards = points[nearest] - points[chosen]
+        half_way = (points[nearest] + points[chosen]) / 2
+        beyond = (x - half_way[:, :1])[:, None, :] * towards[:, 0, None, None]
+        beyond = beyond + (y - half_way[:, 1:])[:, :, None] * towards[:, 1, None, None]
+        own &= (beyond <= 0) | ~close[:, None, None]
+        distance[np.arange(len(chosen)), nearest] = np.inf
+    return own

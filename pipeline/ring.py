@@ -1,28 +1,22 @@
-"""Which of the groups are the dock's lights: those that lie on one ellipse."""
+"""Which of the groups are the dock's lights: those that lie, evenly spaced, on one ellipse."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
-from math import comb
 
 import numpy as np
 
-from pipeline.ellipse import (
-    MIN_POINTS,
-    NoEllipseError,
-    conic_coefficients,
-    conic_matrix,
-    fit_ellipse,
-    sampson_distances,
-)
+from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
+from pipeline.markers import Markers
+from pipeline.polygon import find_polygon
 
 # A light's centre may lie this far off the ellipse: uneven glow and lamp housings move it by a pixel or so, and on
 # a large ring by a share of its size.
 TOLERANCE_PX = 1.5
-TOLERANCE_OF_AXIS = 0.015
-MAX_HYPOTHESES = 4000
-_NARROWEST = 0.15  # minor to major axis: a dock seen at 80 degrees
+TOLERANCE_OF_AXIS = 0.02
+_NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
+_WIDEST_GAP = 3.2  # of the mean spacing: two lights that are missing side by side
+_EVEN_WITHIN = 0.2  # of the spacing, root mean square; perspective bends an even spacing by as much
 
 
 @dataclass(frozen=True)
@@ -40,89 +34,85 @@ class Ring:
 
     @property
     def found(self) -> bool:
-        """Whether there are enough lights for an ellipse."""
-        return bool(self.on_ring.sum() >= MIN_POINTS)
+        """Whether any lights were found."""
+        return bool(self.on_ring.any())
 
 
-def find_ring(points_px: np.ndarray) -> Ring:
-    """Find the markers that lie on one ellipse.
+def find_ring(points_px: np.ndarray, markers: Markers, lights: int | None, focal_px: float) -> Ring:
+    """Find the markers that are the dock's lights.
 
     Parameters
     ----------
-    points_px : (N, 2) centres of the markers, undistorted, N at least 5.
+    points_px : (N, 2) centres of the markers, undistorted.
+    markers : the same markers, for their sizes and brightness.
+    lights : how many lights the dock has, evenly spaced; None where that is not known.
+    focal_px : of the camera.
 
     Notes
     -----
-    All markers if one ellipse fits them all; otherwise the ellipse through five of them that most others agree
-    with (at least one more, since an ellipse runs through almost any five). Every five are tried, or 4000 fives
-    drawn with a fixed seed where there are more.
+    Where one ellipse runs through all markers, they are the lights. Otherwise the image of a regular polygon with as
+    many corners as the dock has lights is sought among the markers, see :mod:`pipeline.polygon`; of two, as a ring
+    and its mirror image in the water's surface, the brighter.
     """
-    everything = np.ones(len(points_px), dtype=bool)
-    if _agreeing(points_px, everything).all():
-        return Ring(everything, f"All {len(points_px)} groups lie on one ellipse.")
-    best, best_score = np.zeros(len(points_px), dtype=bool), (MIN_POINTS, 0.0)
-    for conic, major in _hypotheses(points_px):
-        distance = sampson_distances(conic, points_px)
-        near = distance <= _tolerance_px(major)
-        score = (int(near.sum()), -float(distance[near].sum()))
-        if score > best_score:
-            best, best_score = near, score
-    agreeing = _agreeing(points_px, best)
-    if not best.any() or agreeing.sum() <= MIN_POINTS:
-        return Ring(
-            np.zeros(len(points_px), dtype=bool), f"No ellipse runs through six of the {len(points_px)} groups."
-        )
-    kept = int(agreeing.sum())
-    return Ring(
-        agreeing, f"{kept} of {len(points_px)} groups lie on one ellipse; the other {len(points_px) - kept} do not."
-    )
+    count = len(points_px)
+    ellipse = _ellipse_through(points_px)
+    if ellipse is not None and _may_be_all(points_px, ellipse, lights):
+        return Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.")
+    brightness = markers.areas_px * markers.peaks.astype(float)
+    on_ring = find_polygon(points_px, brightness, lights, focal_px)
+    kept = int(on_ring.sum())
+    if kept == 0:
+        wanted = "a ring of evenly spaced lights" if lights is None else f"a ring of {lights} evenly spaced lights"
+        return Ring(on_ring, f"None of the {count} groups of bright pixels form {wanted}.")
+    others = count - kept
+    if others == 0:
+        return Ring(on_ring, f"All {count} groups lie on one ring.")
+    return Ring(on_ring, f"{kept} of {count} groups lie on one ring; the other {others} do not.")
 
 
-def _tolerance_px(major_px: float) -> float:
+def tolerance_px(major_px: float) -> float:
+    """How far off its ellipse, of this major semi-axis, a light may lie, in pixels."""
     return max(TOLERANCE_PX, TOLERANCE_OF_AXIS * major_px)
 
 
-def _agreeing(points: np.ndarray, members: np.ndarray) -> np.ndarray:
-    """Which points lie on the ellipse fitted to the members; none where there is no such ellipse."""
+def _ellipse_through(points: np.ndarray) -> Ellipse | None:
+    """The ellipse that all points lie on; None where there is none, or it is too narrow to be a dock."""
+    if len(points) < MIN_POINTS:
+        return None
     try:
-        ellipse = fit_ellipse(points[members])
+        ellipse = fit_ellipse(points)
     except NoEllipseError:
-        return np.zeros(len(points), dtype=bool)
+        return None
     major, minor = ellipse.semi_axes_px
-    if minor < _NARROWEST * major:
-        return np.zeros(len(points), dtype=bool)
-    return ellipse.distances(points) <= _tolerance_px(major)
+    if minor < _NARROWEST * major or ellipse.distances(points).max() > tolerance_px(major):
+        return None
+    return ellipse
 
 
-def _fives(count: int) -> np.ndarray:
-    if comb(count, MIN_POINTS) <= MAX_HYPOTHESES:
-        return np.array(list(combinations(range(count), MIN_POINTS)))
-    order = np.random.default_rng(0).random((MAX_HYPOTHESES, count)).argsort(axis=1)
-    return order[:, :MIN_POINTS]
+def _may_be_all(points: np.ndarray, ellipse: Ellipse, lights: int | None) -> bool:
+    """Whether points on an ellipse are proof enough of a ring: evenly spaced, or else six or more all around it."""
+    angles = _angles_on(points, ellipse)
+    if lights is not None:
+        return len(points) <= lights and _is_even(angles, lights)
+    if len(points) == MIN_POINTS:
+        return _is_even(angles, MIN_POINTS)
+    ordered = np.sort(angles)
+    gaps = np.diff(ordered, append=ordered[0] + 2 * np.pi)
+    return bool(gaps.max() < _WIDEST_GAP * 2 * np.pi / len(points))
 
 
-def _hypotheses(points: np.ndarray) -> list[tuple[np.ndarray, float]]:
-    """Conics (6,) and major semi-axes of the real, not too narrow ellipses through five points each."""
-    origin, scale = points.mean(axis=0), points.std()
-    unit = (points - origin) / scale
-    x, y = unit[_fives(len(points))].transpose(2, 0, 1)
-    rows = np.stack([x * x, x * y, y * y, x, y, np.ones_like(x)], axis=2)
-    conics = np.linalg.svd(rows, full_matrices=True)[2][:, 5]
-    A, B, C, D, E, F = conics.T
-    determinant = 4 * A * C - B * B
-    real = determinant > 1e-12
-    A, B, C, D, E, F, determinant = (value[real] for value in (A, B, C, D, E, F, determinant))
-    value_at_centre = F + (B * D * E - A * E * E - C * D * D) / determinant
-    half_sum, half_gap = (A + C) / 2, np.hypot(A - C, B) / 2
-    small, large = np.abs(half_sum) - half_gap, np.abs(half_sum) + half_gap
-    major = np.sqrt(np.abs(value_at_centre) / small)
-    good = (np.sqrt(small / large) > _NARROWEST) & (np.sign(value_at_centre) != np.sign(half_sum))
-    to_unit = np.array([[1, 0, -origin[0]], [0, 1, -origin[1]], [0, 0, scale]]) / scale
-    monomials = _conic_map(to_unit)
-    kept = conics[real][good]
-    return [(conic, float(axis)) for conic, axis in zip(kept @ monomials, major[good] * scale, strict=True)]
+def _angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:
+    """Angles (N,) of points around an ellipse that is stretched to a circle."""
+    cos, sin = np.cos(ellipse.angle_rad), np.sin(ellipse.angle_rad)
+    x, y = (points - ellipse.centre_px).T
+    major, minor = ellipse.semi_axes_px
+    return np.arctan2((-x * sin + y * cos) / minor, (x * cos + y * sin) / major)
 
 
-def _conic_map(to_unit: np.ndarray) -> np.ndarray:
-    """Matrix (6, 6) that takes conic coefficients (row vectors) of unit points to those of picture points."""
-    return np.array([conic_coefficients(to_unit.T @ conic_matrix(row) @ to_unit) for row in np.eye(6)])
+def _is_even(angles: np.ndarray, lights: int) -> bool:
+    """Whether angles are as evenly spaced as a regular polygon's corners, some of which may be missing."""
+    slots = angles * lights / (2 * np.pi)
+    slots = slots - np.angle(np.exp(2j * np.pi * slots).mean()) / (2 * np.pi)
+    corners = np.rint(slots).astype(int)
+    distinct = len(np.unique(corners % lights)) == len(angles)
+    return distinct and float(np.sqrt(np.mean((slots - corners) ** 2))) < _EVEN_WITHIN

@@ -4,10 +4,45 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from pipeline.thresholds.bright import LEVELS, BrightPixels
+from pipeline.thresholds.classic import kapur, kittler, li, otsu, triangle, yen
 from pipeline.thresholds.fixed import fixed
 from pipeline.thresholds.hats import hats
-from pipeline.thresholds.histogram import LEVELS, Histogram, Peak, Threshold, histogram_of
+from pipeline.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
+from pipeline.thresholds.local import hats_local
+from pipeline.thresholds.sezan import sezan
 
-METHODS: dict[str, Callable[..., Threshold]] = {"hats": hats, "fixed": fixed}
+# Each method by its name, as a function of the histogram, the minimum area of a group and the level set by hand; most
+# need only the first.
+METHODS: dict[str, Callable[[Histogram, int, int], Threshold]] = {
+    "hats": lambda histogram, min_area_px, level: hats(histogram, min_area_px),
+    "hats_local": lambda histogram, min_area_px, level: hats_local(histogram, min_area_px),
+    "otsu": lambda histogram, min_area_px, level: otsu(histogram),
+    "kapur": lambda histogram, min_area_px, level: kapur(histogram),
+    "kittler": lambda histogram, min_area_px, level: kittler(histogram),
+    "sezan": lambda histogram, min_area_px, level: sezan(histogram),
+    "li": lambda histogram, min_area_px, level: li(histogram),
+    "yen": lambda histogram, min_area_px, level: yen(histogram),
+    "triangle": lambda histogram, min_area_px, level: triangle(histogram),
+    "fixed": lambda histogram, min_area_px, level: fixed(histogram, level),
+}
 
-__all__ = ["LEVELS", "METHODS", "Histogram", "Peak", "Threshold", "fixed", "hats", "histogram_of"]
+__all__ = [
+    "LEVELS",
+    "METHODS",
+    "BrightPixels",
+    "Histogram",
+    "Peak",
+    "Threshold",
+    "fixed",
+    "hats",
+    "hats_local",
+    "histogram_of",
+    "kapur",
+    "kittler",
+    "li",
+    "otsu",
+    "sezan",
+    "triangle",
+    "yen",
+]

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from pipeline.thresholds.histogram import Histogram, Threshold
+from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
 
 
 def fixed(histogram: Histogram, level: int) -> Threshold:
     """Keep pixels at or above ``level`` (0..255)."""
-    return Threshold(
-        method="fixed",
-        level=level,
-        native_level=level * histogram.native_step,
-        histogram=histogram.counts,
-        reason=f"Level {level} was set by hand.",
-    )
+    return threshold_at("fixed", histogram, level, f"Level {level} was set by hand.")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 
 from pipeline.image import to_levels
-
-LEVELS = 256
+from pipeline.thresholds.bright import LEVELS, BrightPixels, bright_pixels
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,14 @@ class Histogram:
     levels: np.ndarray
     counts: np.ndarray
     native_step: int = 1
+    _found: dict[str, BrightPixels] = field(default_factory=dict, repr=False, compare=False)
+
+    def bright(self, floor: int) -> BrightPixels:
+        """Pixels at or above ``floor``; the picture is searched once, for the lowest floor that is asked for."""
+        known = self._found.get("pixels")
+        if known is None or floor < known.floor:
+            known = self._found["pixels"] = bright_pixels(self.levels, floor)
+        return known if floor == known.floor else known.above(floor)
 
 
 @dataclass(frozen=True)
@@ -57,7 +65,9 @@ class Threshold:
     histogram : (256,) pixels of each level.
     reason : one sentence, why this level.
     groups_at_level : (256,) number of groups at every level, -1 where it was not counted.
+    floor : where the background ends, as far as the method looks; 0 for methods that do not look for it.
     peaks : the candidates and their votes, bright to dark.
+    kept : for methods with a level for each light: the pixels that are kept, and the number of the light of each.
     """
 
     method: str
@@ -66,11 +76,18 @@ class Threshold:
     histogram: np.ndarray
     reason: str
     groups_at_level: np.ndarray = field(default_factory=lambda: np.full(LEVELS, -1))
+    floor: int = 0
     peaks: tuple[Peak, ...] = ()
+    kept: tuple[BrightPixels, np.ndarray] | None = field(default=None, repr=False)
 
 
 def histogram_of(grey: np.ndarray) -> Histogram:
     """Histogram of a grey (H, W) uint8 or uint16 picture over 256 equal levels."""
     levels, native_step = to_levels(grey)
-    counts = np.bincount(levels.ravel(), minlength=LEVELS)
+    counts = cv2.calcHist([levels], [0], None, [LEVELS], [0, LEVELS]).ravel().astype(np.int64)
     return Histogram(levels, counts, native_step)
+
+
+def threshold_at(method: str, histogram: Histogram, level: int, reason: str) -> Threshold:
+    """Return a threshold without more to tell than its level and its reason."""
+    return Threshold(method, level, level * histogram.native_step, histogram.counts, reason)

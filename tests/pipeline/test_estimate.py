@@ -86,7 +86,7 @@ def dots(count: int) -> np.ndarray:
         (np.full((480, 640), 255, np.uint8), "no_lights", ["threshold", "markers"], "No lights"),
         (dots(1), "too_few_markers", ["threshold", "markers"], "Only 1 group of"),
         (dots(4), "too_few_markers", ["threshold", "markers"], "Only 4 groups of"),
-        (dots(6), "not_a_ring", ["threshold", "markers", "ring"], "No ellipse runs through six of the 6"),
+        (dots(6), "not_a_ring", ["threshold", "markers", "ring"], "None of the 6 groups of bright pixels"),
     ],
 )
 def test_a_picture_without_a_dock_is_a_result(image, status, stages, words):

@@ -7,7 +7,7 @@ from pipeline.thresholds import fixed, histogram_of
 
 def markers_at(image: np.ndarray, level: int, min_area_px: int = 1, centroid: str = "grey"):
     histogram = histogram_of(image)
-    return find_markers(image, histogram.levels, fixed(histogram, level), min_area_px, centroid)
+    return find_markers(image, histogram, fixed(histogram, level), min_area_px, centroid)
 
 
 def test_two_groups_by_hand():
@@ -81,3 +81,36 @@ def test_a_16_bit_picture_weighs_by_its_own_grey_values():
     (grey,) = markers_at(image, 40000 >> 8).points_px
     weights = np.array([40000, 50000]) - (1000 + 0.2 * 49000)
     assert grey == pytest.approx([(8 * weights[0] + 9 * weights[1]) / weights.sum(), 7])
+
+
+def test_two_lights_that_run_together_are_split():
+    y, x = np.mgrid[:60, :200]
+    image = np.full((60, 200), 10.0)
+    for centre in ((30, 30), (60, 30), (90, 30), (120, 30), (127, 30)):
+        image += 200 * np.exp(-((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / (2 * 2.0**2))
+    image = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    level = 40
+    assert histogram_of(image).bright(level).groups()[0] == 4
+    markers = markers_at(image, level, min_area_px=2)
+    assert len(markers) == 5
+    distance = np.abs(markers.points_px[:, 0][:, None] - [30, 60, 90, 120, 127]).min(axis=0)
+    assert distance.max() < 0.5
+
+
+def test_more_than_400_groups_leave_the_largest():
+    image = np.zeros((300, 300), np.uint8)
+    image[::6, ::6] = 200
+    image[100:104, 100:104] = 200
+    markers = markers_at(image, 100)
+    assert len(markers) >= 1
+    assert 16 in markers.areas_px
+    assert len(markers) <= 2500
+
+
+@pytest.mark.parametrize("size", [1, 4])
+def test_peaks_are_the_brightest_levels(size):
+    image = np.zeros((40, 60), np.uint8)
+    image[10 : 10 + size, 10 : 10 + size] = 90
+    image[10, 10] = 140
+    image[20 : 20 + size, 30 : 30 + size] = 200
+    assert markers_at(image, 80).peaks.tolist() == [140, 200]

@@ -1,0 +1,70 @@
+"""Sezan's peaks of the histogram (Sezan 1990)."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from pipeline.thresholds.bright import LEVELS
+from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
+
+
+def sezan(histogram: Histogram) -> Threshold:
+    """Put the level between the background's peak and the next.
+
+    Notes
+    -----
+    Sezan 1990, "A peak detection algorithm and its application to histogram-based image data reduction": the cumulative
+    histogram less its mean over a sliding window turns from plus to minus where a peak starts and is largest where it
+    ends. The window grows until two peaks are left; the level is midway between the end of the first and the start of
+    the second. Where only one is left, the level is where that one ends.
+    """
+    if np.count_nonzero(histogram.counts) < 2:
+        reason = "The whole picture has one grey level, so there is nothing to tell apart."
+        return threshold_at("sezan", histogram, LEVELS, reason)
+    cumulative = np.cumsum(histogram.counts) / histogram.counts.sum()
+    peaks: list[tuple[int, int]] = []
+    last = peaks
+    for half in range(1, LEVELS):
+        last = peaks
+        peaks = find_peaks(cumulative, half)
+        if len(peaks) <= 2:
+            break
+    if len(peaks) < 2 and len(last) > 2:
+        # Growing the window took more than one peak away at once: the two that hold most pixels stand for them.
+        peaks = sorted(sorted(last, key=lambda peak: -_share(cumulative, peak))[:2])
+    if len(peaks) < 2:
+        level = peaks[0][1] + 1 if peaks else LEVELS
+        return threshold_at("sezan", histogram, min(level, LEVELS), "One peak is left; the level is where it ends.")
+    (_, end), (start, _) = peaks
+    level = (end + start + 1) // 2 if start > end else start
+    reason = f"It lies between the end of the background's peak ({end}) and the start of the next ({start})."
+    return threshold_at("sezan", histogram, max(1, level), reason)
+
+
+def find_peaks(cumulative: np.ndarray, half: int) -> list[tuple[int, int]]:
+    """Start and end of each peak, with a window of ``2 half + 1`` levels.
+
+    Parameters
+    ----------
+    cumulative : (256,) share of pixels at or below each level.
+    half : of the window, in levels.
+    """
+    window = 2 * half + 1
+    padded = np.concatenate([np.zeros(half), cumulative, np.ones(half)])
+    signal = cumulative - np.convolve(padded, np.full(window, 1 / window), mode="valid")
+    sign = np.sign(np.where(np.abs(signal) < 1e-12, 0, signal)).astype(int)
+    # Where the signal is zero it goes on with the sign it had; before the first peak that is plus.
+    for level in range(LEVELS):
+        if sign[level] == 0:
+            sign[level] = sign[level - 1] if level else 1
+    starts = [level for level in range(LEVELS) if sign[level] < 0 and (level == 0 or sign[level - 1] > 0)]
+    if sign[0] > 0 and cumulative[0] > 0:
+        starts.insert(0, 0)
+    return [(start, start + int(np.argmax(signal[start:until]))) for start, until in pairwise([*starts, LEVELS])]
+
+
+def _share(cumulative: np.ndarray, peak: tuple[int, int]) -> float:
+    start, end = peak
+    return float(cumulative[end] - (cumulative[start - 1] if start else 0))

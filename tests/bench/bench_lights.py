@@ -1,0 +1,141 @@
+"""Lights told from everything else, on 600 scenes drawn at random: by thresholds alone, and the pose they lead to."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cache
+from multiprocessing import Pool
+
+import msgspec
+import numpy as np
+
+from pipeline import Dock, Settings, estimate
+from pipeline.image import to_grey
+from pipeline.simulate import Truth, render
+from pipeline.simulate.scene import Snow
+from pipeline.thresholds import LEVELS, METHODS, Histogram, histogram_of
+from tests.bench.drawn import DOCK, draw_scene
+from tests.scenes import CAMERA
+
+SCENES_A_HALF = 300
+MIN_AREA_PX = Settings().min_area_px
+COMPARED = tuple(name for name in METHODS if name not in ("fixed", "hats_local"))
+SAME_LIGHT_PX = 4.0
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of one scene: per method whether its groups are exactly the lights; whether any level's are."""
+
+    exact: dict[str, bool]
+    best_level: bool
+    right: bool
+    status: str
+    elapsed_ms: float
+
+
+def is_exact(points_px: np.ndarray, lights_px: np.ndarray) -> bool:
+    """Whether the groups are the lights, each once, and nothing else."""
+    if len(points_px) != len(lights_px):
+        return False
+    near = np.linalg.norm(points_px[:, None] - lights_px[None], axis=2) < SAME_LIGHT_PX
+    return bool((near.sum(axis=0) == 1).all() and (near.sum(axis=1) == 1).all())
+
+
+def groups_at(histogram: Histogram, level: int) -> np.ndarray:
+    """Centres of the groups that a level leaves, nothing split and nothing told apart."""
+    pixels = histogram.bright(level)
+    if pixels.is_empty:
+        return np.empty((0, 2))
+    count, labels = pixels.groups()
+    area = np.bincount(labels, minlength=count)
+    y, x = np.divmod(pixels.index, pixels.width)
+    centres = np.column_stack([np.bincount(labels, x, count), np.bincount(labels, y, count)]) / area[:, None]
+    return centres[area >= MIN_AREA_PX]
+
+
+def any_level_is_exact(histogram: Histogram, lights_px: np.ndarray) -> bool:
+    """Try all 256 levels against the truth; those that cannot have the right number of groups are skipped."""
+    floor = int(np.searchsorted(np.cumsum(histogram.counts), 0.8 * histogram.counts.sum())) + 1
+    counts = histogram.bright(floor).groups_at_every_level(MIN_AREA_PX)
+    levels = np.flatnonzero(counts == len(lights_px))
+    return any(is_exact(groups_at(histogram, int(level)), lights_px) for level in levels)
+
+
+def is_right(found, truth: Truth) -> bool:
+    """Whether the chosen pose is the true one: within 5 degrees, and 3 % of the range."""
+    if found.selected is None:
+        return False
+    angle = np.degrees(np.arccos(np.clip(found.selected.normal @ truth.normal, -1, 1)))
+    distance = np.linalg.norm(found.selected.position_m - truth.position_m)
+    return bool(angle < 5 and distance < 0.03 * truth.position_m[2])
+
+
+def run(job: tuple[int, bool]) -> Result:
+    seed, hard = job
+    image, truth = render(draw_scene(seed, hard=hard))
+    histogram = histogram_of(to_grey(image))
+    lights_px = truth.lights_px[truth.visible]
+    exact = {}
+    for name in COMPARED:
+        level = METHODS[name](histogram, MIN_AREA_PX, 0).level
+        exact[name] = level < LEVELS and is_exact(groups_at(histogram_of(to_grey(image)), level), lights_px)
+    found = estimate(image, CAMERA, DOCK)
+    return Result(
+        exact, any_level_is_exact(histogram, lights_px), is_right(found, truth), found.status, found.elapsed_ms
+    )
+
+
+@cache
+def results() -> tuple[list[Result], list[Result]]:
+    with Pool() as pool:
+        plain = pool.map(run, [(seed, False) for seed in range(SCENES_A_HALF)], chunksize=10)
+        hard = pool.map(run, [(seed, True) for seed in range(SCENES_A_HALF)], chunksize=10)
+    return plain, hard
+
+
+def share(values) -> float:
+    return 100 * float(np.mean(list(values)))
+
+
+def test_exact_lights_before_the_ring():
+    plain, hard = results()
+    print("\nexactly the lights and nothing else, before ring.py (% of scenes)")
+    print(f"{'':22}{'plain':>8}{'hard':>8}{'all':>8}")
+    table = {name: [share(r.exact[name] for r in half) for half in (plain, hard)] for name in COMPARED}
+    table["best single level"] = [share(r.best_level for r in half) for half in (plain, hard)]
+    for name, (one, two) in sorted(table.items(), key=lambda row: -sum(row[1])):
+        print(f"{name:22}{one:8.1f}{two:8.1f}{(one + two) / 2:8.1f}")
+    total = {name: sum(halves) / 2 for name, halves in table.items()}
+    assert all(total["hats"] > total[name] for name in COMPARED if name != "hats")
+    assert total["hats"] >= total["best single level"] - 5
+
+
+def test_true_pose_chosen_after_the_ring():
+    plain, hard = results()
+    print("\ntrue pose chosen (% of scenes)       asked   measured   median ms")
+    for name, half, asked in (("plain half", plain, 98), ("hard half", hard, 95)):
+        median = np.median([r.elapsed_ms for r in half])
+        print(f"{name:36}{asked:6}{share(r.right for r in half):11.1f}{median:12.1f}")
+    assert share(r.right for r in plain) >= 98
+    assert share(r.right for r in hard) >= 95
+
+
+def without_dock(job: tuple[int, int | None]) -> str:
+    """Status of a hard scene whose lights are all out, with more snow."""
+    seed, lights = job
+    rng = np.random.default_rng(seed)
+    scene = draw_scene(seed, hard=True)
+    dark = msgspec.structs.replace(scene.lights, missing=tuple(range(10)))
+    snow = Snow(count=int(rng.integers(5, 80)), level=float(rng.uniform(20, 150)))
+    image, _ = render(msgspec.structs.replace(scene, lights=dark, snow=snow, mirror=None))
+    return estimate(image, CAMERA, Dock(DOCK.diameter, lights)).status
+
+
+def test_pictures_without_a_dock():
+    print("\npictures without a dock, but with snow and text")
+    for lights in (10, None):
+        with Pool() as pool:
+            found = Counter(pool.map(without_dock, [(seed, lights) for seed in range(200)], chunksize=10))
+        print(f"number of lights {'known' if lights else 'not known':10} {dict(found)}")

@@ -8,13 +8,15 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from app.calibrate_command import calibrate_folder
 from app.estimate_command import Outputs, estimate_sources
 from app.sources import UsageError, expand
 from pipeline import Camera, Dock, Settings
-from pipeline.camera_files import load_camera
+from pipeline.calibrate import LENSES
+from pipeline.camera_files import FORMATS, load_camera
 from pipeline.thresholds import METHODS
 
-COMMANDS = ("serve", "estimate", "simulate")
+COMMANDS = ("serve", "estimate", "simulate", "calibrate")
 EXIT_BAD_ARGUMENTS = 2
 
 
@@ -75,7 +77,20 @@ def _parser() -> argparse.ArgumentParser:
         "NAME.mp4, or NAME.avi, which keeps every grey level",
     )
     simulate.set_defaults(run=_simulate)
+    _add_calibrate(commands.add_parser("calibrate", help="make a camera file from pictures of a chessboard"))
     return parser
+
+
+def _add_calibrate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("sources", nargs="+", metavar="FOLDER", help="of pictures; or pictures, or a glob")
+    parser.add_argument("--board", required=True, metavar="10x7", help="how many squares the board has")
+    parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, in metres")
+    parser.add_argument("--charuco", metavar="DICT", help="dictionary of a ChArUco board, as DICT_4X4_50")
+    parser.add_argument("--marker", type=float, metavar="M", help="side of its markers (default: 3/4 of a square)")
+    parser.add_argument("--lens", default="perspective", choices=LENSES, help="default: %(default)s")
+    parser.add_argument("--format", default="dockpose", choices=FORMATS, help="of the file (default: %(default)s)")
+    parser.add_argument("--out", default="camera.yaml", metavar="C.yaml", type=Path, help="default: %(default)s")
+    parser.set_defaults(run=_calibrate)
 
 
 def _add_camera_and_dock(parser: argparse.ArgumentParser) -> None:
@@ -139,6 +154,19 @@ def _simulate(arguments: argparse.Namespace) -> int:
     from app.simulate_command import simulate  # rich's bars take a moment to import
 
     return simulate(arguments.scene, arguments.seed, arguments.frames, arguments.out)
+
+
+def _calibrate(arguments: argparse.Namespace) -> int:
+    return calibrate_folder(
+        arguments.sources,
+        arguments.board,
+        arguments.square,
+        charuco=arguments.charuco,
+        marker_m=arguments.marker,
+        lens=arguments.lens,
+        out=arguments.out,
+        file_format=arguments.format,
+    )
 
 
 if __name__ == "__main__":

@@ -231,7 +231,9 @@ def _find_lights(
         found = f"{len(markers)} group{'s' if len(markers) > 1 else ''} of bright pixels"
         return "too_few_markers", f"Only {found} at level {threshold.level}; an ellipse needs {MIN_POINTS}.", stages
     points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-    ring = stages["ring"] = find_ring(points_px, markers, dock.lights, math.sqrt(camera.fx * camera.fy))
+    ring = stages["ring"] = find_ring(
+        points_px, markers, None if dock.angles_deg else dock.lights, math.sqrt(camera.fx * camera.fy)
+    )
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     return "ok", "", stages

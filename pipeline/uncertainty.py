@@ -11,6 +11,9 @@ import numpy as np
 # many measured numbers.
 PRIOR_NOISE_PX = 0.02
 PRIOR_NUMBERS = 0.5
+# The noise of light centres in pictures is neither quite normal nor quite independent from light to light, so that they
+# tell less than their number: by about this factor, measured on rendered and drawn docks (tests/bench/bench_choice.py).
+WORTH_OF_EVIDENCE = 0.85
 
 
 def noise_px(squares_px2: float, numbers: int, parameters: int) -> tuple[float, float]:
@@ -34,11 +37,14 @@ def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
     """Log-odds of the first of two candidates, by their sums of squared residuals of ``numbers`` numbers.
 
     With the noise known to be s they would be half the difference over s^2. It is not known; averaged over its scaled
-    inverse chi-squared posterior the likelihoods become Student's (Gelman et al., Bayesian Data Analysis, 3.2).
+    inverse chi-squared posterior the likelihoods become Student's (Gelman et al., Bayesian Data Analysis, 3.2). They
+    are tempered by ``WORTH_OF_EVIDENCE``.
     """
     prior = PRIOR_NUMBERS * PRIOR_NOISE_PX**2
     freedom = PRIOR_NUMBERS + max(0, numbers - 6)
-    return min(500.0, max(-500.0, 0.5 * freedom * math.log((prior + second_px2) / (prior + first_px2))))
+    return min(
+        500.0, max(-500.0, 0.5 * WORTH_OF_EVIDENCE * freedom * math.log((prior + second_px2) / (prior + first_px2)))
+    )
 
 
 def nearer(

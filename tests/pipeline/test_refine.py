@@ -107,8 +107,8 @@ def test_noise_by_hand():
 def test_odds_by_hand():
     assert log_odds(0.3, 0.3, 20) == 0
     prior = 0.5 * 0.02**2
-    assert log_odds(0.2 - prior, 0.4 - prior, 20) == pytest.approx(7.25 * math.log(2))
-    assert log_odds(0.4 - prior, 0.2 - prior, 20) == pytest.approx(-7.25 * math.log(2))
+    assert log_odds(0.2 - prior, 0.4 - prior, 20) == pytest.approx(0.85 * 7.25 * math.log(2))
+    assert log_odds(0.4 - prior, 0.2 - prior, 20) == pytest.approx(-0.85 * 7.25 * math.log(2))
 
 
 def test_candidates_whose_errors_overlap_by_hand():

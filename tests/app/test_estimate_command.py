@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.resources import sample_path
+from app.resources import sample_names, sample_path
 from app.samples import load_sample
 from pipeline.camera_files import save_camera
 from pipeline.simulate import save_scene
@@ -34,11 +34,7 @@ def lines(text):
     return [json.loads(line) for line in text.splitlines()]
 
 
-# The other samples show what troubles detectors most.
-SOLVED = ("plain", "tilted", "turbid", "snow", "missing", "far", "colour_ring", "green_haze")
-
-
-@pytest.mark.parametrize("name", SOLVED)
+@pytest.mark.parametrize("name", sample_names())
 def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, capsys):
     truth = load_sample(name).truth
     assert main(["estimate", str(sample_path(name)), "--json", "-"]) == 0

@@ -11,51 +11,22 @@ import msgspec
 import numpy as np
 
 from pipeline.camera import Camera
-from pipeline.checks import check_whole
 from pipeline.circle_pose import CirclePose
 from pipeline.colours import tell_colours
 from pipeline.dock import Dock
 from pipeline.duality import Choice
 from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from pipeline.image import significant_bits, to_grey
-from pipeline.markers import CENTROIDS, Markers, find_markers
+from pipeline.markers import Markers, find_markers
+from pipeline.masks import hide, without_hidden
 from pipeline.pose import find_poses
 from pipeline.ring import Ring, find_ring, tolerance_px
-from pipeline.thresholds import LEVELS, METHODS, Histogram, Threshold, hats_local, histogram_of
+from pipeline.settings import Settings
+from pipeline.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
 
 SCHEMA = 1
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
-
-
-class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How a picture is searched.
-
-    Parameters
-    ----------
-    method : name of the threshold method, one of ``METHODS``.
-    level : for the method "fixed", 0..255.
-    min_area_px : groups of fewer pixels are noise.
-    centroid : "grey" (weighed by brightness) or "binary" (the paper's mass moment).
-
-    Raises
-    ------
-    ValueError
-        if the method or the centroid is unknown, or a number is out of range.
-    """
-
-    method: str = "hats"
-    level: int = 128
-    min_area_px: int = 2
-    centroid: str = "grey"
-
-    def __post_init__(self) -> None:
-        _check_one_of("method", self.method, tuple(METHODS))
-        _check_one_of("centroid", self.centroid, CENTROIDS)
-        check_whole("min_area_px", self.min_area_px, least=1)
-        check_whole("level", self.level, least=0)
-        if self.level >= LEVELS:
-            raise ValueError(f"level is {self.level!r}; it must be at most {LEVELS - 1}")
 
 
 @dataclass(frozen=True)
@@ -127,7 +98,7 @@ class Estimate:
             "image": {"width": self.width, "height": self.height, "bits": self.bits},
             "camera": msgspec.to_builtins(self.camera) | {"distortion": list(self.camera.distortion)},
             "dock": msgspec.json.decode(msgspec.json.encode(self.dock)),
-            "settings": msgspec.to_builtins(self.settings),
+            "settings": msgspec.to_builtins(self.settings) | {"masks": [list(mask) for mask in self.settings.masks]},
             "threshold": self._threshold_dict(),
             "markers": self._marker_dicts(),
             "ellipse": None if self.ellipse is None else _ellipse_dict(self.ellipse),
@@ -159,7 +130,9 @@ class Estimate:
         ]
 
 
-def estimate(image: Any, camera: Camera, dock: Dock, settings: Settings | None = None) -> Estimate:
+def estimate(
+    image: Any, camera: Camera, dock: Dock, settings: Settings | None = None, *, fall_back: bool = True
+) -> Estimate:
     """Find the dock in one picture.
 
     Parameters
@@ -168,6 +141,8 @@ def estimate(image: Any, camera: Camera, dock: Dock, settings: Settings | None =
     camera : its intrinsics; a picture that is the calibration's rescaled is taken, another size is refused.
     dock : its diameter, and its number of lights where known.
     settings : how to search; the defaults suit most scenes.
+    fall_back : let hats give each light a level of its own where no single level shows the ring. A comparison of the
+        methods wants each as it is.
 
     Returns
     -------
@@ -183,8 +158,12 @@ def estimate(image: Any, camera: Camera, dock: Dock, settings: Settings | None =
     grey = to_grey(image)
     height, width = grey.shape
     scaled = camera.for_size(width, height)
-    histogram = histogram_of(grey)
-    status, message, stages = _search(image, grey, histogram, scaled, dock, settings)
+    shown, hidden_px = hide(grey, settings.masks)
+    histogram = without_hidden(histogram_of(shown), hidden_px)
+    if hidden_px == grey.size:
+        status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
+    else:
+        status, message, stages = _search(image, shown, histogram, scaled, dock, settings, fall_back)
     if scaled is not camera:
         message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
     elapsed_ms = 1000 * (time.perf_counter() - start)
@@ -193,12 +172,18 @@ def estimate(image: Any, camera: Camera, dock: Dock, settings: Settings | None =
 
 
 def _search(
-    image: Any, grey: np.ndarray, histogram: Histogram, camera: Camera, dock: Dock, settings: Settings
+    image: Any,
+    grey: np.ndarray,
+    histogram: Histogram,
+    camera: Camera,
+    dock: Dock,
+    settings: Settings,
+    fall_back: bool,
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages that were reached."""
     threshold = METHODS[settings.method](histogram, settings.min_area_px, settings.level)
     status, message, stages = _find_lights(grey, histogram, threshold, camera, dock, settings)
-    if status != "ok" and settings.method == "hats":
+    if status != "ok" and settings.method == "hats" and fall_back:
         local = hats_local(histogram, settings.min_area_px)
         second = _find_lights(grey, histogram, local, camera, dock, settings)
         if second[0] == "ok":
@@ -269,11 +254,6 @@ def _success(ring: Ring, choice: Choice) -> str:
 
 def _lower_first(text: str) -> str:
     return text[:1].lower() + text[1:]
-
-
-def _check_one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(allowed)}")
 
 
 def _ellipse_dict(ellipse: Ellipse) -> dict[str, Any]:

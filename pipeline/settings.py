@@ -1,0 +1,48 @@
+"""How a picture is searched."""
+
+from __future__ import annotations
+
+import msgspec
+
+from pipeline.checks import check_whole
+from pipeline.markers import CENTROIDS
+from pipeline.masks import Mask, check_masks
+from pipeline.thresholds import LEVELS, METHODS
+
+
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How a picture is searched.
+
+    Parameters
+    ----------
+    method : name of the threshold method, one of ``METHODS``.
+    level : for the method "fixed", 0..255.
+    min_area_px : groups of fewer pixels are noise.
+    centroid : "grey" (weighed by brightness) or "binary" (the paper's mass moment).
+    masks : rectangles (x_px, y_px, width_px, height_px) that are not looked at, see :mod:`pipeline.masks`.
+
+    Raises
+    ------
+    ValueError
+        if the method or the centroid is unknown, or a number is out of range.
+    """
+
+    method: str = "hats"
+    level: int = 128
+    min_area_px: int = 2
+    centroid: str = "grey"
+    masks: tuple[Mask, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_one_of("method", self.method, tuple(METHODS))
+        _check_one_of("centroid", self.centroid, CENTROIDS)
+        check_whole("min_area_px", self.min_area_px, least=1)
+        check_whole("level", self.level, least=0)
+        if self.level >= LEVELS:
+            raise ValueError(f"level is {self.level!r}; it must be at most {LEVELS - 1}")
+        check_masks(self.masks)
+
+
+def _check_one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(allowed)}")

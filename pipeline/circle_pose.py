@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -56,6 +57,22 @@ class CirclePose:
         if level < 1e-12:
             return rotation_from_angles(self.theta_x_rad, self.theta_y_rad)
         return np.array([[-z / level, x * y / -level, -x], [0, level, -y], [x / level, y * z / -level, -z]])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values with their units in the names; angles in degrees, None for what was not computed."""
+        sigma_theta = self.sigma_theta_rad
+        return {
+            "position_m": self.position_m.tolist(),
+            "normal": self.normal.tolist(),
+            "theta_x_deg": math.degrees(self.theta_x_rad),
+            "theta_y_deg": math.degrees(self.theta_y_rad),
+            "roll_deg": None if self.roll_rad is None else math.degrees(self.roll_rad),
+            "centre_px": self.centre_px.tolist(),
+            "probability": self.probability,
+            "rms_px": self.rms_px,
+            "sigma_position_m": None if self.sigma_position_m is None else list(self.sigma_position_m),
+            "sigma_theta_deg": None if sigma_theta is None else [math.degrees(angle) for angle in sigma_theta],
+        }
 
     @property
     def T_camera_dock(self) -> np.ndarray:

@@ -59,6 +59,16 @@ class Ellipse:
         y = self.centre_px[1] + along * sin + across * cos
         return np.column_stack([x, y])
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values with their units in the names; angles in degrees."""
+        return {
+            "centre_px": list(self.centre_px),
+            "semi_axes_px": list(self.semi_axes_px),
+            "angle_deg": math.degrees(self.angle_rad),
+            "eccentricity": self.eccentricity,
+            "rms_px": self.rms_px,
+        }
+
     def distances(self, points_px: Any) -> np.ndarray:
         """First-order distances (N,) in pixels of points (N, 2) from the ellipse (Sampson 1982)."""
         return sampson_distances(self.conic, as_points("points_px", points_px, 2))

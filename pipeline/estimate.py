@@ -25,6 +25,8 @@ from pipeline.settings import Settings
 from pipeline.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
 
 SCHEMA = 1
+# Of four groups anywhere in the picture 1 in 80 lie as close to four of ten lights as this, 1 in 15 where they crowd.
+FEW_WITHIN_PX, FEW_WITHIN_OF_AXIS = 0.3, 0.005
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
 
@@ -101,8 +103,8 @@ class Estimate:
             "settings": msgspec.to_builtins(self.settings) | {"masks": [list(mask) for mask in self.settings.masks]},
             "threshold": self._threshold_dict(),
             "markers": self._marker_dicts(),
-            "ellipse": None if self.ellipse is None else _ellipse_dict(self.ellipse),
-            "candidates": [_candidate_dict(pose) for pose in self.candidates],
+            "ellipse": None if self.ellipse is None else self.ellipse.to_dict(),
+            "candidates": [pose.to_dict() for pose in self.candidates],
             "selected": None if self.choice is None else self.choice.selected,
             "selected_by": None if self.choice is None else self.choice.selected_by,
             "elapsed_ms": round(self.elapsed_ms, 3),
@@ -196,7 +198,14 @@ def _search(
         points_px = stages["markers"].points_px[ring.on_ring]
         ellipse, choice = find_poses(points_px, camera, dock, _labels(image, stages["markers"], ring, dock))
     except NoEllipseError as error:
+        if ring.on_ring.sum() < MIN_POINTS:
+            found = f"Only {int(ring.on_ring.sum())} groups of bright pixels"
+            kept = {name: stages[name] for name in ("threshold", "markers")}
+            return "too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept
         return "no_ellipse", f"No ellipse: {error}.", stages
+    if len(points_px) < MIN_POINTS and _is_chance(ellipse, choice):
+        reason = f"Only {len(points_px)} groups of bright pixels, not spaced as the dock's lights; an ellipse needs 5."
+        return "too_few_markers", reason, {name: stages[name] for name in ("threshold", "markers")}
     if not ring.on_ring.all() and _is_uneven(ellipse, choice, dock):
         reason = f"{int(ring.on_ring.sum())} groups lie on an ellipse, but not spaced as the dock's lights are."
         return "not_a_ring", reason, stages
@@ -212,6 +221,10 @@ def _find_lights(
     markers = stages["markers"] = find_markers(grey, histogram, threshold, settings.min_area_px, settings.centroid)
     if len(markers) == 0:
         return "no_lights", f"No lights: {_lower_first(threshold.reason)}", stages
+    if dock.lights is not None and min(4, dock.lights) <= len(markers) < MIN_POINTS:
+        few = f"{len(markers)} groups, too few for an ellipse: their spacing must tell."
+        stages["ring"] = Ring(np.ones(len(markers), dtype=bool), few)
+        return "ok", "", stages
     if len(markers) < MIN_POINTS:
         found = f"{len(markers)} group{'s' if len(markers) > 1 else ''} of bright pixels"
         return "too_few_markers", f"Only {found} at level {threshold.level}; an ellipse needs {MIN_POINTS}.", stages
@@ -229,6 +242,11 @@ def _labels(image: Any, markers: Markers, ring: Ring, dock: Dock) -> list[str | 
     if not dock.colours:
         return None
     return tell_colours(np.asarray(image), markers.points_px[ring.on_ring], markers.areas_px[ring.on_ring])
+
+
+def _is_chance(ellipse: Ellipse, choice: Choice) -> bool:
+    """Whether three or four groups lie no closer to a dock's lights than any groups might by chance."""
+    return (choice.candidates[0].rms_px or 0.0) > min(FEW_WITHIN_PX, FEW_WITHIN_OF_AXIS * ellipse.semi_axes_px[0])
 
 
 def _is_uneven(ellipse: Ellipse, choice: Choice, dock: Dock) -> bool:
@@ -254,29 +272,3 @@ def _success(ring: Ring, choice: Choice) -> str:
 
 def _lower_first(text: str) -> str:
     return text[:1].lower() + text[1:]
-
-
-def _ellipse_dict(ellipse: Ellipse) -> dict[str, Any]:
-    return {
-        "centre_px": list(ellipse.centre_px),
-        "semi_axes_px": list(ellipse.semi_axes_px),
-        "angle_deg": math.degrees(ellipse.angle_rad),
-        "eccentricity": ellipse.eccentricity,
-        "rms_px": ellipse.rms_px,
-    }
-
-
-def _candidate_dict(pose: CirclePose) -> dict[str, Any]:
-    sigma_theta = pose.sigma_theta_rad
-    return {
-        "position_m": pose.position_m.tolist(),
-        "normal": pose.normal.tolist(),
-        "theta_x_deg": math.degrees(pose.theta_x_rad),
-        "theta_y_deg": math.degrees(pose.theta_y_rad),
-        "roll_deg": None if pose.roll_rad is None else math.degrees(pose.roll_rad),
-        "centre_px": pose.centre_px.tolist(),
-        "probability": pose.probability,
-        "rms_px": pose.rms_px,
-        "sigma_position_m": None if pose.sigma_position_m is None else list(pose.sigma_position_m),
-        "sigma_theta_deg": None if sigma_theta is None else [math.degrees(angle) for angle in sigma_theta],
-    }

@@ -75,3 +75,16 @@ def test_a_far_dock_is_undecided_and_says_so():
             messages.append(found.message)
     assert messages
     assert all("Undecided between the two poses" in message for message in messages)
+
+
+def test_four_lights_of_ten_are_enough_where_their_number_is_known():
+    scene = msgspec.structs.replace(random_scene(3, **POSE), lights=Lights(level=600, missing=(0, 2, 3, 5, 6, 9)))
+    image, truth = render(scene)
+    found = estimate(image, CAMERA, Dock(0.30, 10))
+    assert found.status == "ok"
+    assert len(found.markers) == 4
+    assert angle_deg(found.selected, truth) < 1
+    np.testing.assert_allclose(found.selected.position_m, truth.position_m, rtol=0.005, atol=0.002)
+    unknown = estimate(image, CAMERA, Dock(0.30))
+    assert unknown.status == "too_few_markers"
+    assert unknown.ring is None

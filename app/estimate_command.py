@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import hashlib
-import json
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
-
-import cv2
-import numpy as np
+from typing import Any
 
 from app.annotate import POSE_NAMES, annotate
-from app.samples import read_sidecar
-from app.sources import UsageError
+from app.batch import Batch, Picture
+from app.outputs import PictureFolder, open_text, write_line
 from pipeline import Camera, Dock, Estimate, Settings, estimate
-from pipeline.camera_files import FileError
-from pipeline.image import decode
 
-EXIT_ALL_READ, EXIT_SOME_UNREADABLE = 0, 1
 _CANDIDATE_COLUMNS = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "probability", "rms_px")
 CSV_COLUMNS = (
     *("source", "frame", "time_s", "status", "method", "level", "groups", "lights_on_ring"),
@@ -46,21 +37,14 @@ class Outputs:
         return self.json is None and self.csv is None and self.annotate is None
 
 
-@dataclass(frozen=True)
-class _Job:
-    path: Path
-    camera: Camera
-    dock: Dock
-
-
 def estimate_sources(
-    pictures: Sequence[Path], camera: Camera | None, dock: Dock | None, settings: Settings, outputs: Outputs
+    paths: Sequence[Path], camera: Camera | None, dock: Dock | None, settings: Settings, outputs: Outputs
 ) -> int:
     """Estimate every picture and write what was asked for.
 
     Parameters
     ----------
-    pictures : files, in order.
+    paths : of the pictures, in order.
     camera, dock : for all pictures; where None, each picture's own, from the YAML beside it.
     settings : how to search.
     outputs : where results go; a line for each picture is printed where nothing is asked for.
@@ -74,64 +58,26 @@ def estimate_sources(
     UsageError
         if a picture has no camera or dock, or an output cannot be written.
     """
-    jobs, unreadable = _jobs(pictures, camera, dock)
+    batch = Batch(paths, camera, dock)
+
+    def work(picture: Picture) -> Estimate:
+        return estimate(picture.image, picture.camera, picture.dock, settings)
+
     with contextlib.ExitStack() as files:
-        json_file = _open(outputs.json, files)
+        json_file = open_text(outputs.json, files)
         table = _open_table(outputs.csv, files)
-        taken = {path.resolve() for path in pictures}
-        if outputs.annotate is not None:
-            _make_folder(outputs.annotate)
-        for job in jobs:
-            try:
-                image, found, line = _estimate_one(job, settings)
-            except ValueError as error:
-                unreadable = True
-                _complain(str(error) if str(job.path) in str(error) else f"{job.path}: {error}")
-                continue
+        folder = None if outputs.annotate is None else PictureFolder(outputs.annotate, paths)
+        for picture, found in batch.run(work):
+            line = found.to_dict(str(picture.path), frame=0, sha256=picture.sha256)
             if json_file is not None:
-                print(json.dumps(line, allow_nan=False), file=json_file, flush=True)
+                write_line(json_file, line)
             if table is not None:
                 table.writerow(_row(line))
-            if outputs.annotate is not None:
-                _write_picture(_free_path(outputs.annotate, job.path, taken), annotate(image, found))
+            if folder is not None:
+                folder.write(picture.path, annotate(picture.image, found))
             if outputs.none_asked:
-                print(f"{job.path}: {found.message}")
-    return EXIT_SOME_UNREADABLE if unreadable else EXIT_ALL_READ
-
-
-def _jobs(pictures: Sequence[Path], camera: Camera | None, dock: Dock | None) -> tuple[list[_Job], bool]:
-    """Pair every picture with its camera and dock; also tells whether some YAML beside a picture was unusable."""
-    jobs, unusable = [], False
-    for path in pictures:
-        own_camera, own_dock = camera, dock
-        if camera is None or dock is None:
-            try:
-                sidecar = read_sidecar(path)
-            except FileError as error:
-                _complain(str(error))
-                unusable = True
-                continue
-            own_camera, own_dock = camera or sidecar.camera, dock or sidecar.dock
-        if own_camera is None and path.is_file():
-            raise UsageError(f"{path}: which camera? Give --camera C.yaml, or {path.stem}.yaml beside the picture")
-        if own_dock is None and path.is_file():
-            raise UsageError(f"{path}: how large is the dock? Give --dock-diameter in metres")
-        if own_camera is None or own_dock is None:
-            _complain(f"{path}: there is no such file")
-            unusable = True
-            continue
-        jobs.append(_Job(path, own_camera, own_dock))
-    return jobs, unusable
-
-
-def _estimate_one(job: _Job, settings: Settings) -> tuple[np.ndarray, Estimate, dict[str, Any]]:
-    try:
-        data = job.path.read_bytes()
-    except OSError as error:
-        raise FileError(f"{job.path}: cannot be read ({error.strerror or error})") from error
-    image = decode(data, str(job.path))
-    found = estimate(image, job.camera, job.dock, settings)
-    return image, found, found.to_dict(str(job.path), frame=0, sha256=hashlib.sha256(data).hexdigest())
+                print(f"{picture.path}: {found.message}")
+    return batch.exit_status
 
 
 def _row(line: dict[str, Any]) -> dict[str, Any]:
@@ -149,49 +95,10 @@ def _row(line: dict[str, Any]) -> dict[str, Any]:
     return row
 
 
-def _open(target: str | None, files: contextlib.ExitStack) -> TextIO | None:
-    if target is None:
-        return None
-    if target == "-":
-        return sys.stdout
-    try:
-        return files.enter_context(open(target, "w", encoding="utf-8", newline=""))
-    except OSError as error:
-        raise UsageError(f"{target}: cannot be written ({error.strerror or error})") from error
-
-
 def _open_table(target: str | None, files: contextlib.ExitStack) -> csv.DictWriter[str] | None:
-    file = _open(target, files)
+    file = open_text(target, files)
     if file is None:
         return None
     table = csv.DictWriter(file, CSV_COLUMNS)
     table.writeheader()
     return table
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be made ({error.strerror or error})") from error
-
-
-def _free_path(folder: Path, picture: Path, taken: set[Path]) -> Path:
-    """Path for the annotated copy of a picture that overwrites neither another copy nor a picture, now taken."""
-    path, number = folder / f"{picture.stem}.png", 1
-    while path.resolve() in taken:
-        number += 1
-        path = folder / f"{picture.stem}-{number}.png"
-    taken.add(path.resolve())
-    return path
-
-
-def _write_picture(path: Path, picture: np.ndarray) -> None:
-    try:
-        path.write_bytes(cv2.imencode(".png", picture)[1].tobytes())
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be written ({error.strerror or error})") from error
-
-
-def _complain(text: str) -> None:
-    print(f"dockpose: {text}", file=sys.stderr)

@@ -18,7 +18,7 @@ from pipeline.duality import Choice
 from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from pipeline.image import significant_bits, to_grey
 from pipeline.markers import Markers, find_markers
-from pipeline.masks import hide, without_hidden
+from pipeline.masks import hide
 from pipeline.pose import find_poses
 from pipeline.ring import Ring, find_ring, tolerance_px
 from pipeline.settings import Settings
@@ -70,6 +70,11 @@ class Estimate:
     def selected(self) -> CirclePose | None:
         """The chosen pose."""
         return None if self.choice is None else self.choice.candidates[self.choice.selected]
+
+    @property
+    def lights_on_ring(self) -> int | None:
+        """How many groups are lights on the ring; None where the search did not come so far."""
+        return None if self.ring is None else int(self.ring.on_ring.sum())
 
     def light_numbers(self) -> list[int | None]:
         """For each marker the number of the light that it is; None where it is none, or cannot be told."""
@@ -160,12 +165,12 @@ def estimate(
     grey = to_grey(image)
     height, width = grey.shape
     scaled = camera.for_size(width, height)
-    shown, hidden_px = hide(grey, settings.masks)
-    histogram = without_hidden(histogram_of(shown), hidden_px)
-    if hidden_px == grey.size:
+    grey, counted = hide(grey, settings.masks)
+    histogram = histogram_of(grey, counted)
+    if counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
     else:
-        status, message, stages = _search(image, shown, histogram, scaled, dock, settings, fall_back)
+        status, message, stages = _search(image, grey, histogram, scaled, dock, settings, fall_back)
     if scaled is not camera:
         message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
     elapsed_ms = 1000 * (time.perf_counter() - start)

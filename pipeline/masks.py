@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from pipeline.checks import check_number
-from pipeline.thresholds.histogram import Histogram
 
 # x_px, y_px of the upper left corner, width_px, height_px: (10, 20, 30, 5) hides columns 10 to 39 of rows 20 to 24.
 Mask = tuple[float, float, float, float]
@@ -40,7 +38,7 @@ def hidden_pixels(shape: tuple[int, int], masks: Sequence[Mask]) -> np.ndarray:
     return hidden
 
 
-def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, int]:
+def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, np.ndarray | None]:
     """Blacken what is masked.
 
     Parameters
@@ -50,23 +48,15 @@ def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, int]:
 
     Returns
     -------
-    A blackened copy and how many of its pixels are hidden; without masks the picture itself and 0.
+    A blackened copy and which of its pixels count, (H, W) uint8 of 0 and 255; without masks the picture itself and
+    None.
     """
     if not masks:
-        return grey, 0
+        return grey, None
     hidden = hidden_pixels(grey.shape, masks)
     blackened = grey.copy()
     blackened[hidden] = 0
-    return blackened, int(np.count_nonzero(hidden))
-
-
-def without_hidden(histogram: Histogram, count: int) -> Histogram:
-    """Histogram of a picture from :func:`hide` without the ``count`` pixels that were blackened there."""
-    if count == 0:
-        return histogram
-    counts = histogram.counts.copy()
-    counts[0] -= count
-    return replace(histogram, counts=counts)
+    return blackened, np.where(hidden, 0, 255).astype(np.uint8)
 
 
 def _span(start: float, length: float, size: int) -> slice:

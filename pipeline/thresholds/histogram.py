@@ -81,10 +81,13 @@ class Threshold:
     kept: tuple[BrightPixels, np.ndarray] | None = field(default=None, repr=False)
 
 
-def histogram_of(grey: np.ndarray) -> Histogram:
-    """Histogram of a grey (H, W) uint8 or uint16 picture over 256 equal levels."""
+def histogram_of(grey: np.ndarray, counted: np.ndarray | None = None) -> Histogram:
+    """Histogram of a grey (H, W) uint8 or uint16 picture over 256 equal levels.
+
+    ``counted`` (H, W) uint8 is 0 where a pixel is masked and does not count; None where all do.
+    """
     levels, native_step = to_levels(grey)
-    counts = cv2.calcHist([levels], [0], None, [LEVELS], [0, LEVELS]).ravel().astype(np.int64)
+    counts = cv2.calcHist([levels], [0], counted, [LEVELS], [0, LEVELS]).ravel().astype(np.int64)
     return Histogram(levels, counts, native_step)
 
 

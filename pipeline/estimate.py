@@ -25,8 +25,8 @@ from pipeline.settings import Settings
 from pipeline.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
 
 SCHEMA = 1
-# Of four groups anywhere in the picture 1 in 80 lie as close to four of ten lights as this, 1 in 15 where they crowd.
-FEW_WITHIN_PX, FEW_WITHIN_OF_AXIS = 0.3, 0.005
+# Four groups that are no lights lie as close as this to some four of ten lights about once in a hundred pictures.
+FEW_WITHIN_PX, FEW_WITHIN_OF_AXIS = 0.15, 0.003
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
 
@@ -190,10 +190,10 @@ def _search(
     """Status, message and the stages that were reached."""
     threshold = METHODS[settings.method](histogram, settings.min_area_px, settings.level)
     status, message, stages = _find_lights(grey, histogram, threshold, camera, dock, settings)
-    if status != "ok" and settings.method == "hats" and fall_back:
+    if (status != "ok" or stages["ring"].on_ring.sum() < MIN_POINTS) and settings.method == "hats" and fall_back:
         local = hats_local(histogram, settings.min_area_px)
         second = _find_lights(grey, histogram, local, camera, dock, settings)
-        if second[0] == "ok":
+        if second[0] == "ok" and (status != "ok" or second[2]["ring"].on_ring.sum() >= MIN_POINTS):
             status, _, stages = second
             message = " No one level shows the ring; each light was given its own."
     if status != "ok":
@@ -201,7 +201,8 @@ def _search(
     ring = stages["ring"]
     try:
         points_px = stages["markers"].points_px[ring.on_ring]
-        ellipse, choice = find_poses(points_px, camera, dock, _labels(image, stages["markers"], ring, dock))
+        labels = _labels(image, stages["markers"], ring, dock)
+        ellipse, choice = find_poses(points_px, camera, dock, labels, ring.ellipse)
     except NoEllipseError as error:
         if ring.on_ring.sum() < MIN_POINTS:
             found = f"Only {int(ring.on_ring.sum())} groups of bright pixels"

@@ -9,6 +9,7 @@ import numpy as np
 from pipeline.thresholds.bright import LEVELS, BrightPixels
 from pipeline.thresholds.histogram import Histogram, Threshold
 from pipeline.thresholds.local import split_by_peaks
+from pipeline.weighted_centres import weighted_centres
 
 CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
@@ -128,50 +129,6 @@ def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> 
     light's height above it is left out, because noise far from the middle would pull the most.
     """
     size = np.maximum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]) + 1
-    reach = np.minimum((size + 1) // 2 + np.maximum(_LEAST_REACH_PX, (size + 1) // 2), _MOST_REACH_PX)
-    centres = points_px.copy()
-    for half in np.unique(reach):
-        chosen = np.flatnonzero(reach == half)
-        centres[chosen] = _centres_of_one_reach(grey, points_px, chosen, int(half))
-    return centres
-
-
-def _centres_of_one_reach(grey: np.ndarray, points: np.ndarray, chosen: np.ndarray, half: int) -> np.ndarray:
-    height, width = grey.shape
-    middle = np.rint(points[chosen]).astype(int)
-    around = np.arange(-half, half + 1)
-    x, y = middle[:, 0, None] + around, middle[:, 1, None] + around
-    inside = ((y >= 0) & (y < height))[:, :, None] & ((x >= 0) & (x < width))[:, None, :]
-    window = grey[np.clip(y, 0, height - 1)[:, :, None], np.clip(x, 0, width - 1)[:, None, :]].astype(float)
-    edge = np.concatenate([window[:, 0], window[:, -1], window[:, :, 0], window[:, :, -1]], axis=1)
-    water = np.median(edge, axis=1)
-    inner = window[:, half - 1 : half + 2, half - 1 : half + 2].max(axis=(1, 2))
-    weight = np.maximum(window - (water + _FOOT * (inner - water))[:, None, None], 0.0) * inside
-    weight *= _own_side(points, chosen, x - 0.0, y - 0.0)
-    total = weight.sum(axis=(1, 2))
-    usable = total > 0
-    safe = np.where(usable, total, 1.0)
-    found = np.column_stack([(weight.sum(axis=1) * x).sum(axis=1) / safe, (weight.sum(axis=2) * y).sum(axis=1) / safe])
-    return np.where(usable[:, None], found, points[chosen])
-
-
-def _own_side(points: np.ndarray, chosen: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Which pixels (M, K, K) lie nearer to each chosen point than to the two points next to it."""
-    own = np.ones((len(chosen), y.shape[1], x.shape[1]), dtype=bool)
-    if len(points) < 2:
-        return own
-    distance = np.hypot(*(points[chosen][:, None] - points[None]).transpose(2, 0, 1))
-    distance[np.arange(len(chosen)), chosen] = np.inf
-    reach = x.shape[1]
-    for _ in range(2):
-        nearest = distance.argmin(axis=1)
-        close = distance[np.arange(len(chosen)), nearest] < 1.5 * reach
-        if not close.any():
-            break
-        towards = points[nearest] - points[chosen]
-        half_way = (points[nearest] + points[chosen]) / 2
-        beyond = (x - half_way[:, :1])[:, None, :] * towards[:, 0, None, None]
-        beyond = beyond + (y - half_way[:, 1:])[:, :, None] * towards[:, 1, None, None]
-        own &= (beyond <= 0) | ~close[:, None, None]
-        distance[np.arange(len(chosen)), nearest] = np.inf
-    return own
+    half = (size + 1) // 2
+    reach = np.minimum(half + np.maximum(_LEAST_REACH_PX, half), _MOST_REACH_PX)
+    return weighted_centres(grey, points_px, reach, _FOOT)

@@ -22,7 +22,11 @@ _FIRST_DEPTH_M = 1.0
 
 
 def find_poses(
-    points_px: Any, camera: Camera, dock: Dock, labels: Sequence[str | None] | None = None
+    points_px: Any,
+    camera: Camera,
+    dock: Dock,
+    labels: Sequence[str | None] | None = None,
+    ellipse: Ellipse | None = None,
 ) -> tuple[Ellipse, Choice]:
     """Find both poses of a dock from five or more of its lights, or from four or three whose spacing is known.
 
@@ -32,6 +36,7 @@ def find_poses(
     camera : that took it.
     dock : its diameter, and its lights where they are known.
     labels : for each point the name of its colour, None where it cannot be told.
+    ellipse : through the lights, where it is known already.
 
     Returns
     -------
@@ -49,7 +54,7 @@ def find_poses(
         choice = poses_from_few_lights(points, camera, dock)
         return _ellipse_of(choice.candidates[0], camera, dock), choice
     if camera.port is None:
-        ellipse = fit_ellipse(camera.undistort(points))
+        ellipse = ellipse or fit_ellipse(camera.undistort(points))
         poses = circle_poses(ellipse, camera, dock.diameter)
         return ellipse, choose_by_spacing(poses, points, camera, dock, labels)
     poses = _poses_behind_port(points, camera, dock)

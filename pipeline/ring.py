@@ -27,10 +27,12 @@ class Ring:
     ----------
     on_ring : (N,) bool for each marker.
     reason : one sentence: what was kept or thrown out, or why nothing is a ring.
+    ellipse : through the lights, where it was fitted on the way; None where it was not.
     """
 
     on_ring: np.ndarray
     reason: str
+    ellipse: Ellipse | None = None
 
     @property
     def found(self) -> bool:
@@ -57,7 +59,7 @@ def find_ring(points_px: np.ndarray, markers: Markers, lights: int | None, focal
     count = len(points_px)
     ellipse = _ellipse_through(points_px)
     if ellipse is not None and _may_be_all(points_px, ellipse, lights):
-        return Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.")
+        return Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.", ellipse)
     brightness = markers.areas_px * markers.peaks.astype(float)
     on_ring = find_polygon(points_px, brightness, lights, focal_px)
     kept = int(on_ring.sum())
@@ -114,5 +116,5 @@ def _is_even(angles: np.ndarray, lights: int) -> bool:
     slots = angles * lights / (2 * np.pi)
     slots = slots - np.angle(np.exp(2j * np.pi * slots).mean()) / (2 * np.pi)
     corners = np.rint(slots).astype(int)
-    distinct = len(np.unique(corners % lights)) == len(angles)
+    distinct = len(set((corners % lights).tolist())) == len(angles)
     return distinct and float(np.sqrt(np.mean((slots - corners) ** 2))) < _EVEN_WITHIN

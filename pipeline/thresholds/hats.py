@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.thresholds.bright import LEVELS
-from pipeline.thresholds.histogram import Histogram, Peak, Threshold
+from pipeline.thresholds.histogram import SMOOTHING, Histogram, Threshold
 
 # The background ends where fewer than this share of all pixels have a level; two in ten thousand are 60 of 640 x 480.
 BACKGROUND_SHARE = 2e-4
@@ -23,7 +23,6 @@ REAL_SHARE, REAL_LEVELS = 0.2, 3
 DIM_LEVELS = 10.0
 # Noise begins where one level down there are so many times as many groups, and so many more.
 NOISE_FACTOR, NOISE_MORE = 1.3, 2
-_SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16
 
 
 def hats(histogram: Histogram, min_area_px: int) -> Threshold:
@@ -45,12 +44,13 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
     the background's mode, over its darkest. Noise and fragments change the count from level to level, lights do not.
     The elected count is the largest with a real share of the votes; the level is the brightest of its run.
     """
-    top = int(np.flatnonzero(histogram.counts)[-1])
-    mode = int(histogram.counts.argmax())
-    floor = background_limit(histogram.counts)
-    if floor > top:
+    counts = histogram.sketch
+    mode = int(counts.argmax())
+    floor = background_limit(counts)
+    if floor >= LEVELS or (pixels := histogram.bright(floor)).is_empty:
         return _threshold(histogram, LEVELS, floor, "Nothing stands out above the background.")
-    groups = histogram.bright(floor).groups_at_every_level(min_area_px)
+    top = int(pixels.level.max())
+    groups = pixels.groups_at_every_level(min_area_px)
     floor = _above_noise(groups, floor, top)
     runs = _longest_runs(groups, floor, top)
     if not runs:
@@ -62,8 +62,7 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
         f"{elected} group{'' if elected == 1 else 's'} at {length} level{'' if length == 1 else 's'} in a row from "
         f"{level} down, of the {top - floor + 1} above the background: the largest count with a real share."
     )
-    peaks = _candidates(histogram.counts, groups, floor)
-    return _threshold(histogram, level, floor, reason, groups, peaks)
+    return _threshold(histogram, level, floor, reason, groups)
 
 
 def background_limit(counts: np.ndarray) -> int:
@@ -72,7 +71,7 @@ def background_limit(counts: np.ndarray) -> int:
     From the mode upwards the background ends where a level has too few pixels to be water. Where what is left would
     be too much to be lights, it ends higher.
     """
-    smooth = np.convolve(counts, _SMOOTHING, mode="same")
+    smooth = np.convolve(counts, SMOOTHING, mode="same")
     mode = int(counts.argmax())
     total = int(counts.sum())
     few = np.flatnonzero(smooth[mode:] <= BACKGROUND_SHARE * total)
@@ -118,37 +117,27 @@ def _elect(runs: dict[int, tuple[int, int]], floor: int, top: int, mode: int) ->
     return int(counts[real].max()) if real.any() else int(counts[weights.argmax()])
 
 
-def _candidates(counts: np.ndarray, groups: np.ndarray, floor: int) -> tuple[Peak, ...]:
-    """Local peaks of the lightly smoothed histogram, bright to dark, and what each votes for."""
-    padded = np.concatenate([np.zeros(2), counts, np.zeros(2)])
-    smooth = np.convolve(padded, _SMOOTHING, mode="valid")
-    higher_than_next = np.append(smooth[:-1] > smooth[1:], smooth[-1] > 0)
-    not_lower_than_last = np.insert(smooth[1:] >= smooth[:-1], 0, True)
-    levels = np.flatnonzero(higher_than_next & not_lower_than_last)
-    peaks = levels[levels >= floor][::-1].tolist()
-    ends = [peak + 1 for peak in peaks[1:]] + [floor]
-    found = []
-    for level, down_to in zip(peaks, ends, strict=False):
-        holds = np.bincount(groups[down_to : level + 1])
-        found.append(Peak(level, down_to, int(holds.argmax()), int(holds.max())))
-    return tuple(found)
-
-
 def _threshold(
     histogram: Histogram,
     level: int,
     floor: int,
     reason: str,
     groups: np.ndarray | None = None,
-    peaks: tuple[Peak, ...] = (),
 ) -> Threshold:
     return Threshold(
         method="hats",
         level=level,
         native_level=level * histogram.native_step,
-        histogram=histogram.counts,
+        histogram=counts_with_exact_top(histogram, floor),
         reason=reason,
         groups_at_level=np.full(LEVELS, -1) if groups is None else groups,
         floor=floor,
-        peaks=peaks,
     )
+
+
+def counts_with_exact_top(histogram: Histogram, floor: int) -> np.ndarray:
+    """Pixels of each level (256,): the bright ones counted, those below ``floor`` as the sketch has them."""
+    counts = histogram.sketch.copy()
+    if floor < LEVELS:
+        counts[floor:] = np.bincount(histogram.bright(floor).level, minlength=LEVELS)[floor:]
+    return counts

@@ -7,11 +7,10 @@ enough above the saddle to its brighter neighbour is a light of its own, cut hal
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import minimum_spanning_tree
 
 from pipeline.thresholds.bright import LEVELS, BrightPixels
-from pipeline.thresholds.hats import background_limit
+from pipeline.thresholds.flood import peaks_by_persistence
+from pipeline.thresholds.hats import background_limit, counts_with_exact_top
 from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
 
 RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above its saddle to count by itself
@@ -31,10 +30,10 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     -------
     A threshold that lists the pixels it keeps; its level is that of its dimmest light, 256 where there is none.
     """
-    floor = background_limit(histogram.counts)
+    floor = background_limit(histogram.sketch)
     if floor >= LEVELS or (pixels := histogram.bright(floor)).is_empty:
         return threshold_at("hats_local", histogram, LEVELS, "Nothing stands out above the background.")
-    mode = int(histogram.counts.argmax())
+    mode = int(histogram.sketch.argmax())
     rise = RISE_NOISE * noise_levels(histogram.levels)
     peaks, saddles, member_of = _peaks(pixels, mode, rise)
     base = np.maximum(saddles, mode)
@@ -55,7 +54,7 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
         method="hats_local",
         level=level,
         native_level=level * histogram.native_step,
-        histogram=histogram.counts,
+        histogram=counts_with_exact_top(histogram, floor),
         reason=f"{len(lights)} peaks, each cut half way up, at levels from {level} to {int(cut[lights].max())}.",
         floor=floor,
         kept=(chosen, number[member_of[kept]]),
@@ -81,43 +80,4 @@ def split_by_peaks(pixels: BrightPixels) -> np.ndarray:
 
 
 def _peaks(pixels: BrightPixels, mode: int, rise: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Peaks of the picture, by persistence.
-
-    Returns
-    -------
-    For each peak its level and the level of its highest saddle to another one (-1 where it stands alone), and for each
-    pixel the number of its peak.
-
-    Notes
-    -----
-    Pixels are joined along a maximum spanning forest, brightest edges first. Two parts that meet become one unless both
-    rise enough above the place where they meet.
-    """
-    first, second = pixels.touching
-    weight = LEVELS - np.minimum(pixels.level[first], pixels.level[second]).astype(float)
-    forest = minimum_spanning_tree(csr_array((weight, (first, second)), shape=(len(pixels), len(pixels)))).tocoo()
-    order = np.argsort(forest.data, kind="stable")
-    parent = list(range(len(pixels)))
-    peak = pixels.level.tolist()
-    saddle = [-1] * len(pixels)
-
-    def root(node: int) -> int:
-        while parent[node] != node:
-            parent[node] = parent[parent[node]]
-            node = parent[node]
-        return node
-
-    edges = zip(forest.row[order].tolist(), forest.col[order].tolist(), forest.data[order].tolist(), strict=True)
-    for one, other, lost in edges:
-        level = LEVELS - int(lost)
-        high, low = root(one), root(other)
-        if peak[high] < peak[low]:
-            high, low = low, high
-        if peak[low] - level < max(rise, RISE_SHARE * (peak[low] - mode)):
-            parent[low] = high
-            saddle[high] = max(saddle[high], saddle[low])
-        else:
-            saddle[high], saddle[low] = max(saddle[high], level), max(saddle[low], level)
-    roots = np.array([root(node) for node in range(len(pixels))])
-    tops, member_of = np.unique(roots, return_inverse=True)
-    return np.array(peak)[tops], np.array(saddle)[tops], member_of
+    return peaks_by_persistence(pixels.level, *pixels.touching, mode, float(rise), RISE_SHARE)

@@ -1,0 +1,98 @@
+"""From a picture to both poses, as ratios to OpenCV's ArUco detector and its histogram on the same picture."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+import pytest
+
+from pipeline import Camera, Dock, estimate
+from pipeline.simulate import Pose, Scene, render
+from pipeline.simulate.scene import Background, Lights
+from pipeline.simulate.water import preset
+
+DOCK = Dock(0.30, 10)
+# Picture size, and how many times ArUco's time the estimate may take.
+SIZES = {(640, 480): 1.0, (1920, 1080): 0.5, (3840, 2160): 0.3}
+AT_MOST_HISTOGRAMS = 3.0  # at 3840 x 2160
+AT_MOST_GOOD_ONES = 5.0  # a picture in which nothing is found
+
+
+def camera(size: tuple[int, int]) -> Camera:
+    width, height = size
+    focal = 700 * width / 640
+    return Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+
+
+def scene(size: tuple[int, int]) -> np.ndarray:
+    return render(
+        Scene(
+            camera=camera(size),
+            dock=DOCK,
+            pose=Pose(position_m=(0.1, -0.05, 1.5), theta_x_deg=15.0, theta_y_deg=20.0),
+            lights=Lights(level=600.0),
+            water=preset("tank"),
+            background=Background(level=20.0, gradient_x=15.0),
+            seed=1,
+        )
+    )[0]
+
+
+def medians_ms(functions: list[Callable[[], object]], rounds: int) -> list[float]:
+    """Median time of each, taken in turns, so that whatever else the machine does befalls all alike."""
+    for function in functions:
+        function()
+    times = np.empty((rounds, len(functions)))
+    for turn in range(rounds):
+        for number, function in enumerate(functions):
+            start = time.perf_counter()
+            function()
+            times[turn, number] = time.perf_counter() - start
+    return (1000 * np.median(times, axis=0)).tolist()
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_image_to_both_poses(size):
+    image, of_size = scene(size), camera(size)
+    detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
+    assert estimate(image, of_size, DOCK).status == "ok"
+    ours, aruco, histogram = medians_ms(
+        [
+            lambda: estimate(image, of_size, DOCK),
+            lambda: detector.detectMarkers(image),
+            lambda: cv2.calcHist([image], [0], None, [256], [0, 256]),
+        ],
+        rounds=60,
+    )
+    print(
+        f"\n{size[0]} x {size[1]}: estimate {ours:.2f} ms, ArUco {aruco:.2f} ms, calcHist {histogram:.2f} ms; "
+        f"{ours / aruco:.2f} of ArUco (asked {SIZES[size]}), {ours / histogram:.2f} of calcHist"
+    )
+    assert ours / aruco <= SIZES[size]
+    if size == (3840, 2160):
+        assert ours / histogram <= AT_MOST_HISTOGRAMS
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("kind", ["black", "white", "noise", "bright noise", "half white"])
+def test_a_picture_with_nothing_to_find(size, kind):
+    rng = np.random.default_rng(0)
+    width, height = size
+    pictures = {
+        "black": np.zeros((height, width), np.uint8),
+        "white": np.full((height, width), 255, np.uint8),
+        "noise": np.clip(rng.normal(40, 8, (height, width)), 0, 255).astype(np.uint8),
+        "bright noise": rng.integers(0, 256, (height, width), dtype=np.uint8),
+        "half white": np.where(np.arange(width) < width / 2, 255, 10).astype(np.uint8)[None].repeat(height, axis=0),
+    }
+    good, of_size = scene(size), camera(size)
+    nothing = pictures[kind]
+    ours, empty = medians_ms(
+        [lambda: estimate(good, of_size, DOCK), lambda: estimate(nothing, of_size, DOCK)], rounds=15
+    )
+    status = estimate(nothing, of_size, DOCK).status
+    print(f"\n{width} x {height} {kind:12} {empty:8.2f} ms, {empty / ours:5.2f} of a good one (asked 5), {status}")
+    assert empty / ours <= AT_MOST_GOOD_ONES

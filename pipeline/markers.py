@@ -56,23 +56,27 @@ def find_markers(
     """
     if threshold.kept is not None:
         pixels, labels = threshold.kept
-        count = int(labels.max()) + 1 if len(labels) else 0
+        count = int(labels.max()) + 1
+    elif threshold.level < LEVELS and not (pixels := histogram.bright(threshold.level)).is_empty:
+        count, labels = _split_merged(pixels, *pixels.groups())
     else:
-        pixels = histogram.bright(threshold.level) if threshold.level < LEVELS else histogram.bright(LEVELS - 1).none()
-        count, labels = pixels.groups() if len(pixels) else (0, np.empty(0, dtype=int))
-        count, labels = _split_merged(pixels, count, labels)
+        return _no_markers()
     areas = np.bincount(labels, minlength=count)
     kept = areas >= min_area_px
     dropped = int(np.count_nonzero(~kept))
     if np.count_nonzero(kept) > _MOST_MARKERS:
         kept &= areas >= np.sort(areas)[-_MOST_MARKERS]
     if not kept.any():
-        return Markers(np.empty((0, 2)), np.empty(0, dtype=int), np.empty(0, dtype=int), dropped)
+        return _no_markers(dropped)
     points, boxes, peaks = _shapes(pixels, labels, count)
     points, boxes = points[kept], boxes[kept]
     if centroid == "grey":
         points = grey_centres(grey, boxes, points)
     return Markers(points, areas[kept], peaks[kept], dropped)
+
+
+def _no_markers(dropped: int = 0) -> Markers:
+    return Markers(np.empty((0, 2)), np.empty(0, dtype=int), np.empty(0, dtype=int), dropped)
 
 
 def _shapes(pixels: BrightPixels, labels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

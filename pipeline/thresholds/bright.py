@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pipeline.thresholds.flood import LEVELS, groups_at_every_level, label_groups, touching_pairs
+from pipeline.thresholds.flood import groups_at_every_level, label_groups, touching_pairs
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,6 @@ class BrightPixels:
     def is_empty(self) -> bool:
         """Whether there are none."""
         return len(self.index) == 0
-
-    def none(self) -> BrightPixels:
-        """Return an empty list of pixels of the same picture."""
-        return BrightPixels(LEVELS, self.width, self.index[:0], self.level[:0])
 
     def groups(self) -> tuple[int, np.ndarray]:
         """How many groups the pixels form, and for each pixel the number (n,) of its group, 0 to that less 1."""

@@ -57,6 +57,11 @@ def _with_centres(histogram: Histogram) -> tuple[np.ndarray, np.ndarray]:
     return histogram.counts, np.arange(LEVELS)
 
 
+def _pixels(histogram: Histogram) -> np.ndarray:
+    """Levels of the pixels that count, in no order of theirs."""
+    return np.repeat(np.arange(LEVELS, dtype=np.uint8), histogram.counts)
+
+
 def _otsu_level(histogram: Histogram) -> int:
     return int(filters.threshold_otsu(hist=_with_centres(histogram))) + 1
 
@@ -66,11 +71,11 @@ def _yen_level(histogram: Histogram) -> int:
 
 
 def _li_level(histogram: Histogram) -> int:
-    return math.floor(filters.threshold_li(histogram.levels)) + 1
+    return math.floor(filters.threshold_li(_pixels(histogram))) + 1
 
 
 def _triangle_level(histogram: Histogram) -> int:
-    return math.floor(filters.threshold_triangle(histogram.levels)) + 1
+    return math.floor(filters.threshold_triangle(_pixels(histogram))) + 1
 
 
 def _kapur_level(histogram: Histogram) -> int:

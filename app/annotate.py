@@ -12,6 +12,7 @@ from pipeline.camera import Camera
 from pipeline.circle_pose import CirclePose, rotation_from_angles
 from pipeline.estimate import Estimate
 from pipeline.image import to_levels
+from pipeline.masks import Mask, hidden_pixels
 
 # Okabe and Ito's colours, which the colour-blind can tell apart, as BGR.
 POSE_COLOURS = ((178, 114, 0), (0, 159, 230))
@@ -19,25 +20,30 @@ POSE_NAMES = ("A", "B")
 LIGHT_COLOUR = (115, 158, 0)
 ELLIPSE_COLOUR = (167, 121, 204)
 DROPPED_COLOUR = (0, 94, 213)
+MASK_COLOUR = (233, 180, 86)
 TEXT_COLOUR = (255, 255, 255)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
-def annotate(image: Any, estimate: Estimate) -> np.ndarray:
+def annotate(image: Any, estimate: Estimate, *, words: bool = True) -> np.ndarray:
     """Draw what was found on a copy of the picture, at full size.
 
     Parameters
     ----------
     image : the picture that was estimated, 8 or 16 bit, grey or BGR.
     estimate : what was found in it.
+    words : whether to say in a corner what it means.
 
     Returns
     -------
     (H, W, 3) uint8 BGR. Lights on the ring are circled and numbered, other groups crossed out; the ellipse's centre is
-    a plus, the dock's centre under the chosen pose a dot in a ring; each pose has an axis along its normal.
+    a plus, the dock's centre under the chosen pose a dot in a ring; each pose has an axis along its normal. Masks are
+    hatched.
     """
     canvas = to_bgr8(image)
     unit = max(1.0, min(canvas.shape[:2]) / 480)
+    for mask in estimate.settings.masks:
+        _hatch(canvas, mask, unit)
     if estimate.ellipse is not None:
         outline = _in_picture(estimate, estimate.ellipse.points(240))
         _polyline(canvas, outline, ELLIPSE_COLOUR, unit, closed=True)
@@ -45,7 +51,8 @@ def annotate(image: Any, estimate: Estimate) -> np.ndarray:
     for index in reversed(range(len(estimate.candidates))):
         _pose_axes(canvas, estimate.candidates[index], index, estimate, unit)
     _centres(canvas, estimate, unit)
-    _text_block(canvas, _lines(estimate), unit)
+    if words:
+        _text_block(canvas, _lines(estimate), unit)
     return canvas
 
 
@@ -57,6 +64,23 @@ def to_bgr8(image: Any) -> np.ndarray:
     if array.ndim == 2:
         return cv2.cvtColor(array, cv2.COLOR_GRAY2BGR)
     return array[:, :, :3].copy()
+
+
+def _hatch(canvas: np.ndarray, mask: Mask, unit: float) -> None:
+    """Hatch and outline what a mask hides, and call it masked."""
+    rows, columns = np.nonzero(hidden_pixels(canvas.shape[:2], [mask]))
+    if len(rows) == 0:
+        return
+    striped = (rows + columns) % _width(8 * unit) < _width(unit)
+    canvas[rows[striped], columns[striped]] = MASK_COLOUR
+    left, top, right, bottom = columns[0], rows[0], columns[-1], rows[-1]
+    cv2.rectangle(canvas, (int(left), int(top)), (int(right), int(bottom)), MASK_COLOUR, _width(unit))
+    scale = 0.42 * unit
+    (width, height), _ = cv2.getTextSize("masked", _FONT, scale, _width(unit))
+    # Below the mask, or above it where the picture ends.
+    y = bottom + height + 4 * unit if bottom + height + 6 * unit < len(canvas) else top - 4 * unit
+    x = min(left, canvas.shape[1] - width)
+    _text(canvas, "masked", (max(x, 0), max(y, height)), scale, unit, MASK_COLOUR)
 
 
 def _in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
@@ -78,7 +102,7 @@ def _markers(canvas: np.ndarray, estimate: Estimate, unit: float) -> None:
     numbers = estimate.light_numbers()
     centre = estimate.markers.points_px[on_ring].mean(axis=0) if on_ring.any() else None
     for index, (point, area) in enumerate(zip(estimate.markers.points_px, estimate.markers.areas_px, strict=True)):
-        radius = max(6 * unit, 2 * math.sqrt(area / math.pi))
+        radius = min(max(6 * unit, 2 * math.sqrt(area / math.pi)), 24 * unit)
         if not on_ring[index]:
             cv2.drawMarker(canvas, _at(point), DROPPED_COLOUR, cv2.MARKER_TILTED_CROSS, int(2 * radius), _width(unit))
             continue

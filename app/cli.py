@@ -9,14 +9,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from app.calibrate_command import calibrate_folder
+from app.compare_command import compare_sources
 from app.estimate_command import Outputs, estimate_sources
 from app.sources import UsageError, expand
 from pipeline import Camera, Dock, Settings
 from pipeline.calibrate import LENSES
 from pipeline.camera_files import FORMATS, load_camera
+from pipeline.masks import Mask, check_masks
 from pipeline.thresholds import METHODS
 
-COMMANDS = ("serve", "estimate", "simulate", "calibrate")
+COMMANDS = ("serve", "estimate", "compare", "simulate", "calibrate")
 EXIT_BAD_ARGUMENTS = 2
 
 
@@ -63,7 +65,15 @@ def _parser() -> argparse.ArgumentParser:
     estimate.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
     estimate.add_argument("--csv", metavar="FILE", help="write a table, a row a picture")
     estimate.add_argument("--annotate", metavar="DIR", type=Path, help="write annotated pictures into a folder")
+    _add_masks(estimate)
     estimate.set_defaults(run=_estimate)
+    compare = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
+    compare.add_argument("sources", nargs="+", metavar="SOURCE", help="a picture, a folder of pictures, or a glob")
+    _add_camera_and_dock(compare)
+    compare.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
+    compare.add_argument("--montage", metavar="DIR", type=Path, help="write a picture of all methods side by side")
+    _add_masks(compare)
+    compare.set_defaults(run=_compare)
     simulate = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
     simulate.add_argument("--scene", metavar="S.yaml", help="scene file (default: an approach from 20 m to 1 m)")
     simulate.add_argument("--seed", type=int, metavar="N", help="of all that is random (default: the scene file's)")
@@ -100,6 +110,17 @@ def _add_camera_and_dock(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--lights", type=int, metavar="N", help="how many lights, evenly spaced, where it is known")
 
 
+def _add_masks(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--mask",
+        metavar="X,Y,W,H",
+        action="append",
+        default=[],
+        help="leave out a rectangle, as burnt-in text: left, top, width and height in pixels; may be given repeatedly "
+        "(--mask=-5,0,90,20 where it starts with a minus)",
+    )
+
+
 def _camera(arguments: argparse.Namespace) -> Camera | None:
     try:
         return None if arguments.camera is None else load_camera(arguments.camera)
@@ -118,15 +139,29 @@ def _dock(arguments: argparse.Namespace) -> Dock | None:
         raise UsageError(f"--dock-diameter, --lights: {error}") from error
 
 
+def _masks(arguments: argparse.Namespace) -> tuple[Mask, ...]:
+    masks = []
+    for text in arguments.mask:
+        try:
+            x, y, width, height = (float(number) for number in text.split(","))
+            check_masks([(x, y, width, height)])
+        except ValueError as error:
+            wanted = "left, top, width and height in pixels, as 440,10,190,30, the sizes above 0"
+            raise UsageError(f"--mask {text} must be {wanted}") from error
+        masks.append((x, y, width, height))
+    return tuple(masks)
+
+
 def _settings(arguments: argparse.Namespace) -> Settings:
+    masks = _masks(arguments)
     if arguments.level is None:
         if arguments.method == "fixed":
             raise UsageError("--method fixed needs --level N beside it")
-        return Settings(method=arguments.method or "hats")
+        return Settings(method=arguments.method or "hats", masks=masks)
     if arguments.method not in (None, "fixed"):
         raise UsageError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
     try:
-        return Settings(method="fixed", level=arguments.level)
+        return Settings(method="fixed", level=arguments.level, masks=masks)
     except ValueError as error:
         raise UsageError(f"--{error}") from error
 
@@ -148,6 +183,11 @@ def _estimate(arguments: argparse.Namespace) -> int:
     camera, dock, settings = _camera(arguments), _dock(arguments), _settings(arguments)
     outputs = Outputs(arguments.json, arguments.csv, arguments.annotate)
     return estimate_sources(expand(arguments.sources), camera, dock, settings, outputs)
+
+
+def _compare(arguments: argparse.Namespace) -> int:
+    camera, dock, masks = _camera(arguments), _dock(arguments), _masks(arguments)
+    return compare_sources(expand(arguments.sources), camera, dock, masks, arguments.json, arguments.montage)
 
 
 def _simulate(arguments: argparse.Namespace) -> int:

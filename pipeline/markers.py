@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,12 +29,14 @@ class Markers:
     areas_px : (N,) how many pixels each has.
     peaks : (N,) grey level of the brightest pixel of each, 0..255.
     dropped : how many groups were smaller than the minimum area.
+    boxes_px : (N, 4) left, top, right and bottom pixel of each.
     """
 
     points_px: np.ndarray
     areas_px: np.ndarray
     peaks: np.ndarray
     dropped: int = 0
+    boxes_px: np.ndarray = field(default_factory=lambda: np.empty((0, 4), dtype=int))
 
     def __len__(self) -> int:
         return len(self.points_px)
@@ -72,7 +74,7 @@ def find_markers(
     points, boxes = points[kept], boxes[kept]
     if centroid == "grey":
         points = grey_centres(grey, boxes, points)
-    return Markers(points, areas[kept], peaks[kept], dropped)
+    return Markers(points, areas[kept], peaks[kept], dropped, boxes)
 
 
 def _no_markers(dropped: int = 0) -> Markers:

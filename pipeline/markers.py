@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.thresholds.bright import LEVELS, BrightPixels
+from pipeline.thresholds.bright import BrightPixels
+from pipeline.thresholds.flood import LEVELS
 from pipeline.thresholds.histogram import Histogram, Threshold
 from pipeline.thresholds.local import split_by_peaks
 from pipeline.weighted_centres import weighted_centres

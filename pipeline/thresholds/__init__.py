@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pipeline.thresholds.bright import LEVELS, BrightPixels
+from pipeline.thresholds.bright import BrightPixels
 from pipeline.thresholds.classic import kapur, kittler, li, otsu, triangle, yen
 from pipeline.thresholds.fixed import fixed
+from pipeline.thresholds.flood import LEVELS
 from pipeline.thresholds.hats import hats
 from pipeline.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
 from pipeline.thresholds.local import hats_local

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from skimage import filters
 
-from pipeline.thresholds.bright import LEVELS
+from pipeline.thresholds.flood import LEVELS
 from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
 
 _ONE_LEVEL = "The whole picture has one grey level, so there is nothing to tell apart."

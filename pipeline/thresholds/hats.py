@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.thresholds.bright import LEVELS
+from pipeline.thresholds.flood import LEVELS
 from pipeline.thresholds.histogram import SMOOTHING, Histogram, Threshold
 
 # The background ends where fewer than this share of all pixels have a level; two in ten thousand are 60 of 640 x 480.

@@ -9,9 +9,10 @@ import cv2
 import numpy as np
 
 from pipeline.image import to_levels
-from pipeline.thresholds.bright import LEVELS, BrightPixels, bright_pixels
+from pipeline.thresholds.bright import BrightPixels, bright_pixels
+from pipeline.thresholds.flood import LEVELS
 
-SKETCH_PX = 160_000
+SKETCH_PX = 80_000
 SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16  # of the histogram, so that one odd level is no peak
 
 

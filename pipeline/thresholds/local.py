@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.thresholds.bright import LEVELS, BrightPixels
-from pipeline.thresholds.flood import peaks_by_persistence
+from pipeline.thresholds.bright import BrightPixels
+from pipeline.thresholds.flood import LEVELS, peaks_by_persistence
 from pipeline.thresholds.hats import background_limit, counts_with_exact_top
 from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipeline.thresholds.bright import LEVELS
+from pipeline.thresholds.flood import LEVELS
 from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
 
 

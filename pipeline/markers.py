@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pipeline.thresholds.bright import BrightPixels
-from pipeline.thresholds.flood import LEVELS
+from pipeline.thresholds.flood import LEVELS, group_shapes
 from pipeline.thresholds.histogram import Histogram, Threshold
 from pipeline.thresholds.local import split_by_peaks
 from pipeline.weighted_centres import weighted_centres
@@ -64,14 +64,13 @@ def find_markers(
         count, labels = _split_merged(pixels, *pixels.groups())
     else:
         return _no_markers()
-    areas = np.bincount(labels, minlength=count)
+    areas, points, boxes, peaks = group_shapes(pixels.index, pixels.level, labels, count, pixels.width)
     kept = areas >= min_area_px
     dropped = int(np.count_nonzero(~kept))
-    if np.count_nonzero(kept) > _MOST_MARKERS:
+    if count - dropped > _MOST_MARKERS:
         kept &= areas >= np.sort(areas)[-_MOST_MARKERS]
     if not kept.any():
         return _no_markers(dropped)
-    points, boxes, peaks = _shapes(pixels, labels, count)
     points, boxes = points[kept], boxes[kept]
     if centroid == "grey":
         points = grey_centres(grey, boxes, points)
@@ -80,25 +79,6 @@ def find_markers(
 
 def _no_markers(dropped: int = 0) -> Markers:
     return Markers(np.empty((0, 2)), np.empty(0, dtype=int), np.empty(0, dtype=int), dropped)
-
-
-def _shapes(pixels: BrightPixels, labels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mass moments (N, 2), boxes (N, 4: left, top, right, bottom) and brightest levels (N,) of the groups."""
-    y, x = np.divmod(pixels.index, pixels.width)
-    area = np.bincount(labels, minlength=count)
-    points = np.column_stack([np.bincount(labels, x, count), np.bincount(labels, y, count)]) / area[:, None]
-    order = np.argsort(labels, kind="stable")
-    starts = np.concatenate([[0], np.cumsum(area)[:-1]])
-    x, y = x[order], y[order]
-    boxes = np.column_stack(
-        [
-            np.minimum.reduceat(x, starts),
-            np.minimum.reduceat(y, starts),
-            np.maximum.reduceat(x, starts),
-            np.maximum.reduceat(y, starts),
-        ]
-    )
-    return points, boxes, np.maximum.reduceat(pixels.level[order], starts)
 
 
 def _split_merged(pixels: BrightPixels, count: int, labels: np.ndarray) -> tuple[int, np.ndarray]:

@@ -106,6 +106,28 @@ def label_groups(count: int, first: np.ndarray, second: np.ndarray) -> tuple[int
 
 
 @njit(cache=True)
+def group_shapes(
+    index: np.ndarray, level: np.ndarray, labels: np.ndarray, count: int, width: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Areas (N,), mass moments (N, 2), boxes (N, 4: left, top, right, bottom) and brightest levels (N,) of groups."""
+    areas, peaks = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    moments, boxes = np.zeros((count, 2)), np.empty((count, 4), np.int64)
+    boxes[:, :2], boxes[:, 2:] = np.iinfo(np.int64).max, -1
+    for pixel in range(len(index)):
+        group = labels[pixel]
+        y, x = index[pixel] // width, index[pixel] % width
+        areas[group] += 1
+        moments[group, 0] += x
+        moments[group, 1] += y
+        peaks[group] = max(peaks[group], level[pixel])
+        boxes[group, 0], boxes[group, 1] = min(boxes[group, 0], x), min(boxes[group, 1], y)
+        boxes[group, 2], boxes[group, 3] = max(boxes[group, 2], x), max(boxes[group, 3], y)
+    for group in range(count):
+        moments[group] /= max(areas[group], 1)
+    return areas, moments, boxes, peaks
+
+
+@njit(cache=True)
 def peaks_by_persistence(
     level: np.ndarray, first: np.ndarray, second: np.ndarray, mode: int, rise: float, rise_share: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -7,6 +7,9 @@ on how many lights there are.
 
 from __future__ import annotations
 
+import math
+from itertools import groupby
+
 import numpy as np
 
 from pipeline.thresholds.flood import LEVELS
@@ -92,14 +95,13 @@ def _above_noise(groups: np.ndarray, floor: int, top: int) -> int:
 
 def _longest_runs(groups: np.ndarray, floor: int, top: int) -> dict[int, tuple[int, int]]:
     """Brightest level and length of the longest unbroken run of levels, for each count of groups above 0."""
-    span = groups[floor : top + 1][::-1]
-    starts = np.flatnonzero(np.diff(span, prepend=-2))
-    lengths = np.diff(np.append(starts, len(span)))
     runs: dict[int, tuple[int, int]] = {}
-    for start, length in zip(starts.tolist(), lengths.tolist(), strict=True):
-        count = int(span[start])
+    brightest = top
+    for count, levels in groupby(groups[floor : top + 1][::-1].tolist()):
+        length = sum(1 for _ in levels)
         if count > 0 and length > runs.get(count, (0, 0))[1]:
-            runs[count] = (top - start, length)
+            runs[count] = (brightest, length)
+        brightest -= length
     return runs
 
 
@@ -107,14 +109,13 @@ def _elect(runs: dict[int, tuple[int, int]], floor: int, top: int, mode: int) ->
     """The largest count with a real share of the votes; where none has, the one with the most."""
 
     def votes(level: int, length: int) -> float:
-        return float(np.log((level - mode + DIM_LEVELS) / (level - length - mode + DIM_LEVELS)))
+        return math.log((level - mode + DIM_LEVELS) / (level - length - mode + DIM_LEVELS))
 
-    counts = np.array(list(runs))
-    weights = np.array([votes(*run) for run in runs.values()])
-    lengths = np.array([length for _, length in runs.values()])
-    share = min(float(weights.max()), REAL_SHARE * votes(top, top - floor + 1))
-    real = (weights >= share) & (lengths >= min(REAL_LEVELS, int(lengths.max())))
-    return int(counts[real].max()) if real.any() else int(counts[weights.argmax()])
+    weights = {count: votes(*run) for count, run in runs.items()}
+    share = min(max(weights.values()), REAL_SHARE * votes(top, top - floor + 1))
+    least = min(REAL_LEVELS, max(length for _, length in runs.values()))
+    real = [count for count, (_, length) in runs.items() if weights[count] >= share and length >= least]
+    return max(real) if real else max(weights, key=lambda count: weights[count])
 
 
 def _threshold(

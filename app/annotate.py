@@ -45,7 +45,7 @@ def annotate(image: Any, estimate: Estimate, *, words: bool = True) -> np.ndarra
     for mask in estimate.settings.masks:
         _hatch(canvas, mask, unit)
     if estimate.ellipse is not None:
-        outline = _in_picture(estimate, estimate.ellipse.points(240))
+        outline = in_picture(estimate, estimate.ellipse.points(240))
         _polyline(canvas, outline, ELLIPSE_COLOUR, unit, closed=True)
     _markers(canvas, estimate, unit)
     for index in reversed(range(len(estimate.candidates))):
@@ -83,7 +83,7 @@ def _hatch(canvas: np.ndarray, mask: Mask, unit: float) -> None:
     _text(canvas, "masked", (max(x, 0), max(y, height)), scale, unit, MASK_COLOUR)
 
 
-def _in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
+def in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
     """Where the picture shows points (N, 2) of the undistorted picture.
 
     Behind a port that depends on how far away they are: they are taken to lie in the chosen pose's plane.
@@ -143,7 +143,7 @@ def _pose_axes(canvas: np.ndarray, pose: CirclePose, index: int, estimate: Estim
 
 def _centres(canvas: np.ndarray, estimate: Estimate, unit: float) -> None:
     if estimate.ellipse is not None:
-        (centre,) = _in_picture(estimate, np.array([estimate.ellipse.centre_px]))
+        (centre,) = in_picture(estimate, np.array([estimate.ellipse.centre_px]))
         cv2.drawMarker(canvas, _at(centre), ELLIPSE_COLOUR, cv2.MARKER_CROSS, _width(12 * unit), _width(unit))
     if estimate.selected is not None:
         (centre,) = estimate.camera.project([estimate.selected.position_m])

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
-from app.annotate import annotate
-from pipeline import Dock, Estimate, estimate
+from app.annotate import annotate, in_picture
+from pipeline import Camera, Dock, Estimate, estimate
+from pipeline.port import FlatPort
 from pipeline.simulate import render
 from tests.scenes import CAMERA, DOCK, random_scene
 
@@ -67,3 +68,18 @@ def test_a_tiny_picture_is_no_fault():
     image = np.full((3, 4), 10, np.uint8)
     camera = CAMERA.for_size(4, 3)
     assert annotate(image, estimate(image, camera, Dock(0.3))).shape == (3, 4, 3)
+
+
+def test_behind_a_port_the_ellipse_runs_through_the_lights():
+    camera = Camera(500, 500, 319.5, 239.5, 640, 480, port=FlatPort(0.03, 0.01))
+    image, truth = render(random_scene(2, camera=camera, position_m=(0.15, -0.08, 0.9), theta_x_deg=25.0))
+    found = estimate(image, camera, DOCK)
+    assert found.ellipse is not None
+    outline = in_picture(found, found.ellipse.points(720))
+    for light in truth.lights_px:
+        assert np.linalg.norm(outline - light, axis=1).min() < 0.8  # a step of the outline is 1 px
+    drawn = annotate(image, found)
+    for point in outline[::60]:
+        assert changed_near(image, drawn, point, reach=2)
+    # The lens alone, which does not know how far away the dock is, would put it elsewhere.
+    assert np.linalg.norm(camera.distort(found.ellipse.points(720)) - outline, axis=1).max() > 10

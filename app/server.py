@@ -162,13 +162,14 @@ class App:
 
     def _build_panels(self) -> tuple[SourcePanel, list[Panel]]:
         gui = self._server.gui
-        source = SourcePanel(gui, self.change)
-        panels: list[Panel] = [
-            source,
-            CameraPanel(gui, self.change),
-            DetectPanel(gui, self.change),
-            ViewpointPanel(gui, self._scene),
-        ]
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Source", viser.Icon.PHOTO):
+            source = SourcePanel(gui, self.change)
+        with tabs.add_tab("Camera & dock", viser.Icon.CAMERA):
+            panels: list[Panel] = [source, CameraPanel(gui, self.change)]
+        with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
+            panels.append(DetectPanel(gui, self.change))
+        panels.append(ViewpointPanel(gui, self._scene))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
         left = gui.add_panel()

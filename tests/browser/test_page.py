@@ -21,6 +21,7 @@ def test_opens_with_a_result(page):
 
 def test_fits_a_small_laptop(page):
     for words in ("Overview", "Threshold (orange line)", "root mean square"):
+        page.reveal(page.page.get_by_text(words))
         place = page.page.get_by_text(words).last.bounding_box()
         assert place is not None
         assert place["x"] >= 0
@@ -127,7 +128,7 @@ def test_fixed_level_starts_where_hats_left_it_and_can_be_moved(page):
     page.until(lambda: "No pose" in page.status)
     page.box("Level (0-255)").fill("100")
     page.until(lambda: "Dock found" in page.status)
-    assert page.page.get_by_text("level 100, which keeps 10 groups").is_visible()
+    page.page.get_by_text("level 100, which keeps 10 groups").wait_for()
 
 
 def test_level_follows_hats_whatever_is_typed(page):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 MAX_POINTS = 150  # of more, the brightest are looked at
 _NEIGHBOURS = 10
@@ -80,7 +80,7 @@ def _polygons(points: np.ndarray, sides: int, focal_px: float) -> list[_Polygon]
     """All regular polygons among the points: grown from neighbouring lights, or else from every second one."""
     if len(points) < least_corners(sides):
         return []
-    tree = cKDTree(points)
+    tree = KDTree(points)
     return _grow_all(points, tree, sides, 1, focal_px) or _grow_all(points, tree, sides, 2, focal_px)
 
 
@@ -105,7 +105,7 @@ def _is_exact(polygon: _Polygon, brightness: np.ndarray, doubt: float = 1.0) -> 
     return bool(spread < _MUCH_ALIKE / doubt and polygon.rms_px <= exact / doubt)
 
 
-def _grow_all(points: np.ndarray, tree: cKDTree, sides: int, stride: int, focal_px: float) -> list[_Polygon]:
+def _grow_all(points: np.ndarray, tree: KDTree, sides: int, stride: int, focal_px: float) -> list[_Polygon]:
     """Grow the most promising triples of corners ``stride`` apart; stops at the first complete ring."""
     step = 2 * np.pi * stride / sides
     if np.sin(step) < 1e-6:
@@ -123,10 +123,10 @@ def _grow_all(points: np.ndarray, tree: cKDTree, sides: int, stride: int, focal_
 
 
 def _covers(polygon: _Polygon, triple: tuple[int, int, int]) -> bool:
-    return len(polygon.members) > 0 and np.isin(triple, polygon.members).all()
+    return bool(np.isin(triple, polygon.members).all())
 
 
-def _promising(points: np.ndarray, tree: cKDTree, step: float) -> list[tuple[int, int, int]]:
+def _promising(points: np.ndarray, tree: KDTree, step: float) -> list[tuple[int, int, int]]:
     """Triples of neighbours, those first that foretell most of the next corners, and most exactly."""
     count = len(points)
     near = tree.query(points, k=min(_NEIGHBOURS + 1, count))[1][:, 1:]
@@ -155,7 +155,7 @@ def _promising(points: np.ndarray, tree: cKDTree, step: float) -> list[tuple[int
     return [(int(before[i]), int(middle[i]), int(after[i])) for i in order if score[i] > 0 or len(points) <= 5]
 
 
-def _grow(points: np.ndarray, tree: cKDTree, corners: np.ndarray, focal_px: float) -> _Polygon | None:
+def _grow(points: np.ndarray, tree: KDTree, corners: np.ndarray, focal_px: float) -> _Polygon | None:
     """Grow a polygon from three corners: fit, look for the corners next to those that are known, and fit again.
 
     Corners are added from near to far, since the first fits bend what is far from the points they are made of. When no

@@ -142,7 +142,9 @@ def peaks_by_persistence(
     darker = np.minimum(level[first], level[second])
     parent, peak = np.arange(len(level)), level.copy()
     saddle, tree = np.full(len(level), -1), np.arange(len(level))
-    for pair in _brightest_first(darker):
+    pairs = _brightest_first(darker)
+    for number in range(len(pairs)):
+        pair = int(pairs[number])
         # A pair within one tree tells nothing new; trees join whether or not their peaks stay apart.
         one, other = _root(tree, first[pair]), _root(tree, second[pair])
         if one == other:
@@ -157,17 +159,17 @@ def peaks_by_persistence(
             saddle[high] = max(saddle[high], saddle[low])
         else:
             saddle[high], saddle[low] = max(saddle[high], at), max(saddle[low], at)
-    number = np.full(len(level), -1)
+    number_of = np.full(len(level), -1)
     member_of = np.empty(len(level), np.int64)
     count = 0
     for pixel in range(len(level)):
         root = _root(parent, pixel)
-        if number[root] < 0:
-            number[root] = count
+        if number_of[root] < 0:
+            number_of[root] = count
             count += 1
-        member_of[pixel] = number[root]
+        member_of[pixel] = number_of[root]
     tops, saddles = np.empty(count, np.int64), np.empty(count, np.int64)
     for pixel in range(len(level)):
-        if number[pixel] >= 0:
-            tops[number[pixel]], saddles[number[pixel]] = peak[pixel], saddle[pixel]
+        if number_of[pixel] >= 0:
+            tops[number_of[pixel]], saddles[number_of[pixel]] = peak[pixel], saddle[pixel]
     return tops, saddles, member_of

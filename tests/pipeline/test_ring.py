@@ -23,7 +23,7 @@ def as_markers(points, areas=None, peaks=None):
     return Markers(points, areas, np.full(count, 200) if peaks is None else np.asarray(peaks))
 
 
-def ring_of(points, count=10, **shapes):
+def ring_of(points, count: int | None = 10, **shapes):
     return find_ring(points, as_markers(points, **shapes), count, FOCAL_PX)
 
 

@@ -1,3 +1,6 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportGeneralTypeIssues=false
+
 import cv2
 import numpy as np
 import pytest

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 
 from pipeline.camera import Camera
@@ -118,22 +119,22 @@ def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[Cir
     check_number("diameter", diameter, above=0)
     K = camera.matrix
     cone = K.T @ ellipse.matrix @ K
-    eigenvalues, V = np.linalg.eigh(cone / math.sqrt(np.vdot(cone, cone)))
-    l3, l2, l1 = eigenvalues.tolist()
+    _, eigenvalues, axes = cv2.eigen(cone / math.sqrt(np.vdot(cone, cone)))
+    l1, l2, l3 = eigenvalues.ravel().tolist()
     if not l3 < 0 < l2:
         raise NoEllipseError("the ellipse is too small, or too narrow, to be a circle's picture")
     g = math.sqrt((l2 - l3) / (l1 - l3))
     h = math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
     distance = l2 * (diameter / 2) / math.sqrt(-l1 * l3)
-    # Columns: both normals and both centres, in the frame of the cone's axes by rising eigenvalue.
+    # Columns: both normals and both centres, in the frame of the cone's axes by falling eigenvalue.
     along = np.array(
         [
-            [g, g, distance * g * l1 / l2, distance * g * l1 / l2],
-            [0.0, 0.0, 0.0, 0.0],
             [h, -h, distance * h * l3 / l2, -distance * h * l3 / l2],
+            [0.0, 0.0, 0.0, 0.0],
+            [g, g, distance * g * l1 / l2, distance * g * l1 / l2],
         ]
     )
-    normals_and_centres = (V @ along).T
+    normals_and_centres = along.T @ axes
     poses = [_pose(normals_and_centres[k], normals_and_centres[2 + k], camera) for k in (0, 1)]
     if poses[0].normal[0] > poses[1].normal[0]:
         poses.reverse()

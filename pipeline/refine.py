@@ -65,11 +65,11 @@ def light_rays(points_px: Any, camera: Camera, depth_m: float = 1.0) -> LightRay
     """Trace picture points (N, 2) into the water; ``depth_m`` is roughly where their lights are."""
     points = as_points("points_px", points_px, 2)
     focal, centre = np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy])
+    if camera.port is None and not camera.fisheye and not any(camera.distortion):
+        return LightRays((points - centre) / focal, None, np.diag(focal)[None])
     if camera.port is None:
-        undistorted = camera.undistort(points)
-        plain = not (camera.fisheye or any(camera.distortion))
-        slopes = np.eye(2)[None] if plain else camera.picture_slopes(points, depth_m)
-        return LightRays((undistorted - centre) / focal, None, slopes * focal)
+        slopes = camera.picture_slopes(points, depth_m) * focal
+        return LightRays((camera.undistort(points) - centre) / focal, None, slopes)
     rays = camera.rays(points)
     slopes = camera.picture_slopes(points, depth_m) * focal
     return LightRays(rays[:, :2] / rays[:, 2:], camera.ray_starts(points)[:, 2], slopes)
@@ -218,6 +218,5 @@ def _turn(vectors: np.ndarray) -> np.ndarray:
     """Rotations (K, 3, 3) by small vectors (K, 3) in radians: Cayley's, exact to the third order."""
     half = (vectors @ _HALF_CROSS).reshape(-1, 3, 3)
     squared = half @ half
-    # The trace of the square is minus twice the squared length of the half vector.
-    scale = 2 / (1 - 0.5 * (squared[:, 0, 0] + squared[:, 1, 1] + squared[:, 2, 2]))
+    scale = 2 / (1 + 0.25 * (vectors * vectors).sum(axis=1))
     return _IDENTITY + scale[:, None, None] * (half + squared)

@@ -129,7 +129,7 @@ def _covers(polygon: _Polygon, triple: tuple[int, int, int]) -> bool:
 def _promising(points: np.ndarray, tree: KDTree, step: float) -> list[tuple[int, int, int]]:
     """Triples of neighbours, those first that foretell most of the next corners, and most exactly."""
     count = len(points)
-    near = tree.query(points, k=min(_NEIGHBOURS + 1, count))[1][:, 1:]
+    near = np.asarray(tree.query(points, k=min(_NEIGHBOURS + 1, count))[1])[:, 1:]
     pairs = np.array(list(combinations(range(near.shape[1]), 2)))
     middle = np.repeat(np.arange(count), len(pairs))
     before, after = near[:, pairs[:, 0]].ravel(), near[:, pairs[:, 1]].ravel()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.annotate import annotate
+from app.annotate import POSE_NAMES, annotate
 from app.state import View
 from pipeline import Estimate, estimate
 
@@ -21,6 +21,21 @@ class Reading:
 
 
 def read_view(view: View) -> Reading:
-    """Run the pipeline on a view."""
+    """Run the pipeline on a view, and choose the pose that the operator chose, if any."""
     found = estimate(view.image, view.camera, view.dock, view.settings)
+    if view.by_hand is not None:
+        found = chosen_by_hand(found, view.by_hand)
     return Reading(view, found, annotate(view.image, found))
+
+
+def chosen_by_hand(found: Estimate, normal: tuple[float, float, float]) -> Estimate:
+    """The same estimate with the candidate selected that faces most nearly along ``normal``."""
+    if found.choice is None:
+        return found
+    selected = int(np.argmax([pose.normal @ np.array(normal) for pose in found.candidates]))
+    pose = found.candidates[selected]
+    message = (
+        f"{found.lights_on_ring} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead by pose "
+        f"{POSE_NAMES[selected]}, which was chosen by hand."
+    )
+    return replace(found, choice=replace(found.choice, selected=selected, selected_by="hand"), message=message)

@@ -20,7 +20,6 @@ from pipeline import Camera, Dock, Settings
 from pipeline.image import decode, read
 from pipeline.thresholds import LEVELS, METHODS
 
-MAX_UPLOAD_BYTES = 200 * 2**20
 MAX_LIGHTS = 60
 MAX_AREA_PX = 1000
 DEFAULT_DOCK = Dock(diameter=0.30)
@@ -46,6 +45,8 @@ class View:
     sample : name of the sample scene that this is; None for any other picture.
     truth : what a simulated picture really shows, as in the YAML beside it; None where it is not known.
     note : a sentence about what had to be assumed; empty where nothing had to be.
+    by_hand : normal of the pose that the operator chose; None leaves the choice to the program.
+    measured : pose that the operator measured, with the keys of ``truth``; None where there is none.
     """
 
     image: np.ndarray
@@ -58,6 +59,8 @@ class View:
     sample: str | None = None
     truth: dict[str, Any] | None = None
     note: str = ""
+    by_hand: tuple[float, float, float] | None = None
+    measured: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -116,8 +119,6 @@ def with_upload(view: View, data: bytes, name: str) -> View:
     The present camera is kept where the picture has its size or is a pure rescale of it; otherwise a camera is guessed,
     and the note says so. Raises ValueError (ImageError) for a file that is no picture, naming it.
     """
-    if len(data) > MAX_UPLOAD_BYTES:
-        raise ValueRefusedError(upload_too_large(name, len(data)))
     image = decode(data, name)
     height, width = image.shape[:2]
     try:
@@ -130,28 +131,23 @@ def with_upload(view: View, data: bytes, name: str) -> View:
     return _view(image, name, camera, view.dock, settings=view.settings, note=note)
 
 
-def upload_too_large(name: str, size: int) -> str:
-    """The sentence for a file above the cap."""
-    return f"{name}: the file has {size / 2**20:.0f} MB; at most {MAX_UPLOAD_BYTES // 2**20} MB are taken."
-
-
 def with_intrinsic(view: View, name: str, value: Any) -> View:
     """Set fx, fy, cx or cy, in pixels."""
     if name not in INTRINSICS:
         raise ValueRefusedError(f"The camera has no value called {name!r}.")
-    number = intrinsic_limits(view)[name].clamp(_number(name, value))
+    number = intrinsic_limits(view)[name].clamp(checked_number(name, value))
     return replace(view, camera=msgspec.structs.replace(view.camera, **{name: number}))
 
 
 def with_diameter_cm(view: View, value: Any) -> View:
     """Set the diameter of the ring of lights, in centimetres."""
-    diameter = diameter_limits_cm(view).clamp(_number("The dock diameter", value)) / 100
+    diameter = diameter_limits_cm(view).clamp(checked_number("The dock diameter", value)) / 100
     return replace(view, dock=msgspec.structs.replace(view.dock, diameter=diameter))
 
 
 def with_lights(view: View, value: Any) -> View:
     """Set the number of lights on the ring; 0 says that it is not known."""
-    number = round(_number("The number of lights", value))
+    number = round(checked_number("The number of lights", value))
     lights = None if number <= 0 else min(max(number, 3), MAX_LIGHTS)
     return replace(view, dock=msgspec.structs.replace(view.dock, lights=lights))
 
@@ -165,13 +161,13 @@ def with_method(view: View, method: Any, level: Any) -> View:
 
 def with_level(view: View, value: Any) -> View:
     """Set the level of the method "fixed", 0 to 255."""
-    level = round(_number("The level", value))
+    level = round(checked_number("The level", value))
     return _with_settings(view, level=min(max(level, 0), LEVELS - 1))
 
 
 def with_min_area(view: View, value: Any) -> View:
     """Set how many pixels a group must have to count."""
-    area = round(_number("The smallest group", value))
+    area = round(checked_number("The smallest group", value))
     return _with_settings(view, min_area_px=min(max(area, 1), MAX_AREA_PX))
 
 
@@ -246,7 +242,8 @@ def _with_settings(view: View, **changes: Any) -> View:
     return replace(view, settings=msgspec.structs.replace(view.settings, **changes))
 
 
-def _number(name: str, value: Any) -> float:
+def checked_number(name: str, value: Any) -> float:
+    """Return a value from the page as a finite number; anything else is refused by the name of the value."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise ValueRefusedError(f"{name} is {value!r}; it must be a number.")
     return float(value)

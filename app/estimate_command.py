@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from app.annotate import POSE_NAMES, annotate
-from app.batch import Batch, Picture
+from app.batch import Batch, Picture, say
 from app.outputs import PictureFolder, open_text, write_line
 from pipeline import Camera, Dock, Estimate, Settings, estimate
+from pipeline.masks import StillGroups
 
 _CANDIDATE_COLUMNS = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "probability", "rms_px")
 CSV_COLUMNS = (
@@ -59,15 +62,12 @@ def estimate_sources(
         if a picture has no camera or dock, or an output cannot be written.
     """
     batch = Batch(paths, camera, dock)
-
-    def work(picture: Picture) -> Estimate:
-        return estimate(picture.image, picture.camera, picture.dock, settings)
-
+    watched = _Watched(settings)
     with contextlib.ExitStack() as files:
         json_file = open_text(outputs.json, files)
         table = _open_table(outputs.csv, files)
         folder = None if outputs.annotate is None else PictureFolder(outputs.annotate, paths)
-        for picture, found in batch.run(work):
+        for picture, found in batch.run(watched.estimate):
             line = found.to_dict(str(picture.path), frame=0, sha256=picture.sha256)
             if json_file is not None:
                 write_line(json_file, line)
@@ -78,6 +78,35 @@ def estimate_sources(
             if outputs.none_asked:
                 print(f"{picture.path}: {found.message}")
     return batch.exit_status
+
+
+class _Watched:
+    """Estimates picture after picture, and masks what stays put in those that belong together.
+
+    Pictures belong together as long as their size, camera and dock are the same.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self._still = StillGroups()
+        self._belongs: tuple[Any, ...] = ()
+
+    def estimate(self, picture: Picture) -> Estimate:
+        """Estimate the next picture; what is masked from the one after it on is told on standard error."""
+        belongs = (picture.image.shape[:2], picture.camera, picture.dock)
+        if belongs != self._belongs:
+            self._belongs, self._still = belongs, StillGroups()
+        settings = msgspec.structs.replace(self._settings, masks=(*self._settings.masks, *self._still.masks))
+        found = estimate(picture.image, picture.camera, picture.dock, settings)
+        on_ring = found.ring.on_ring if found.status == "ok" and found.ring is not None else None
+        masks = self._still.see(found.markers, on_ring)
+        if masks:
+            where = "; ".join(",".join(f"{number:g}" for number in mask) for mask in masks)
+            say(
+                f"{picture.path}: something bright stays put while the rest moves, as burnt-in text does; "
+                f"from the next picture on it is masked (x, y, width, height in pixels): {where}"
+            )
+        return found
 
 
 def _row(line: dict[str, Any]) -> dict[str, Any]:

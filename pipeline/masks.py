@@ -1,18 +1,35 @@
-"""Regions of a picture that are not looked at: their pixels count neither in the histogram nor as lights."""
+"""Regions of a picture that are not looked at: their pixels count neither in the histogram nor as lights.
+
+The operator names some; over frames, what is burnt into the picture is found by itself, because it stays put.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from pipeline.checks import check_number
+from pipeline.markers import Markers
 
 # x_px, y_px of the upper left corner, width_px, height_px: (10, 20, 30, 5) hides columns 10 to 39 of rows 20 to 24.
 Mask = tuple[float, float, float, float]
 _PARTS = ("x_px", "y_px", "width_px", "height_px")
+
+LEAST_FRAMES = 8  # over which a group stays put before it is masked
+_STILL_PX = 0.5
+_SIMILAR_AREA = 2.0  # the larger over the smaller
+# The rest moves where so many groups, as many as a ring needs, are so far from all groups of some frames ago. Parts of
+# letters that noise splits anew in every frame are nearer.
+_LEAST_MOVED, _MOVED_PX, _FRAMES_AGO = 5, 2.0, 50
+_AROUND_DOCK = 1.2  # of the ring's largest radius: what is so near may be one of its lights that was left out
+_MARGIN_PX = 3  # around a group: letters have soft edges
+_UNION = 1.5  # masks side by side become one where it is at most so many times as large as they are together
 
 
 def check_masks(masks: Any) -> None:
@@ -63,3 +80,149 @@ def _span(start: float, length: float, size: int) -> slice:
     """Pixels of one axis whose centres, at whole numbers, lie within ``length`` from ``start`` on."""
     first, last = (math.ceil(min(max(edge, 0), size)) for edge in (start, start + length))
     return slice(first, last)
+
+
+@dataclass
+class _Track:
+    """A group that stays where it was first seen: in which frame it was seen last, and how many frames counted."""
+
+    point_px: np.ndarray
+    area_px: float
+    last_frame: int
+    frames: int = 0
+    is_dock: bool = False
+
+
+class StillGroups:
+    """Finds what stays put in the frames of a sequence of one size, as burnt-in text does, and masks it.
+
+    A group is masked once it stayed within half a pixel, with a similar area, over 8 frames in which the dock was found
+    elsewhere, while other things in the picture moved. So a picture that stands still as a whole masks nothing, nor
+    does one in which the dock was not found: what stays put there could be its lights. Groups that were lights of an
+    accepted ring, or lie near one, are never masked.
+
+    Attributes
+    ----------
+    masks : in force, for the next frame.
+    """
+
+    def __init__(self) -> None:
+        self.masks: tuple[Mask, ...] = ()
+        self._tracks: list[_Track] = []
+        self._frame = 0
+        self._past_px: deque[np.ndarray] = deque(maxlen=_FRAMES_AGO)
+
+    def see(self, markers: Markers | None, on_ring: np.ndarray | None) -> tuple[Mask, ...]:
+        """Take in the next frame.
+
+        Parameters
+        ----------
+        markers : its groups; None where the search did not come so far.
+        on_ring : (N,) bool, which of them are lights of the dock; None where the dock was not found.
+
+        Returns
+        -------
+        The masks that are new.
+        """
+        self._frame += 1
+        if markers is None or len(markers) == 0:
+            return ()
+        tracks = self._follow(markers)
+        self._past_px.append(markers.points_px)
+        if on_ring is None or not on_ring.any():
+            return ()
+        apart = ~_near_ring(markers.points_px, on_ring)
+        for track, is_light, is_apart in zip(tracks, on_ring.tolist(), apart.tolist(), strict=True):
+            track.is_dock |= is_light
+            track.frames += is_apart
+        if not _has_moved(self._past_px[0], markers.points_px):
+            return ()
+        still = [not track.is_dock and track.frames >= LEAST_FRAMES for track in tracks]
+        added = _around(markers.boxes_px[np.array(still) & apart])
+        before, self.masks = self.masks, _united([*self.masks, *added], markers.points_px[on_ring])
+        return tuple(mask for mask in self.masks if mask not in before)
+
+    def _follow(self, markers: Markers) -> list[_Track]:
+        """The track of each group; a group where none was begins one."""
+        self._tracks = [track for track in self._tracks if self._frame - track.last_frame <= LEAST_FRAMES]
+        known = list(self._tracks)
+        followed = []
+        for number, point, area in zip(
+            _nearest(known, markers.points_px), markers.points_px, markers.areas_px.tolist(), strict=True
+        ):
+            if number is None:
+                track = _Track(point, area, self._frame)
+                self._tracks.append(track)
+            else:
+                track = known[number]
+                track.last_frame = self._frame
+                if not 1 / _SIMILAR_AREA <= area / track.area_px <= _SIMILAR_AREA:
+                    track.area_px, track.frames = area, 0
+            followed.append(track)
+        return followed
+
+
+def _nearest(tracks: list[_Track], points_px: np.ndarray) -> list[int | None]:
+    """For each point (N, 2) the number of the track that it belongs to; None where there is none."""
+    if not tracks:
+        return [None] * len(points_px)
+    tree = KDTree([track.point_px for track in tracks])
+    _, nearest = tree.query(points_px, distance_upper_bound=_STILL_PX)
+    return [number if number < len(tracks) else None for number in np.asarray(nearest).tolist()]
+
+
+def _has_moved(before_px: np.ndarray, now_px: np.ndarray) -> bool:
+    """Whether enough of the points (N, 2) are far from all those (M, 2) before."""
+    distance, _ = KDTree(before_px).query(now_px)
+    return int(np.count_nonzero(distance > _MOVED_PX)) >= _LEAST_MOVED
+
+
+def _near_ring(points_px: np.ndarray, on_ring: np.ndarray) -> np.ndarray:
+    """Which points (N,) lie on the ring, within it or just around it."""
+    lights = points_px[on_ring]
+    centre = lights.mean(axis=0)
+    radius = np.linalg.norm(lights - centre, axis=1).max()
+    return np.linalg.norm(points_px - centre, axis=1) <= _AROUND_DOCK * radius
+
+
+def _around(boxes_px: np.ndarray) -> list[Mask]:
+    """Masks around boxes (N, 4: left, top, right, bottom)."""
+    masks = []
+    for left, top, right, bottom in boxes_px.tolist():
+        x, y = left - _MARGIN_PX, top - _MARGIN_PX
+        masks.append((float(x), float(y), float(right + _MARGIN_PX + 1 - x), float(bottom + _MARGIN_PX + 1 - y)))
+    return masks
+
+
+def _united(masks: list[Mask], lights_px: np.ndarray) -> tuple[Mask, ...]:
+    """Make one mask of those that belong together, as letters of a line, unless it would hide a light (N, 2)."""
+    united: list[Mask] = []
+    for first in masks:
+        mask, place = first, 0
+        while place < len(united):
+            union = _union(mask, united[place])
+            if union is None or _holds_any(union, lights_px):
+                place += 1
+            else:
+                del united[place]
+                mask, place = union, 0
+        united.append(mask)
+    return tuple(united)
+
+
+def _union(first: Mask, second: Mask) -> Mask | None:
+    """The rectangle around two, side by side within their height; None where they are not, or it is much larger."""
+    left, top = max(first[0], second[0]), max(first[1], second[1])
+    right, bottom = min(first[0] + first[2], second[0] + second[2]), min(first[1] + first[3], second[1] + second[3])
+    if left - right > max(first[3], second[3]) or top > bottom:
+        return None
+    x, y = min(first[0], second[0]), min(first[1], second[1])
+    width = max(first[0] + first[2], second[0] + second[2]) - x
+    height = max(first[1] + first[3], second[1] + second[3]) - y
+    together = first[2] * first[3] + second[2] * second[3]
+    return (x, y, width, height) if width * height <= _UNION * together else None
+
+
+def _holds_any(mask: Mask, points_px: np.ndarray) -> bool:
+    inside = (points_px >= mask[:2]) & (points_px <= np.add(mask[:2], mask[2:]))
+    return bool(inside.all(axis=1).any())

@@ -43,7 +43,8 @@ class Histogram:
         step = -(-self.levels.size // SKETCH_PX)
         if step <= 1:
             return self.counts
-        return _counts(self.levels[::step], None if self.counted is None else self.counted[::step]) * step
+        rough = _counts(self.levels[::step], None if self.counted is None else self.counted[::step]) * step
+        return rough if rough.any() else self.counts  # nothing is left where masks hide all of those rows
 
     def bright(self, floor: int) -> BrightPixels:
         """Pixels at or above ``floor``; the picture is searched once, for the lowest floor that is asked for."""

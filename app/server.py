@@ -17,6 +17,7 @@ from viser import _messages as messages
 from app.panels import Panel
 from app.panels.camera import CameraPanel
 from app.panels.detect import DetectPanel
+from app.panels.masks import MasksPanel
 from app.panels.picture import PicturePanel
 from app.panels.result import ResultPanel, StatusPanel
 from app.panels.source import SourcePanel
@@ -168,7 +169,7 @@ class App:
         with tabs.add_tab("Camera & dock", viser.Icon.CAMERA):
             panels: list[Panel] = [source, CameraPanel(gui, self.change)]
         with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
-            panels.append(DetectPanel(gui, self.change))
+            panels += [DetectPanel(gui, self.change), MasksPanel(gui, self.change)]
         panels.append(ViewpointPanel(gui, self._scene))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)

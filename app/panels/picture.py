@@ -1,4 +1,4 @@
-"""The picture, annotated and as it came."""
+"""The picture: annotated, as the threshold sees it, and as it came."""
 
 from __future__ import annotations
 
@@ -8,11 +8,18 @@ import numpy as np
 import viser
 
 from app.annotate import to_bgr8
+from app.binary import threshold_picture
 from app.reading import Reading
 from app.state import View
 
 _JPEG_QUALITY = 90
 _TALLEST = 3 / 4  # height to width: a taller picture would push the table below it off a small screen
+_KEY = (
+    '<div style="padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35">Pixels at least as bright as the '
+    "threshold. <b style='color: #009E73'>Green in a circle</b>: a light on the ring. "
+    "<b style='color: #D55E00'>Orange under a cross</b>: thrown out. Grey, unmarked: smaller than the minimum area."
+    "</div>"
+)
 
 
 def widen(picture: np.ndarray) -> np.ndarray:
@@ -26,13 +33,22 @@ def widen(picture: np.ndarray) -> np.ndarray:
 
 
 class PicturePanel:
-    """Two tabs: the annotated picture and the original one."""
+    """Tabs of pictures; hovering over one shows the button that enlarges it.
+
+    Attributes
+    ----------
+    compare_tab : a tab between them for the comparison of methods to fill.
+    """
 
     def __init__(self, gui: viser.GuiApi) -> None:
         tabs = gui.add_tab_group()
         black = np.zeros((3, 4, 3), dtype=np.uint8)
         with tabs.add_tab("Annotated", viser.Icon.SCAN_EYE):
             self._annotated = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
+        with tabs.add_tab("Threshold", viser.Icon.CONTRAST):
+            self._binary = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
+            gui.add_html(_KEY)
+        self.compare_tab = tabs.add_tab("Compare", viser.Icon.LAYOUT_GRID)
         with tabs.add_tab("Original", viser.Icon.PHOTO):
             self._original = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
         self._pictured: np.ndarray | None = None
@@ -41,8 +57,9 @@ class PicturePanel:
         """There are no controls here."""
 
     def show(self, reading: Reading) -> None:
-        """Show both pictures; the original is sent only where it is another one."""
+        """Show the pictures; the original is sent only where it is another one."""
         self._annotated.image = widen(reading.annotated[:, :, ::-1])
+        self._binary.image = widen(threshold_picture(reading.view.image, reading.estimate)[:, :, ::-1])
         if self._pictured is not reading.view.image:
             self._original.image = widen(to_bgr8(reading.view.image)[:, :, ::-1])
             self._pictured = reading.view.image

@@ -3,11 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.panels.detect import histogram_data, histogram_top, method_label, threshold_sentence
+from app.choices import with_mask
+from app.panels.detect import method_label, threshold_sentence, thrown_out_sentence
+from app.panels.histogram import groups_top, histogram_data, histogram_top
 from app.panels.picture import widen
 from app.panels.result import COLUMNS, candidate_row, status_html, table_html, truth_row
 from app.reading import read_view
-from app.state import open_source, with_lights, with_method
+from app.state import open_source, with_lights, with_method, with_sample
 from app.uploads import clean_name
 
 
@@ -64,16 +66,20 @@ def test_outside_text_is_escaped(reading):
 
 def test_histogram_marks_the_threshold(reading):
     threshold = reading.estimate.threshold
-    levels, counts, spike = histogram_data(threshold)
-    assert len(levels) == len(counts) == len(spike)
+    levels, counts, spike, peaks, groups = histogram_data(threshold)
+    assert len({len(levels), len(counts), len(spike), len(peaks), len(groups)}) == 1
     assert (np.diff(levels) > 0).all()
     assert levels[spike > 0].tolist() == [threshold.level]
     np.testing.assert_allclose(counts[levels == 20], np.log10(1 + threshold.histogram[20]))
     assert counts.max() < histogram_top(threshold)
+    assert levels[peaks >= 0].tolist() == sorted(peak.level for peak in threshold.peaks)
+    assert groups[levels == threshold.level] == 10
+    assert groups[levels == 0] < 0
+    assert groups_top(threshold) == 20
 
 
 def test_histogram_of_a_threshold_that_keeps_nothing(reading):
-    levels, counts, spike = histogram_data(replace(reading.estimate.threshold, level=256))
+    levels, counts, spike, _, _ = histogram_data(replace(reading.estimate.threshold, level=256))
     assert levels[spike > 0].tolist() == [256]
     assert np.isfinite(counts).all()
     words = threshold_sentence(replace(reading.estimate, threshold=replace(reading.estimate.threshold, level=256)))
@@ -82,6 +88,14 @@ def test_histogram_of_a_threshold_that_keeps_nothing(reading):
 
 def test_threshold_sentence_names_level_and_groups(reading):
     assert f"level {reading.estimate.threshold.level}, which keeps 10 groups" in threshold_sentence(reading.estimate)
+
+
+def test_what_was_thrown_out_is_said(reading):
+    assert thrown_out_sentence(reading.estimate) == "All 10 groups lie on one ellipse."
+    masked = with_mask(with_sample(reading.view, "burnt_in_text"), 0, 0, 30, 30)
+    words = thrown_out_sentence(read_view(masked).estimate)
+    assert words.startswith("1 mask hides a part of the picture.")
+    assert "do not" in words
 
 
 def test_unknown_method_still_has_a_label():

@@ -1,6 +1,5 @@
 import pytest
 
-from app import uploads
 from app.resources import sample_path
 from app.samples import load_sample
 
@@ -105,7 +104,7 @@ def test_uploaded_junk_is_named_and_changes_nothing(page):
 
 
 def test_upload_above_the_cap_is_refused_before_it_is_taken(page, monkeypatch):
-    monkeypatch.setattr(uploads, "MAX_UPLOAD_BYTES", 1000)
+    monkeypatch.setattr(page.app._uploads, "limit_bytes", 1000)
     page.upload("huge.png", sample_path("tilted").read_bytes())
     page.page.get_by_text("huge.png: the file has").wait_for()
     assert page.app.view.source == "plain"
@@ -131,11 +130,13 @@ def test_fixed_level_starts_where_hats_left_it_and_can_be_moved(page):
     page.page.get_by_text("level 100, which keeps 10 groups").wait_for()
 
 
-def test_level_follows_hats_whatever_is_typed(page):
-    found = page.box("Level (0-255)").input_value()
-    page.box("Level (0-255)").fill("7")
-    page.until(lambda: page.box("Level (0-255)").input_value() == found)
-    assert "Dock found" in page.status
+def test_moving_the_level_means_a_fixed_level(page):
+    page.box("Level (0-255)").fill("100")
+    page.until(lambda: page.app.view.settings.method == "fixed")
+    page.until(lambda: page.box("Threshold by").input_value() == "Fixed level")
+    assert page.app.view.settings.level == 100
+    page.choose("Threshold by", "HATS (adaptive)")
+    page.until(lambda: page.box("Level (0-255)").input_value() != "100")
 
 
 def test_viewpoint_buttons_move_the_camera(page):

@@ -11,6 +11,7 @@ from pathlib import Path
 from app.calibrate_command import calibrate_folder
 from app.compare_command import compare_sources
 from app.estimate_command import Outputs, estimate_sources
+from app.options import Options
 from app.sources import UsageError, expand
 from pipeline import Camera, Dock, Settings
 from pipeline.calibrate import LENSES
@@ -56,6 +57,17 @@ def _parser() -> argparse.ArgumentParser:
     _add_camera_and_dock(serve)
     serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
     serve.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")
+    serve.add_argument("--folder", metavar="ROOT", type=Path, help="let the page show pictures of this folder")
+    serve.add_argument(
+        "--upload-limit-mb", type=float, default=200, metavar="MB", help="of all pictures sent to it (default: 200)"
+    )
+    serve.add_argument(
+        "--allow-host",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="another name by which browsers may call it, as a reverse proxy's; may be given repeatedly",
+    )
     serve.set_defaults(run=_serve)
     estimate = commands.add_parser("estimate", help="estimate the dock's pose in pictures")
     estimate.add_argument("sources", nargs="+", metavar="SOURCE", help="a picture, a folder of pictures, or a glob")
@@ -170,13 +182,27 @@ def _serve(arguments: argparse.Namespace) -> int:
     camera, dock = _camera(arguments), _dock(arguments)
     if not 0 <= arguments.port <= 65535:
         raise UsageError(f"--port is {arguments.port}; it must be 0 to 65535")
+    options = _options(arguments)
     from app.server import serve  # viser takes a second to import, which the other commands need not wait for
 
     try:
-        serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port)
+        serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port, options=options)
     except (OSError, ValueError) as error:
         raise UsageError(str(error)) from error
     return 0
+
+
+def _options(arguments: argparse.Namespace) -> Options:
+    megabytes, folder = arguments.upload_limit_mb, arguments.folder
+    if not 0 < megabytes < 1e6:
+        raise UsageError(f"--upload-limit-mb is {megabytes:g}; it must be above 0 and below a million")
+    if folder is not None and not folder.is_dir():
+        raise UsageError(f"--folder {folder}: there is no such folder")
+    return Options(
+        allow_hosts=tuple(arguments.allow_host),
+        folder=None if folder is None else folder.resolve(),
+        upload_limit_bytes=round(megabytes * 2**20),
+    )
 
 
 def _estimate(arguments: argparse.Namespace) -> int:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
-import os
-import socket
 import sys
 import threading
 from collections.abc import Callable
 from typing import Literal
 
 import viser
-from viser import _messages as messages
 
+from app.guard import LOOPBACK_NAMES, Guard, accept_values_only
+from app.opening import open_server, silence
+from app.options import DEFAULTS, Options
 from app.panels import Panel
 from app.panels.camera import CameraPanel
 from app.panels.detect import DetectPanel
@@ -24,7 +22,7 @@ from app.panels.source import SourcePanel
 from app.panels.viewpoint import ViewpointPanel
 from app.reading import Reading, read_view
 from app.state import View, open_source
-from app.uploads import refuse_shared_uploads
+from app.uploads import Uploads
 from app.view3d import View3D
 from app.worker import LatestWorker
 from pipeline import Camera, Dock
@@ -32,10 +30,10 @@ from pipeline import Camera, Dock
 LOOPBACK = "127.0.0.1"
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 _NOTICE_S = 12.0
-
-
-class PortBusyError(OSError):
-    """The port cannot be had; the text names it and says why."""
+_OPEN_WARNING = (
+    "dockpose: it listens on {host}, so every machine of that network can reach this page. Who has the address with "
+    "its token can steer it and see its pictures; the connection is not encrypted. README.md shows a proxy with TLS."
+)
 
 
 def serve(
@@ -44,6 +42,7 @@ def serve(
     dock: Dock | None,
     host: str = LOOPBACK,
     port: int = 8080,
+    options: Options = DEFAULTS,
     report: Callable[[str], None] | None = None,
 ) -> None:
     """Serve the page until it is interrupted.
@@ -53,6 +52,7 @@ def serve(
     source : path of the picture to start with; None for a sample scene.
     camera, dock : None takes what the YAML beside the picture says.
     host, port : to listen on; port 0 takes any free one.
+    options : what the page may do.
     report : is told the page's address; the default writes to standard error.
 
     Raises
@@ -63,9 +63,11 @@ def serve(
         if the port cannot be had. Another one is never taken in its place.
     """
     tell = report or _tell
-    app = App.build(source, camera, dock, host=host, port=port)
+    app = App.build(source, camera, dock, host=host, port=port, options=options)
     try:
         tell(f"dockpose is at {app.address} (Ctrl+C stops it)")
+        if host not in LOOPBACK_NAMES:
+            tell(_OPEN_WARNING.format(host=host))
         threading.Event().wait()
     except KeyboardInterrupt:
         tell("dockpose: stopped")
@@ -76,8 +78,10 @@ def serve(
 class App:
     """The running page. Make it with :meth:`build`, end it with :meth:`stop`."""
 
-    def __init__(self, server: viser.ViserServer, view: View) -> None:
+    def __init__(self, server: viser.ViserServer, guard: Guard, view: View, options: Options) -> None:
         self._server = server
+        self._guard = guard
+        self._uploads = Uploads(options.upload_limit_bytes)
         self._view = view
         self._lock = threading.RLock()
         self._scene = View3D(server)
@@ -86,7 +90,8 @@ class App:
             panel.load(view)
         self._worker = LatestWorker(self._work, self._on_error)
         self._worker.submit(view)
-        server.on_client_connect(self._source.add_upload)
+        server.on_client_connect(self._welcome)
+        server.on_client_disconnect(self._uploads.detach)
 
     @classmethod
     def build(
@@ -96,20 +101,14 @@ class App:
         dock: Dock | None = None,
         host: str = LOOPBACK,
         port: int = 0,
+        options: Options = DEFAULTS,
     ) -> App:
         """Open the source and start serving; see :func:`serve` for the arguments and errors."""
         view = open_source(source, camera, dock)
-        check_port_is_free(host, port)
-        with _silence():
-            server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
-        if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
-            with _silence():
-                server.stop()
-            raise PortBusyError(_busy(host, port, "another program took it just now"))
-        server._websock_server.unregister_handler(messages.ShareUrlRequest)  # it would open the page to the internet
-        refuse_shared_uploads(server)
+        guard = Guard(host, options.allow_hosts)
+        server = open_server(host, port, guard)
         server.gui.configure_theme(show_logo=False, show_share_button=False)
-        return cls(server, view)
+        return cls(server, guard, view, options)
 
     @property
     def port(self) -> int:
@@ -118,10 +117,10 @@ class App:
 
     @property
     def address(self) -> str:
-        """What to open in a browser."""
+        """What to open in a browser: with the token that lets it in."""
         host = self._server.get_host()
         shown = f"[{host}]" if ":" in host else "127.0.0.1" if host == "0.0.0.0" else host
-        return f"http://{shown}:{self.port}"
+        return f"http://{shown}:{self.port}/?token={self._guard.token}"
 
     @property
     def view(self) -> View:
@@ -136,7 +135,7 @@ class App:
     def stop(self) -> None:
         """End the worker and the server."""
         self._worker.close()
-        with _silence():
+        with silence():
             self._server.stop()
 
     def change(
@@ -180,6 +179,11 @@ class App:
         left.set_width(PICTURE_WIDTH_PX)
         return source, panels
 
+    def _welcome(self, client: viser.ClientHandle) -> None:
+        """Give a browser that just came what it has for itself."""
+        accept_values_only(client)
+        self._source.add_upload(client, self._uploads.attach(client))
+
     def _work(self, view: View) -> None:
         reading: Reading = read_view(view)
         for panel in self._panels:
@@ -198,30 +202,5 @@ class App:
             one.add_notification(title, sentence, color=colour, auto_close_seconds=_NOTICE_S)
 
 
-def check_port_is_free(host: str, port: int) -> None:
-    """Raise PortBusyError unless the port can be listened on: viser would silently take the next one."""
-    try:
-        places = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-    except OSError as error:
-        raise PortBusyError(f"the host {host!r} is not known ({error.strerror or error})") from error
-    for family, kind, protocol, _, place in places:
-        with socket.socket(family, kind, protocol) as attempt:
-            if os.name == "posix":  # a port that was just given up counts as free
-                attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                attempt.bind(place)
-            except OSError as error:
-                raise PortBusyError(_busy(host, port, error.strerror or str(error))) from error
-
-
-def _busy(host: str, port: int, reason: str) -> str:
-    return f"port {port} on {host} cannot be used ({reason}); choose another one with --port"
-
-
 def _tell(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
-
-
-def _silence() -> contextlib.redirect_stdout[io.StringIO]:
-    """Keep viser's banner off standard output."""
-    return contextlib.redirect_stdout(io.StringIO())

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import viser
 
 from app.panels import Change, on_change
 from app.reading import Reading
 from app.resources import sample_names
 from app.state import View, with_sample, with_upload
-from app.uploads import cap_uploads, take_upload
+from app.uploads import ClientUploads
 
 OWN_PICTURE = "(own picture)"
 
@@ -30,9 +28,8 @@ class SourcePanel:
             )
         on_change(self._sample, change, self._with_sample, reload=True)
 
-    def add_upload(self, client: viser.ClientHandle) -> None:
+    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its upload button: a shared one would show each browser the others' uploads."""
-        cap_uploads(client)
         with self._folder:
             button = client.gui.add_upload_button(
                 "Upload a picture",
@@ -42,10 +39,10 @@ class SourcePanel:
                 order=2,
             )
 
-        @button.on_upload
-        def _(_: viser.GuiEvent[Any]) -> None:
-            data, name = take_upload(button)
+        def take(data: bytes, name: str) -> None:
             self._change(lambda view: with_upload(view, data, name), client, reload=True)
+
+        uploads.receive(button, take)
 
     def load(self, view: View) -> None:
         """Show which sample it is, if it is one."""

@@ -4,8 +4,9 @@ from urllib.request import urlopen
 import pytest
 from viser import _messages as messages
 
-from app import server
-from app.server import App, PortBusyError
+from app import opening, server
+from app.opening import PortBusyError
+from app.server import App
 from app.state import with_diameter_cm, with_intrinsic
 
 
@@ -26,7 +27,7 @@ def busy_port():
 
 def test_serves_a_page_on_the_loopback_address_and_prints_nothing(capsys):
     app = App.build(port=0)
-    assert app.address == f"http://127.0.0.1:{app.port}"
+    assert app.address.startswith(f"http://127.0.0.1:{app.port}/?token=")
     assert urlopen(app.address, timeout=5).status == 200
     app.stop()
     assert capsys.readouterr().out == ""
@@ -54,7 +55,7 @@ def test_busy_port_is_named_and_no_other_one_taken(busy_port):
 
 
 def test_port_taken_after_the_check_is_noticed(busy_port, monkeypatch):
-    monkeypatch.setattr(server, "check_port_is_free", lambda host, port: None)
+    monkeypatch.setattr(opening, "check_port_is_free", lambda host, port: None)
     with pytest.raises(PortBusyError, match=str(busy_port)):
         App.build(port=busy_port)
 
@@ -76,6 +77,14 @@ def test_serve_tells_the_address_and_stops_on_interrupt(monkeypatch):
     server.serve(None, None, None, report=told.append)
     assert "http://127.0.0.1:1234" in told[0]
     assert FakeApp.stopped
+
+
+def test_serving_to_others_says_what_that_means(monkeypatch):
+    told = []
+    monkeypatch.setattr(server.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+    monkeypatch.setattr(server.App, "build", lambda *_, **__: FakeApp())
+    server.serve(None, None, None, host="0.0.0.0", report=told.append)
+    assert "every machine of that network" in told[1]
 
 
 class FakeApp:

@@ -109,12 +109,6 @@ def test_upload_that_is_no_picture_is_named(view, data):
         state.with_upload(view, data, "notes.png")
 
 
-def test_upload_above_the_cap_is_refused(view, monkeypatch):
-    monkeypatch.setattr(state, "MAX_UPLOAD_BYTES", 10)
-    with pytest.raises(ValueRefusedError, match=r"a\.png: the file has"):
-        state.with_upload(view, png(64, 48), "a.png")
-
-
 @pytest.mark.parametrize("setter", SETTERS.values(), ids=SETTERS.keys())
 @pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
 def test_what_is_no_number_is_refused_in_a_sentence(view, setter, value):

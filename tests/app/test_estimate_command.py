@@ -1,21 +1,26 @@
 # A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalSubscript=false
+# pyright: reportOptionalSubscript=false, reportOptionalOperand=false
 
 import csv
 import hashlib
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import cv2
+import msgspec
 import numpy as np
 import pytest
 
+from app.annotate import MASK_COLOUR
 from app.cli import main
 from app.resources import sample_names, sample_path
 from app.samples import load_sample
 from pipeline.camera_files import save_camera
+from pipeline.masks import hidden_pixels
 from pipeline.simulate import save_scene
+from pipeline.simulate.scene import Text
 from tests.scenes import CAMERA, random_scene
 
 
@@ -159,3 +164,29 @@ def test_the_program_runs_as_a_process(tank):
     )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["status"] == "ok"
+
+
+def test_text_that_stays_put_over_pictures_of_one_size_is_masked_told_once_and_shown(tank, capsys):
+    (tank / "film").mkdir()
+    for index in range(10):
+        scene = random_scene(4, position_m=(0.01 * index, 0.05, 1.0))
+        text = Text(text="REC 7", x_px=20, y_px=430, height_px=20)
+        save_scene(msgspec.structs.replace(scene, texts=(text,)), tank / "film", f"f{index}")
+    save_scene(random_scene(5, camera=CAMERA.for_size(320, 240)), tank / "film", "g")
+    assert main(["estimate", "film", "--json", "-", "--annotate", "out", "--mask", "600,0,40,40"]) == 0
+    captured = capsys.readouterr()
+    assert len(captured.err.splitlines()) == 1
+    assert captured.err.startswith(f"dockpose: {Path('film', 'f7.png')}: something bright stays put")
+    masks = [line["settings"]["masks"] for line in lines(captured.out)]
+    assert masks[:8] == [[[600, 0, 40, 40]]] * 8
+    assert masks[8][0] == [600, 0, 40, 40]
+    letters = cv2.imread("film/f0.png", cv2.IMREAD_UNCHANGED) > 200
+    letters[:400] = False
+    assert letters.any()
+    assert hidden_pixels((480, 640), masks[8][1:])[letters].all()
+    # The picture of another size starts anew.
+    assert masks[10] == [[600, 0, 40, 40]]
+    shown = cv2.imread("out/f8.png")
+    assert shown is not None
+    x, y, width, _ = (int(number) for number in masks[8][1])
+    assert (shown[y, x : x + width] == MASK_COLOUR).all()

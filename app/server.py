@@ -17,6 +17,7 @@ from app.panels.camera import CameraPanel
 from app.panels.detect import DetectPanel
 from app.panels.masks import MasksPanel
 from app.panels.picture import PicturePanel
+from app.panels.pose import PosePanel
 from app.panels.result import ResultPanel, StatusPanel
 from app.panels.source import SourcePanel
 from app.panels.viewpoint import ViewpointPanel
@@ -169,6 +170,8 @@ class App:
             panels: list[Panel] = [source, CameraPanel(gui, self.change)]
         with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
             panels += [DetectPanel(gui, self.change), MasksPanel(gui, self.change)]
+        with tabs.add_tab("Pose", viser.Icon.AXIS_X):
+            panels.append(PosePanel(gui, self.change))
         panels.append(ViewpointPanel(gui, self._scene))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)

@@ -1,4 +1,4 @@
-"""What was found: a sentence that is always there, and both candidates in a table."""
+"""What was found: a line that is always there, and both candidates in a table."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import Any
 
 import viser
 
-from app.annotate import POSE_COLOURS, POSE_NAMES
+from app.panels.tables import MISSING, pose_name, row, table, wide_row
 from app.reading import Reading
 from app.state import View
+from app.wording import advice, status_line
 from pipeline.circle_pose import CirclePose
 
 COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "likely (%)", "error (px)")
@@ -18,8 +19,6 @@ EXPLANATION = (
     "Position of the dock's centre seen from the camera: x right, y down, z ahead. θx, θy: pitch and yaw of the dock's "
     "face, 0 where it is square on. Error: how far off the lights are, root mean square."
 )
-_MISSING = "–"
-_NUMBERS = "padding: 0.15em 0.4em; text-align: right; font-variant-numeric: tabular-nums"
 
 
 def candidate_row(pose: CirclePose) -> list[str]:
@@ -28,60 +27,56 @@ def candidate_row(pose: CirclePose) -> list[str]:
         *(f"{100 * value:.1f}" for value in pose.position_m),
         f"{math.degrees(pose.theta_x_rad):.1f}",
         f"{math.degrees(pose.theta_y_rad):.1f}",
-        _MISSING if pose.probability is None else f"{100 * pose.probability:.1f}",
-        _MISSING if pose.rms_px is None else f"{pose.rms_px:.2f}",
+        MISSING if pose.probability is None else f"{100 * pose.probability:.1f}",
+        MISSING if pose.rms_px is None else f"{pose.rms_px:.2f}",
     ]
 
 
 def truth_row(truth: dict[str, Any] | None) -> list[str] | None:
-    """What a simulated picture really shows, in the same columns; None where it is not known."""
+    """A known pose in the same columns, as that of a simulated picture; None where it is not known."""
     if truth is None or not {"position_m", "theta_x_deg", "theta_y_deg"} <= truth.keys():
         return None
     return [
         *(f"{100 * value:.1f}" for value in truth["position_m"]),
         f"{truth['theta_x_deg']:.1f}",
         f"{truth['theta_y_deg']:.1f}",
-        _MISSING,
-        _MISSING,
+        MISSING,
+        MISSING,
     ]
 
 
 def status_html(reading: Reading) -> str:
-    """The picture's name and what was found in it, in words."""
+    """One line of numbers, then the picture's name, what was found in it and what to try, in words."""
     found = reading.estimate
     verdict, colour = ("Dock found", "#009E73") if found.status == "ok" else ("No pose", "#D55E00")
-    note = f" {escape(reading.view.note)}" if reading.view.note else ""
+    words = " ".join(text for text in (found.message, advice(found), reading.view.note) if text)
     return (
-        f'<div role="status" style="padding: 0.2em 0.75em 0.5em; line-height: 1.4; min-height: 3em">'
-        f'<b style="border-left: 0.35em solid {colour}; padding-left: 0.4em">{verdict}</b> in '
-        f"{escape(reading.view.source)} ({found.width} × {found.height}, {found.elapsed_ms:.0f} ms). "
-        f"{escape(found.message)}{note}</div>"
+        f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 4.2em">'
+        f'<div id="status-line" style="border-left: 0.35em solid {colour}; padding-left: 0.4em; font-weight: 600; '
+        f'white-space: nowrap; overflow: hidden; text-overflow: ellipsis">{escape(status_line(found))}</div>'
+        f'<div style="font-size: 0.9em"><b>{verdict}</b> in {escape(reading.view.source)} '
+        f"({found.width} × {found.height}). {escape(words)}</div></div>"
     )
 
 
 def table_html(reading: Reading) -> str:
-    """Both candidates and, where it is known, the truth."""
+    """Both candidates and, where they are known, the truth and the measured pose."""
     found = reading.estimate
-    head = "".join(f'<th style="{_NUMBERS}">{name}</th>' for name in COLUMNS)
     rows = []
     for index, pose in enumerate(found.candidates):
         is_chosen = pose is found.selected
-        rows.append(_row(_pose_name(index, is_chosen), candidate_row(pose), bold=is_chosen))
-    truth = truth_row(reading.view.truth)
-    if truth is not None:
-        rows.append(_row("Truth", truth, bold=False))
+        rows.append(row(pose_name(index, is_chosen), candidate_row(pose), bold=is_chosen))
+    for name, known in (("Truth", reading.view.truth), ("Measured", reading.view.measured)):
+        cells = truth_row(known)
+        if cells is not None:
+            rows.append(row(name, cells))
     if not rows:
-        rows.append(f'<tr><td colspan="{len(COLUMNS) + 1}">No pose to show.</td></tr>')
-    return (
-        '<div style="padding: 0 0.75em 0.5em; font-size: 0.85em">'
-        f'<table id="candidates" style="width: 100%; border-collapse: collapse"><thead><tr><th></th>{head}</tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table>"
-        f'<div style="opacity: 0.75; padding-top: 0.4em; line-height: 1.35">{EXPLANATION}</div></div>'
-    )
+        rows.append(wide_row("No pose to show.", len(COLUMNS) + 1))
+    return table("candidates", COLUMNS, rows, EXPLANATION)
 
 
 class StatusPanel:
-    """One sentence, always shown."""
+    """One line and a sentence, always shown."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._status = gui.add_html("")
@@ -106,15 +101,3 @@ class ResultPanel:
     def show(self, reading: Reading) -> None:
         """Fill the table."""
         self._table.content = table_html(reading)
-
-
-def _pose_name(index: int, is_chosen: bool) -> str:
-    blue, green, red = POSE_COLOURS[index]
-    mark = f'<span style="color: rgb({red},{green},{blue})">{"●" if is_chosen else "○"}</span>'
-    return f"{mark} {POSE_NAMES[index]}{', chosen' if is_chosen else ''}"
-
-
-def _row(name: str, cells: list[str], *, bold: bool) -> str:
-    style = "border-top: 1px solid rgba(128,128,128,0.35)" + ("; font-weight: 600" if bold else "")
-    columns = "".join(f'<td style="{_NUMBERS}">{cell}</td>' for cell in cells)
-    return f'<tr style="{style}"><td style="white-space: nowrap">{name}</td>{columns}</tr>'

@@ -189,23 +189,38 @@ def _search(
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages that were reached."""
     threshold = METHODS[settings.method](histogram, settings.min_area_px, settings.level)
+    status, message, stages = _search_with(threshold, image, grey, histogram, camera, dock, settings)
+    found = status == "ok" and stages["ring"].on_ring.sum() >= MIN_POINTS
+    if found or settings.method != "hats" or not fall_back:
+        return status, message, stages
+    local = hats_local(histogram, settings.min_area_px)
+    second, second_message, second_stages = _search_with(local, image, grey, histogram, camera, dock, settings)
+    if second == "ok" and (status != "ok" or second_stages["ring"].on_ring.sum() >= MIN_POINTS):
+        return second, f"{second_message} No one level shows the ring; each light was given its own.", second_stages
+    return status, message, stages
+
+
+def _search_with(
+    threshold: Threshold,
+    image: Any,
+    grey: np.ndarray,
+    histogram: Histogram,
+    camera: Camera,
+    dock: Dock,
+    settings: Settings,
+) -> tuple[str, str, dict[str, Any]]:
+    """Status, message and the stages from one threshold on."""
     status, message, stages = _find_lights(grey, histogram, threshold, camera, dock, settings)
-    if (status != "ok" or stages["ring"].on_ring.sum() < MIN_POINTS) and settings.method == "hats" and fall_back:
-        local = hats_local(histogram, settings.min_area_px)
-        second = _find_lights(grey, histogram, local, camera, dock, settings)
-        if second[0] == "ok" and (status != "ok" or second[2]["ring"].on_ring.sum() >= MIN_POINTS):
-            status, _, stages = second
-            message = " No one level shows the ring; each light was given its own."
     if status != "ok":
         return status, message, stages
     ring = stages["ring"]
+    points_px = stages["markers"].points_px[ring.on_ring]
     try:
-        points_px = stages["markers"].points_px[ring.on_ring]
         labels = _labels(image, stages["markers"], ring, dock)
         ellipse, choice = find_poses(points_px, camera, dock, labels, ring.ellipse)
     except NoEllipseError as error:
-        if ring.on_ring.sum() < MIN_POINTS:
-            found = f"Only {int(ring.on_ring.sum())} groups of bright pixels"
+        if len(points_px) < MIN_POINTS:
+            found = f"Only {len(points_px)} groups of bright pixels"
             kept = {name: stages[name] for name in ("threshold", "markers")}
             return "too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept
         return "no_ellipse", f"No ellipse: {error}.", stages
@@ -213,10 +228,9 @@ def _search(
         reason = f"Only {len(points_px)} groups of bright pixels, not spaced as the dock's lights; an ellipse needs 5."
         return "too_few_markers", reason, {name: stages[name] for name in ("threshold", "markers")}
     if not ring.on_ring.all() and _is_uneven(ellipse, choice, dock):
-        reason = f"{int(ring.on_ring.sum())} groups lie on an ellipse, but not spaced as the dock's lights are."
+        reason = f"{len(points_px)} groups lie on an ellipse, but not spaced as the dock's lights are."
         return "not_a_ring", reason, stages
-    stages |= {"ellipse": ellipse, "choice": choice}
-    return "ok", _success(ring, choice) + message, stages
+    return "ok", _success(ring, choice), stages | {"ellipse": ellipse, "choice": choice}
 
 
 def _find_lights(

@@ -14,6 +14,7 @@ from app.opening import open_server, silence
 from app.options import DEFAULTS, Options
 from app.panels import Panel
 from app.panels.camera import CameraPanel
+from app.panels.compare import ComparePanel
 from app.panels.detect import DetectPanel
 from app.panels.masks import MasksPanel
 from app.panels.picture import PicturePanel
@@ -135,6 +136,7 @@ class App:
 
     def stop(self) -> None:
         """End the worker and the server."""
+        self._compare.close()
         self._worker.close()
         with silence():
             self._server.stop()
@@ -177,7 +179,11 @@ class App:
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            panels += [StatusPanel(gui), PicturePanel(gui), ResultPanel(gui)]
+            status, picture = StatusPanel(gui), PicturePanel(gui)
+            panels += [status, picture, ResultPanel(gui)]
+        with picture.compare_tab:
+            self._compare = ComparePanel(gui, self.change, self._on_error)
+        panels.append(self._compare)
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)
         return source, panels

@@ -8,7 +8,7 @@ from app.annotate import POSE_NAMES
 from pipeline import Estimate
 from pipeline.thresholds import LEVELS
 
-_SHORT_NAMES = {"hats": "HATS", "hats_local": "HATS light by light"}
+_SHORT_NAMES = {"hats": "HATS", "hats_local": "HATS local"}
 _ADVICE = {
     "no_lights": "Try a lower level or a smaller minimum area, and see that no mask covers the dock.",
     "too_few_markers": "Try a lower level, a smaller minimum area, or the method HATS light by light.",

@@ -1,4 +1,4 @@
-"""What was found: a line that is always there, and both candidates in a table."""
+"""What was found: a sentence, a line that is always in view, and both candidates in a table."""
 
 from __future__ import annotations
 
@@ -19,6 +19,13 @@ EXPLANATION = (
     "Position of the dock's centre seen from the camera: x right, y down, z ahead. θx, θy: pitch and yaw of the dock's "
     "face, 0 where it is square on. Error: how far off the lights are, root mean square."
 )
+# Along the bottom of the whole page, over whatever scrolls there; the panel at the left leaves STATUS_SPACE for it.
+_LINE = (
+    "position: fixed; left: 0; right: 0; bottom: 0; z-index: 500; padding: 0.25em 0.75em; font-weight: 600; "
+    "white-space: nowrap; overflow: hidden; text-overflow: ellipsis; pointer-events: none; "
+    "background: var(--mantine-color-body); border-top: 1px solid rgba(128,128,128,0.5)"
+)
+STATUS_SPACE = '<div style="height: 2em"></div>'
 
 
 def candidate_row(pose: CirclePose) -> list[str]:
@@ -46,16 +53,16 @@ def truth_row(truth: dict[str, Any] | None) -> list[str] | None:
 
 
 def status_html(reading: Reading) -> str:
-    """One line of numbers, then the picture's name, what was found in it and what to try, in words."""
+    """The picture's name, what was found in it and what to try, in words; and the line of numbers along the bottom."""
     found = reading.estimate
     verdict, colour = ("Dock found", "#009E73") if found.status == "ok" else ("No pose", "#D55E00")
     words = " ".join(text for text in (found.message, advice(found), reading.view.note) if text)
     return (
-        f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 4.2em">'
-        f'<div id="status-line" style="border-left: 0.35em solid {colour}; padding-left: 0.4em; font-weight: 600; '
-        f'white-space: nowrap; overflow: hidden; text-overflow: ellipsis">{escape(status_line(found))}</div>'
-        f'<div style="font-size: 0.9em"><b>{verdict}</b> in {escape(reading.view.source)} '
-        f"({found.width} × {found.height}). {escape(words)}</div></div>"
+        f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 3em">'
+        f'<b style="border-left: 0.35em solid {colour}; padding-left: 0.4em">{verdict}</b> in '
+        f"{escape(reading.view.source)} ({found.width} × {found.height}). {escape(words)}"
+        f'<div id="status-line" style="{_LINE}; border-left: 0.6em solid {colour}">{escape(status_line(found))}</div>'
+        "</div>"
     )
 
 
@@ -94,6 +101,7 @@ class ResultPanel:
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._table = gui.add_html("")
+        gui.add_html(STATUS_SPACE)
 
     def load(self, view: View) -> None:
         """There are no controls here."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from app.annotate import POSE_COLOURS, POSE_NAMES
 
 MISSING = "–"
-NUMBERS = "padding: 0.15em 0.4em; text-align: right; font-variant-numeric: tabular-nums"
+NUMBERS = "padding: 0.15em 0.3em; text-align: right; font-variant-numeric: tabular-nums"
 
 
 def table(name: str, columns: Sequence[str], rows: Sequence[str], note: str = "") -> str:

@@ -20,7 +20,7 @@ _USUAL_NUMBERS = range(7, 17)  # of lights, where it is not known; fewer prove n
 _NEXT = np.array([-3, -2, 2, 3])  # corners that a triple (-1, 0, 1) foretells
 _NEXT_TOLERANCE = np.array([0.35, 0.2, 0.2, 0.35])  # of the spacing: perspective bends what is farther
 _TOLERANCE_PX, _TOLERANCE_OF_RADIUS = 1.5, 0.025
-_GROWING_TOLERANCE = 0.22  # of the spacing
+_GROWING_TOLERANCE, _STRICT_TOLERANCE = 0.22, 0.2  # of the spacing
 _STRICT_ROUNDS = 3
 _SMALLEST_RADIUS_PX = 3.0
 # With fewer than eight in ten corners, the lights must lie within so much of their places, root mean square, and the
@@ -172,7 +172,7 @@ def _grow(points: np.ndarray, tree: KDTree, corners: np.ndarray, focal_px: float
         spacing = np.hypot(*(places - np.roll(places, 1, axis=0)).T)
         spacing = np.minimum(spacing, np.roll(spacing, -1))
         exact = max(_TOLERANCE_PX, _TOLERANCE_OF_RADIUS * _smallest_radius(mapping))
-        tolerance = np.minimum(0.35 * spacing, exact) if strict else _GROWING_TOLERANCE * spacing
+        tolerance = np.minimum(_STRICT_TOLERANCE * spacing, exact) if strict else _GROWING_TOLERANCE * spacing
         grown = np.where(distance < tolerance, nearest, -1)
         if strict == 0:
             grown[~_within_two(corners >= 0)] = -1

@@ -18,8 +18,8 @@ from pipeline.thresholds.histogram import SMOOTHING, Histogram, Threshold
 # The background ends where fewer than this share of all pixels have a level; two in ten thousand are 60 of 640 x 480.
 BACKGROUND_SHARE = 2e-4
 # Lights never fill more of a picture than a tenth; what does is background. Where that is not settled by saturated
-# lights, the brightest half per cent, or 8000 pixels, are more than enough to look at.
-MOST_LIT, ENOUGH_LIT, ENOUGH_LIT_PX = 0.1, 0.005, 8000
+# lights, the brightest two per cent, or 8000 pixels, are more than enough to look at.
+MOST_LIT, ENOUGH_LIT, ENOUGH_LIT_PX = 0.1, 0.02, 8000
 # A count of groups is real if it holds over this share of the brightness above the background, and three levels.
 REAL_SHARE, REAL_LEVELS = 0.2, 3
 # Brightness so near the background's mode counts by its levels, above that by its ratios.
@@ -78,12 +78,11 @@ def background_limit(counts: np.ndarray) -> int:
     mode = int(counts.argmax())
     total = int(counts.sum())
     few = np.flatnonzero(smooth[mode:] <= BACKGROUND_SHARE * total)
-    if len(few) == 0:
-        return LEVELS
+    ends = mode + int(few[0]) if len(few) else LEVELS
     left = counts[::-1].cumsum()[::-1]
     saturated = 1.5 * left[np.flatnonzero(counts)[-1]]
     too_much = left > min(MOST_LIT * total, max(ENOUGH_LIT * total, ENOUGH_LIT_PX, saturated))
-    return max(mode + int(few[0]), int(np.count_nonzero(too_much)))
+    return max(ends, int(np.count_nonzero(too_much)))
 
 
 def _above_noise(groups: np.ndarray, floor: int, top: int) -> int:

@@ -1,11 +1,13 @@
 """HATS light by light: a level for each light from its own part of the histogram (Ghosh et al. 2016, section 2.1.2).
 
-Where the lights' brightness differs so much that no one level shows them all, each peak of the picture that rises
-enough above the saddle to its brighter neighbour is a light of its own, cut half way up.
+Where the lights' brightness, or the water's, differs so much that no one level shows them all, each peak of the picture
+that rises enough above the saddle to its brighter neighbour is a light of its own, cut half way up. The water's own
+changes are taken out first.
 """
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from pipeline.thresholds.bright import BrightPixels
@@ -16,6 +18,9 @@ from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
 RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above its saddle to count by itself
 RISE_NOISE = 5.0  # standard deviations of the noise: the same
 _MOST_LIGHTS = 150
+# The background is the median over so many pixels of the picture shrunk to so many: a fifth of its width.
+_NEIGHBOURHOOD_PX, _SMALL_PX = 15, 80
+_PEDESTAL = 16
 
 
 def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
@@ -30,10 +35,11 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     -------
     A threshold that lists the pixels it keeps; its level is that of its dimmest light, 256 where there is none.
     """
-    floor = background_limit(histogram.sketch)
-    if floor >= LEVELS or (pixels := histogram.bright(floor)).is_empty:
+    flat = Histogram(_flattened(histogram), histogram.native_step, histogram.counted)
+    floor = background_limit(flat.sketch)
+    if floor >= LEVELS or (pixels := flat.bright(floor)).is_empty:
         return threshold_at("hats_local", histogram, LEVELS, "Nothing stands out above the background.")
-    mode = int(histogram.sketch.argmax())
+    mode = int(flat.sketch.argmax())
     rise = RISE_NOISE * noise_levels(histogram.levels)
     peaks, saddles, member_of = _peaks(pixels, mode, rise)
     base = np.maximum(saddles, mode)
@@ -48,17 +54,39 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     number = np.full(len(peaks), -1)
     number[lights] = np.arange(len(lights))
     kept &= number[member_of] >= 0
-    level = int(cut[lights].min())
-    chosen = BrightPixels(level, pixels.width, pixels.index[kept], pixels.level[kept])
+    return _threshold(histogram, pixels.index[kept], number[member_of[kept]])
+
+
+def _threshold(histogram: Histogram, index: np.ndarray, light: np.ndarray) -> Threshold:
+    """Threshold that keeps the pixels ``index``, each of the light of that number, at the picture's own levels."""
+    own = histogram.levels.ravel()[index].astype(np.int32)
+    dimmest = np.full(int(light.max()) + 1, LEVELS)
+    np.minimum.at(dimmest, light, own)
+    level = int(dimmest.min())
     return Threshold(
         method="hats_local",
         level=level,
         native_level=level * histogram.native_step,
-        histogram=counts_with_exact_top(histogram, floor),
-        reason=f"{len(lights)} peaks, each cut half way up, at levels from {level} to {int(cut[lights].max())}.",
-        floor=floor,
-        kept=(chosen, number[member_of[kept]]),
+        histogram=counts_with_exact_top(histogram, LEVELS),
+        reason=f"{len(dimmest)} peaks, each cut half way up, at levels from {level} to {int(dimmest.max())}.",
+        kept=(BrightPixels(level, histogram.levels.shape[1], index, own), light),
     )
+
+
+def _flattened(histogram: Histogram) -> np.ndarray:
+    """The picture less its background, (H, W) uint8: what is brighter than the median of a wide neighbourhood."""
+    levels = histogram.levels
+    if histogram.counted is not None:
+        levels = np.where(histogram.counted > 0, levels, np.uint8(histogram.sketch.argmax()))
+    height, width = levels.shape
+    shrink = max(height, width) / _SMALL_PX
+    if min(height, width) / max(shrink, 1) < _NEIGHBOURHOOD_PX:
+        return levels
+    small = cv2.resize(levels, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
+    background = cv2.resize(cv2.medianBlur(small, _NEIGHBOURHOOD_PX), (width, height))
+    # What is at the background's level stays above 0, so that noise on both sides of it is seen as such.
+    flat = cv2.subtract(cv2.add(levels, _PEDESTAL), background)
+    return flat if histogram.counted is None else np.where(histogram.counted > 0, flat, 0).astype(np.uint8)
 
 
 def noise_levels(levels: np.ndarray) -> float:

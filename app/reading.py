@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.annotate import POSE_NAMES, annotate
+from app.scenes import rendered
 from app.state import View
 from pipeline import Estimate, estimate
 
@@ -21,7 +22,8 @@ class Reading:
 
 
 def read_view(view: View) -> Reading:
-    """Run the pipeline on a view, and choose the pose that the operator chose, if any."""
+    """Render the view if it is to be, run the pipeline on it, and choose the pose that the operator chose, if any."""
+    view = rendered(view)
     found = estimate(view.image, view.camera, view.dock, view.settings)
     if view.by_hand is not None:
         found = chosen_by_hand(found, view.by_hand)

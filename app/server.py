@@ -5,14 +5,14 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable
-from typing import Literal
 
 import viser
 
 from app.guard import LOOPBACK_NAMES, Guard, accept_values_only
+from app.notices import Colour, Notices
 from app.opening import open_server, silence
 from app.options import DEFAULTS, Options
-from app.panels import Panel
+from app.panels import Panel, Uploader
 from app.panels.camera import CameraPanel
 from app.panels.compare import ComparePanel
 from app.panels.detect import DetectPanel
@@ -20,9 +20,11 @@ from app.panels.masks import MasksPanel
 from app.panels.picture import PicturePanel
 from app.panels.pose import PosePanel
 from app.panels.result import ResultPanel, StatusPanel
+from app.panels.simulator import SimulatorPanel
 from app.panels.source import SourcePanel
 from app.panels.viewpoint import ViewpointPanel
 from app.reading import Reading, read_view
+from app.shelf import Shelf
 from app.state import View, open_source
 from app.uploads import Uploads
 from app.view3d import View3D
@@ -31,7 +33,6 @@ from pipeline import Camera, Dock
 
 LOOPBACK = "127.0.0.1"
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
-_NOTICE_S = 12.0
 _OPEN_WARNING = (
     "dockpose: it listens on {host}, so every machine of that network can reach this page. Who has the address with "
     "its token can steer it and see its pictures; the connection is not encrypted. README.md shows a proxy with TLS."
@@ -83,17 +84,23 @@ class App:
     def __init__(self, server: viser.ViserServer, guard: Guard, view: View, options: Options) -> None:
         self._server = server
         self._guard = guard
-        self._uploads = Uploads(options.upload_limit_bytes)
+        self._notices = Notices()
+        self._shelf = Shelf()
+        self._uploads = Uploads(options.upload_limit_bytes, self._shelf.make_room)
+        self._root = options.folder
         self._view = view
         self._lock = threading.RLock()
         self._scene = View3D(server)
-        self._source, self._panels = self._build_panels()
+        self._shown = view
+        self._panels: list[Panel] = []
+        self._uploaders: list[Uploader] = []
+        self._build_panels()
         for panel in self._panels:
             panel.load(view)
         self._worker = LatestWorker(self._work, self._on_error)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
-        server.on_client_disconnect(self._uploads.detach)
+        server.on_client_disconnect(self._say_goodbye)
 
     @classmethod
     def build(
@@ -163,13 +170,14 @@ class App:
         if after.note and after.note != before.note:
             self._notify("Please check the camera", after.note, "yellow", client)
 
-    def _build_panels(self) -> tuple[SourcePanel, list[Panel]]:
-        gui = self._server.gui
+    def _build_panels(self) -> None:
+        gui, panels = self._server.gui, self._panels
         tabs = gui.add_tab_group()
         with tabs.add_tab("Source", viser.Icon.PHOTO):
-            source = SourcePanel(gui, self.change)
+            self._source = SourcePanel(gui, self.change, self._shelf, self._root)
+            simulator = SimulatorPanel(gui, self.change)
         with tabs.add_tab("Camera & dock", viser.Icon.CAMERA):
-            panels: list[Panel] = [source, CameraPanel(gui, self.change)]
+            panels += [self._source, simulator, CameraPanel(gui, self.change)]
         with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
             panels += [DetectPanel(gui, self.change), MasksPanel(gui, self.change)]
         with tabs.add_tab("Pose", viser.Icon.AXIS_X):
@@ -186,29 +194,49 @@ class App:
         panels.append(self._compare)
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)
-        return source, panels
+        self._uploaders += [self._source, simulator]
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Give a browser that just came what it has for itself."""
         accept_values_only(client)
-        self._source.add_upload(client, self._uploads.attach(client))
+        uploads = self._uploads.attach(client)
+        for panel in self._uploaders:
+            panel.add_upload(client, uploads)
+
+    def _say_goodbye(self, client: viser.ClientHandle) -> None:
+        """Forget a browser that left."""
+        self._uploads.detach(client)
+        self._notices.forget(client)
 
     def _work(self, view: View) -> None:
-        reading: Reading = read_view(view)
+        try:
+            reading: Reading = read_view(view)
+        except ValueError as error:  # a scene that cannot be rendered
+            self._go_back(view, error)
+            return
+        self._shown = view
         for panel in self._panels:
             panel.show(reading)
         self._scene.show(reading)
+
+    def _go_back(self, refused: View, error: ValueError) -> None:
+        """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""
+        with self._lock:
+            if self._view is not refused:
+                return
+            self._view = self._shown
+            for panel in self._panels:
+                panel.load(self._shown)
+        self._notify("That did not work", str(error), "red", None)
 
     def _on_error(self, error: Exception) -> None:
         _tell(f"dockpose: {type(error).__name__}: {error}")
         self._notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
 
-    def _notify(
-        self, title: str, sentence: str, colour: Literal["red", "yellow"], client: viser.ClientHandle | None
-    ) -> None:
+    def _notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
         """Show a notification in one browser, or in all."""
         for one in [client] if client is not None else self._server.get_clients().values():
-            one.add_notification(title, sentence, color=colour, auto_close_seconds=_NOTICE_S)
+            self._notices.show(title, sentence, colour, one)
 
 
 def _tell(text: str) -> None:

@@ -34,16 +34,16 @@ def _expand_one(source: str) -> list[Path]:
         found = [entry for entry in path.iterdir() if entry.suffix.lower() in PICTURE_ENDINGS and entry.is_file()]
         if not found:
             raise UsageError(f"{source}: the folder has no pictures ({', '.join(PICTURE_ENDINGS)})")
-        return sorted(found, key=_numeric)
+        return sorted(found, key=numeric)
     if not path.exists() and glob.has_magic(source):
         found = [Path(match) for match in glob.glob(source, recursive=True) if Path(match).is_file()]
         if not found:
             raise UsageError(f"{source}: no file matches")
-        return sorted(found, key=_numeric)
+        return sorted(found, key=numeric)
     return [path]
 
 
-def _numeric(path: Path) -> list[tuple[int, int, str]]:
+def numeric(path: Path) -> list[tuple[int, int, str]]:
     """Sort key by which digits count as numbers."""
     pieces = re.split(r"(\d+)", str(path))
     return [(1, int(piece), piece) if piece.isdecimal() else (0, 0, piece) for piece in pieces]

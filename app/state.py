@@ -14,10 +14,11 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from app.resources import sample_names
-from app.samples import load_sample, read_sidecar
+from app.resources import sample_names, sample_path
+from app.samples import Sidecar, load_sample, read_sidecar
 from pipeline import Camera, Dock, Settings
 from pipeline.image import decode, read
+from pipeline.simulate import Scene, load_scene
 from pipeline.thresholds import LEVELS, METHODS
 
 MAX_LIGHTS = 60
@@ -46,6 +47,9 @@ class View:
     truth : what a simulated picture really shows, as in the YAML beside it; None where it is not known.
     note : a sentence about what had to be assumed; empty where nothing had to be.
     by_hand : normal of the pose that the operator chose; None leaves the choice to the program.
+    scene : what is simulated; None for a picture that is not, or not known to be.
+    is_stale : whether ``image`` is still to be rendered from ``scene``.
+    list_name, item : the list of pictures that this one is in ("samples", "uploads", "folder"), and its name there.
     measured : pose that the operator measured, with the keys of ``truth``; None where there is none.
     """
 
@@ -61,6 +65,10 @@ class View:
     note: str = ""
     by_hand: tuple[float, float, float] | None = None
     measured: dict[str, Any] | None = None
+    scene: Scene | None = None
+    is_stale: bool = False
+    list_name: str = ""
+    item: str = ""
 
 
 @dataclass(frozen=True)
@@ -91,9 +99,7 @@ def open_source(source: str | None, camera: Camera | None, dock: Dock | None) ->
         if the picture cannot be read, or the camera is not for a picture of this size.
     """
     if source is None:
-        name = sample_names()[0]
-        sample = load_sample(name)
-        return _view(sample.image, name, camera or sample.camera, dock or sample.dock, sample=name, truth=sample.truth)
+        return _sample_view(sample_names()[0], camera, dock)
     path = Path(source)
     image, beside = read(path), read_sidecar(path)
     known, note = camera or beside.camera, ""
@@ -107,10 +113,21 @@ def with_sample(view: View, name: Any) -> View:
     """Show the sample scene of that name, with its own camera and dock."""
     if name not in sample_names():
         raise ValueRefusedError(f"There is no sample scene called {name!r}.")
-    sample = load_sample(name)
-    return _view(
-        sample.image, name, sample.camera, sample.dock, settings=view.settings, sample=name, truth=sample.truth
-    )
+    return _sample_view(name, None, None, view.settings)
+
+
+def with_file(view: View, path: Path, name: str) -> View:
+    """Show a picture of the folder on this machine, called ``name`` there.
+
+    What the YAML beside it says goes before the camera and the dock in use; see :func:`with_upload`.
+    """
+    beside = read_sidecar(path) if path.with_suffix(".yaml").resolve().parent == path.parent else Sidecar()
+    shown = with_upload(view, _read_bytes(path, name), name)
+    if beside.camera is None and beside.dock is None:
+        return replace(shown, truth=beside.truth, list_name="folder", item=name)
+    camera, note = (shown.camera, shown.note) if beside.camera is None else (beside.camera, "")
+    own = _view(shown.image, name, camera, beside.dock or view.dock, settings=view.settings, truth=beside.truth)
+    return replace(own, note=note, list_name="folder", item=name)
 
 
 def with_upload(view: View, data: bytes, name: str) -> View:
@@ -128,7 +145,8 @@ def with_upload(view: View, data: bytes, name: str) -> View:
         note = f"The camera in use is for {view.camera.width} x {view.camera.height}. {_guess_sentence(camera)}"
     if not note and camera is not view.camera:
         note = f"The camera's values were scaled from {view.camera.width} x {view.camera.height} to {width} x {height}."
-    return _view(image, name, camera, view.dock, settings=view.settings, note=note)
+    shown = _view(image, name, camera, view.dock, settings=view.settings, note=note)
+    return replace(shown, list_name="uploads", item=name)
 
 
 def with_intrinsic(view: View, name: str, value: Any) -> View:
@@ -204,11 +222,25 @@ def guess_camera(image: np.ndarray) -> Camera:
     return Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
 
+def _read_bytes(path: Path, name: str) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ValueRefusedError(f"{name}: cannot be read ({error.strerror or error})") from error
+
+
 def _guess_sentence(camera: Camera) -> str:
     return (
         f"No camera is known for a picture of {camera.width} x {camera.height}: one that sees "
         f"{GUESSED_VIEW_DEG:.0f} degrees was assumed, so distances are only rough."
     )
+
+
+def _sample_view(name: str, camera: Camera | None, dock: Dock | None, settings: Settings | None = None) -> View:
+    sample, scene = load_sample(name), load_scene(sample_path(name).with_suffix(".yaml"))
+    camera, dock = camera or sample.camera, dock or sample.dock
+    view = _view(sample.image, name, camera, dock, settings=settings, sample=name, truth=sample.truth)
+    return replace(view, scene=scene, list_name="samples", item=name)
 
 
 def _view(

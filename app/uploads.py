@@ -51,12 +51,14 @@ class Uploads:
     Parameters
     ----------
     limit_bytes : of what is under way and what is kept, together.
-    kept_bytes : how much of earlier files is kept.
+    make_room : is asked to keep no more than so many bytes of earlier files.
     """
 
-    def __init__(self, limit_bytes: int = UPLOAD_LIMIT_BYTES, kept_bytes: Callable[[], int] = lambda: 0) -> None:
+    def __init__(
+        self, limit_bytes: int = UPLOAD_LIMIT_BYTES, make_room: Callable[[int], None] = lambda at_most: None
+    ) -> None:
         self.limit_bytes = limit_bytes
-        self._kept_bytes = kept_bytes
+        self._make_room = make_room
         self._underway: dict[int, dict[str, Any]] = {}
 
     def attach(self, client: viser.ClientHandle) -> ClientUploads:
@@ -72,8 +74,11 @@ class Uploads:
     def _fits(self, name: str, size: int) -> str | None:
         """Why a file may not be sent; None where it may."""
         transfers = (one for mine in list(self._underway.values()) for one in list(mine.values()))
-        room = self.limit_bytes - self._kept_bytes() - sum(one["total_bytes"] for one in transfers)
-        return None if 0 <= size <= room else too_large(name, size, self.limit_bytes)
+        room = self.limit_bytes - sum(one["total_bytes"] for one in transfers) - size
+        if size < 0 or room < 0:
+            return too_large(name, size, self.limit_bytes)
+        self._make_room(room)
+        return None
 
 
 class ClientUploads:

@@ -13,6 +13,7 @@ import viser
 
 from app.reading import Reading
 from app.state import Limits, View
+from app.uploads import ClientUploads
 
 
 class Change(Protocol):
@@ -32,6 +33,14 @@ class Panel(Protocol):
 
     def show(self, reading: Reading) -> None:
         """Show what was found; called from the worker's thread."""
+        ...
+
+
+class Uploader(Protocol):
+    """A panel that takes files."""
+
+    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+        """Give one browser its upload button."""
         ...
 
 

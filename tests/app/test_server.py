@@ -5,7 +5,9 @@ import pytest
 from viser import _messages as messages
 
 from app import opening, server
+from app.notices import together
 from app.opening import PortBusyError
+from app.scenes import with_knob, with_psf, with_water
 from app.server import App
 from app.state import with_diameter_cm, with_intrinsic
 
@@ -112,6 +114,20 @@ def test_change_is_worked_on(app):
 def test_refused_change_keeps_the_view(app):
     before = app.view
     app.change(lambda view: with_intrinsic(view, "fx", float("nan")))
+    assert app.view is before
+
+
+def test_notices_in_a_rush_are_one_text():
+    assert together(["a", "b"]) == "a | b"
+    assert together([str(number) for number in range(40)]) == "0 | 1 | 2 | 3 | 4 | (34 more) | 39"
+
+
+def test_scene_that_cannot_be_rendered_leaves_what_was_shown(app):
+    assert app.wait_until_idle(10)
+    before = app.view
+    far = with_knob(before, "z", 2000)
+    app.change(lambda _: with_psf(with_water(far, "harbour"), "hou"))
+    assert app.wait_until_idle(10)
     assert app.view is before
 
 

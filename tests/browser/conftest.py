@@ -89,7 +89,7 @@ class Page:
 
     def open(self):
         self.page.goto(self.app.address)
-        self.page.get_by_role("button", name="Upload a picture").wait_for(timeout=30_000)
+        self.page.get_by_role("button", name="Upload pictures").wait_for(timeout=30_000)
         self.page.locator("#candidates tbody tr").first.wait_for()
 
     def row(self, label):
@@ -122,9 +122,9 @@ class Page:
         time.sleep(THROTTLE_S)
 
     def upload(self, name, data):
-        self.reveal(self.page.get_by_role("button", name="Upload a picture"))
+        self.reveal(self.page.get_by_role("button", name="Upload pictures"))
         with self.page.expect_file_chooser() as chooser:
-            self.page.get_by_role("button", name="Upload a picture").click()
+            self.page.get_by_role("button", name="Upload pictures").click()
         chooser.value.set_files({"name": name, "mimeType": "image/png", "buffer": data})
 
     @property

@@ -19,7 +19,7 @@ def test_opens_with_a_result(page):
 
 
 def test_fits_a_small_laptop(page):
-    for words in ("Overview", "Threshold (orange line)", "root mean square"):
+    for words in ("Fit", "Threshold (orange line)", "root mean square"):
         page.reveal(page.page.get_by_text(words))
         place = page.page.get_by_text(words).last.bounding_box()
         assert place is not None

@@ -1,0 +1,59 @@
+"""Sentences shown in a corner of the page; those that come in a rush share one notice, as forty bad files would."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Literal
+
+import viser
+
+Colour = Literal["red", "yellow"]
+SHOWN_S = 12.0
+_RUSH_S = 2.0
+_MOST_SENTENCES = 6
+
+
+@dataclass
+class _Notice:
+    """What one browser was told last."""
+
+    handle: viser.NotificationHandle
+    title: str
+    at_s: float
+    sentences: list[str] = field(default_factory=list)
+
+
+class Notices:
+    """Shows notices in browsers."""
+
+    def __init__(self) -> None:
+        self._last: dict[int, _Notice] = {}
+        self._lock = threading.Lock()
+
+    def show(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle) -> None:
+        """Tell one browser; within two seconds of the last notice with this title, in the same notice."""
+        now = time.monotonic()
+        with self._lock:
+            last = self._last.get(client.client_id)
+            if last is not None and last.title == title and now - last.at_s < _RUSH_S:
+                last.at_s = now
+                last.sentences.append(sentence)
+                last.handle.body = together(last.sentences)
+                return
+            handle = client.add_notification(title, sentence, color=colour, auto_close_seconds=SHOWN_S)
+            self._last[client.client_id] = _Notice(handle, title, now, [sentence])
+
+    def forget(self, client: viser.ClientHandle) -> None:
+        """Forget a browser that left."""
+        with self._lock:
+            self._last.pop(client.client_id, None)
+
+
+def together(sentences: list[str]) -> str:
+    """Several sentences as one text: the first few and the last, and how many are left out between them."""
+    if len(sentences) <= _MOST_SENTENCES:
+        return " | ".join(sentences)
+    left_out = len(sentences) - _MOST_SENTENCES
+    return " | ".join([*sentences[: _MOST_SENTENCES - 1], f"({left_out} more)", sentences[-1]])

@@ -1,0 +1,165 @@
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from app.options import Options
+from app.panels.source import NONE_CHOSEN, OWN_PICTURE
+from app.resources import sample_path, samples_folder
+from app.scenes import KNOBS
+from app.server import App
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def app():
+    running = App.build(port=0, options=Options(folder=samples_folder()))
+    yield running
+    running.stop()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def unfolded(opened):
+    for title in ("Pose of the dock", "Water and light", "Disturbances"):
+        opened.page.get_by_text(title, exact=True).click()
+
+
+def send(page, button, *files):
+    """Choose files, each a name and bytes, in the dialogue of an upload button."""
+    with page.page.expect_file_chooser() as chooser:
+        page.page.get_by_role("button", name=button).click()
+    kind = "image/png" if "picture" in button else "application/yaml"
+    chooser.value.set_files([{"name": name, "mimeType": kind, "buffer": data} for name, data in files])
+
+
+@pytest.mark.parametrize("name", KNOBS)
+def test_every_slider_of_the_scene_changes_it(page, name):
+    knob = KNOBS[name]
+    value = {"z": 140, "light": 4, "surface": 40}.get(
+        name, round(knob.limits.low + 0.6 * (knob.limits.high - knob.limits.low))
+    )
+    page.box(knob.label).fill(f"{value:g}")
+    page.until(lambda: page.app.view.is_stale and knob.get(page.app.view.scene) == pytest.approx(value, abs=1e-6))
+    page.until(lambda: "simulated scene" in page.status and page.box("Sample scene").input_value() == OWN_PICTURE)
+
+
+def test_simulated_dock_is_found_beside_its_truth(page):
+    page.box("Dock z (cm)").fill("140")
+    page.until(lambda: page.z_cm == pytest.approx(140, abs=1))
+    assert page.row_names()[-1] == "Truth"
+
+
+def test_water_psf_missing_lights_and_text(page):
+    page.choose("Water", "coastal")
+    page.until(lambda: float(page.box("Turbidity (0-1)").input_value()) == pytest.approx(2 / 3, abs=0.01))
+    page.box("Turbidity (0-1)").fill("0.5")
+    page.until(lambda: page.box("Water").input_value() == "(own mixture)")
+    page.choose("Spread of light", "gaussian")
+    page.until(lambda: page.app.view.scene.psf.model == "gaussian")
+    page.box("Missing lights").fill("0, 3")
+    page.until(lambda: page.app.view.scene.lights.missing == (0, 3))
+    page.box("Burnt-in text").fill("ROV <b>7")
+    page.until(lambda: [one.text for one in page.app.view.scene.texts] == ["ROV <b>7"])
+
+
+def test_water_too_far_for_its_model_is_refused_and_the_last_scene_stays(page):
+    page.choose("Water", "harbour")
+    page.choose("Spread of light", "hou")
+    page.until(lambda: page.app.view.scene.psf.model == "hou")
+    page.box("Dock z (cm)").fill("2000")
+    page.page.get_by_text("Hou's point spread function holds").first.wait_for()
+    page.until(lambda: page.app.view.scene.pose.position_m[2] < 20)
+
+
+def test_scene_is_saved_and_loaded(page, tmp_path):
+    page.box("Dock z (cm)").fill("130")
+    page.until(lambda: "130.0 cm ahead" in page.status or page.z_cm == pytest.approx(130, abs=1))
+    with page.page.expect_download() as download:
+        page.page.get_by_role("button", name="Save the scene").click()
+    download.value.save_as(tmp_path / "scene.yaml")
+    saved = (tmp_path / "scene.yaml").read_bytes()
+    assert yaml.safe_load(saved)["pose"]["position_m"][2] == 1.3
+    page.box("Dock z (cm)").fill("90")
+    page.until(lambda: page.z_cm == pytest.approx(90, abs=1))
+    send(page, "Load a scene", ("mine.yaml", saved))
+    page.until(lambda: page.z_cm == pytest.approx(130, abs=1))
+
+
+def test_simulates_with_the_camera_in_use(page):
+    page.box("fx (px)").fill("800")
+    page.until(lambda: page.app.view.camera.fx == 800)
+    page.tab("Source")
+    page.page.get_by_role("button", name="Use camera & dock in use").click()
+    page.until(lambda: page.app.view.scene.camera.fx == 800 and "simulated scene" in page.status)
+
+
+def test_several_pictures_at_once_and_turning_pages(page):
+    send(page, "Upload pictures", *[(f"{name}.png", sample_path(name).read_bytes()) for name in ("plain", "tilted")])
+    page.until(lambda: "Dock found in tilted.png" in page.status)
+    page.page.get_by_role("button", name="Previous").click()
+    page.until(lambda: "Dock found in plain.png" in page.status)
+    assert page.box("Uploaded").input_value() == "plain.png"
+    page.choose("Uploaded", "tilted.png")
+    page.until(lambda: "Dock found in tilted.png" in page.status)
+
+
+def test_dropped_pictures_are_taken(page):
+    data = list(sample_path("tilted").read_bytes())
+    page.page.evaluate(
+        """bytes => {
+            const files = new DataTransfer();
+            files.items.add(new File([new Uint8Array(bytes)], "dropped.png", {type: "image/png"}));
+            window.dispatchEvent(new DragEvent("drop", {dataTransfer: files, cancelable: true}));
+        }""",
+        data,
+    )
+    page.until(lambda: "Dock found in dropped.png" in page.status)
+
+
+def test_folder_of_this_machine(page):
+    assert page.box("Folder").input_value() == "."
+    page.choose("File", "tilted.png")
+    page.until(lambda: "Dock found in tilted.png" in page.status)
+    page.until(lambda: page.row_names()[-1] == "Truth")  # the YAML beside it tells it
+    page.page.get_by_role("button", name="Next").click()
+    page.until(lambda: page.app.view.item != "tilted.png")
+    assert page.app.view.list_name == "folder"
+    page.choose("Sample scene", "plain")
+    page.until(lambda: page.box("File").input_value() == NONE_CHOSEN)
+
+
+def huge():
+    return cv2.imencode(".png", np.zeros((20000, 20000), np.uint8))[1].tobytes()
+
+
+BAD = {
+    "text": ("Upload pictures", "notes.png", lambda: b"no pixels", "notes.png: is not a picture"),
+    "empty": ("Upload pictures", "empty.png", lambda: b"", "empty.png: the file is empty"),
+    "huge": ("Upload pictures", "huge.png", huge, "huge.png: the picture"),
+    "unknown key": ("Load a scene", "odd.yaml", lambda: sea(), "odd.yaml: Object contains unknown field `sea`"),
+    "no YAML": ("Load a scene", "odd.yaml", lambda: b"\x00\xff", "odd.yaml: is not a text file"),
+}
+
+
+def sea():
+    return sample_path("plain").with_suffix(".yaml").read_bytes() + b"sea: 3\n"
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_files_are_named_with_the_reason_and_change_nothing(page, case):
+    button, name, data, words = BAD[case]
+    before = page.app.view
+    send(page, button, (name, data()))
+    page.page.get_by_text(words).first.wait_for()
+    assert page.app.view is before
+    assert "Dock found in plain" in page.status
+
+
+def test_forty_files_at_once(page):
+    good = sample_path("tilted").read_bytes()
+    files = [(f"f{number}.png", good if number % 2 else b"junk") for number in range(40)]
+    send(page, "Upload pictures", *files)
+    page.until(lambda: "f39.png" in page.status, timeout_s=30)
+    assert [name for name in page.app._shelf.names() if name.startswith("f")] == [f"f{n}.png" for n in range(1, 40, 2)]
+    page.page.get_by_text("more) | f38.png: is not a picture").first.wait_for()

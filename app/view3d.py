@@ -1,9 +1,11 @@
-"""The scene between the panels: the camera with its image plane, and both poses of the dock, in metres."""
+"""The scene between the panels, in metres: the camera with its image plane, both poses, and known ones beside them."""
 
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,6 +13,7 @@ import viser
 from viser import transforms
 
 from app.annotate import POSE_COLOURS, POSE_NAMES, to_bgr8
+from app.known_docks import KnownDock, known_pose
 from app.reading import Reading
 from app.state import View
 from app.viewpoints import OVERVIEW, Extent, viewpoint
@@ -20,9 +23,14 @@ from pipeline.circle_pose import CirclePose
 PLANE_AT = 0.3  # of the way to the dock: near enough to the camera to belong to it, large enough to be seen
 NORMAL_LENGTH = 1.3  # radii, as in the annotated picture
 _TEXTURE_WIDTH_PX = 640
+_QUICK_TEXTURE_WIDTH_PX = 320  # where pictures follow each other faster than a browser can draw large ones
+_QUICK_S = 0.5
+# Okabe and Ito's bluish green and reddish purple.
+_TRUTH_COLOUR, _MEASURED_COLOUR = (0, 158, 115), (204, 121, 167)
 _GREY = (130, 130, 130)
 _AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
 _IMAGE_OPACITY = 0.7  # the docks behind it shine through, over their own lights when seen from the camera
+_DECIMETRES_FROM_M, _DECIMETRES_TO_M = 0.5, 4.0
 _CELLS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 
@@ -66,19 +74,23 @@ def pose_label(name: str, pose: CirclePose) -> str:
     return name if pose.probability is None else f"{name} {100 * pose.probability:.0f} %"
 
 
-def extent_of(found: Estimate) -> Extent:
-    """The box around the camera and both docks; a metre of water where there is no dock."""
+def extent_of(found: Estimate, *known: dict[str, Any] | None) -> Extent:
+    """The box around the camera and all docks, estimated and known; a metre of water where there is no dock."""
     radius = found.dock.radius
     points = [np.zeros(3)]
+    for pose in filter(None, map(known_pose, known)):
+        points += [pose[0] - radius, pose[0] + radius]
     for pose in found.candidates:
         points += [pose.position_m - radius, pose.position_m + radius]
-    if not found.candidates:
+    if len(points) == 1:
         points.append(np.array([0.0, 0.0, 1.0]))
     return Extent(np.min(points, axis=0), np.max(points, axis=0))
 
 
 def grid_cell_m(extent: Extent) -> float:
-    """Size of a grid square that puts about ten of them between the camera and the dock."""
+    """Size of a grid square: a decimetre at a tank's distances, elsewhere about ten to the dock."""
+    if _DECIMETRES_FROM_M <= extent.depth_m <= _DECIMETRES_TO_M:
+        return 0.1
     return next((cell for cell in _CELLS_M if cell >= extent.depth_m / 15), _CELLS_M[-1])
 
 
@@ -99,6 +111,8 @@ class View3D:
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
         self._pictured: np.ndarray | None = None
+        self._pictured_at_s = -math.inf
+        self._looked_at: str | None = None
         self.extent = Extent(np.zeros(3), np.ones(3))
         self.camera = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
         scene = server.scene
@@ -122,12 +136,15 @@ class View3D:
         self._edges = scene.add_line_segments("/camera/edges", no_lines, _GREY, thickness=1.5, thickness_units="screen")
         self._rays = scene.add_line_segments("/rays", no_lines, _GREY, thickness=0.8, thickness_units="screen")
         self._image: viser.ImageHandle | None = None
+        self._truth = KnownDock(scene, "truth", _TRUTH_COLOUR)
+        self._measured = KnownDock(scene, "measured", _MEASURED_COLOUR)
         self._poses = [self._pose_nodes(name, colour) for name, colour in zip(POSE_NAMES, POSE_COLOURS, strict=True)]
 
     def show(self, reading: Reading) -> None:
         """Draw what was found; called from the worker's thread."""
         found = reading.estimate
-        self.extent, self.camera = extent_of(found), found.camera
+        view = reading.view
+        self.extent, self.camera = extent_of(found, view.truth, view.measured), found.camera
         plane_z = PLANE_AT * self.extent.depth_m
         with self._server.atomic():
             plane_bottom = self._show_camera(reading.view, plane_z)
@@ -136,8 +153,11 @@ class View3D:
             self._rays.points = rays_to_lights(found)
             for index, nodes in enumerate(self._poses):
                 self._show_pose(nodes, index, found)
-        if self._pictured is not reading.view.image:
-            self._pictured = reading.view.image
+            self._truth.show(view.truth, found.dock.radius)
+            self._measured.show(view.measured, found.dock.radius)
+        self._pictured = view.image
+        if self._looked_at != view.source:  # while a simulated scene is changed the viewpoint stays
+            self._looked_at = view.source
             self.look_from_everywhere(OVERVIEW)
 
     def _pose_nodes(self, name: str, bgr: tuple[int, int, int]) -> _PoseNodes:
@@ -181,8 +201,11 @@ class View3D:
         """Draw the image plane, its edges and the axes; returns the lowest y of the plane."""
         width, height, middle = image_plane(view.camera, plane_z)
         if self._image is None or self._pictured is not view.image:
-            picture = to_bgr8(view.image)[:, :, ::-1]
-            self._image = self._server.scene.add_image("/camera/image", _translucent(picture), width, height)
+            now_s = time.monotonic()
+            is_quick, self._pictured_at_s = now_s - self._pictured_at_s < _QUICK_S, now_s
+            widest = _QUICK_TEXTURE_WIDTH_PX if is_quick else _TEXTURE_WIDTH_PX
+            texture = _translucent(to_bgr8(view.image)[:, :, ::-1], widest)
+            self._image = self._server.scene.add_image("/camera/image", texture, width, height)
         self._image.render_width, self._image.render_height = width, height
         self._image.position = middle
         corners = (
@@ -223,10 +246,10 @@ class View3D:
             self.look_from(client, name)
 
 
-def _translucent(picture: np.ndarray) -> np.ndarray:
-    """The picture at most 640 pixels wide, with an opacity."""
+def _translucent(picture: np.ndarray, widest_px: int) -> np.ndarray:
+    """The picture, at most so wide, with an opacity."""
     height, width = picture.shape[:2]
-    scale = min(1.0, _TEXTURE_WIDTH_PX / width)
+    scale = min(1.0, widest_px / width)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
     small = cv2.resize(np.ascontiguousarray(picture), size, interpolation=cv2.INTER_AREA)
     opacity = np.full((*small.shape[:2], 1), round(255 * _IMAGE_OPACITY), dtype=np.uint8)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline import Camera
 
-OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE = "Overview", "Camera", "Side", "Above"
+OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE = "Fit", "Camera", "Side", "Above"
 NAMES = (OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE)
 # Unit-free directions from the scene's middle to the eye; the camera frame's y points down. Straight above would leave
 # the eye without an up direction, so it stands a little aside.

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from app.known_docks import known_pose
 from app.reading import read_view
 from app.state import open_source, with_method
 from app.view3d import extent_of, grid_cell_m, image_plane, lights_on_ring, pose_label, rays_to_lights, ring_segments
@@ -83,6 +84,26 @@ def test_first_viewpoint_needs_no_browser_yet():
     assert np.isfinite(place.position).all()
 
 
-@pytest.mark.parametrize(("depth", "cell"), [(0.1, 0.01), (1.1, 0.1), (6.0, 0.5), (14.0, 1.0), (1000.0, 5.0)])
+@pytest.mark.parametrize(
+    ("depth", "cell"), [(0.1, 0.01), (1.1, 0.1), (3.0, 0.1), (6.0, 0.5), (14.0, 1.0), (1000.0, 5.0)]
+)
 def test_grid_squares_suit_the_distance(depth, cell):
     assert grid_cell_m(Extent(np.zeros(3), np.array([1, 1, depth]))) == cell
+
+
+def test_extent_holds_known_docks_too(found):
+    far = {"position_m": [0.0, 0.0, 9.0], "theta_x_deg": 0.0, "theta_y_deg": 0.0}
+    assert extent_of(found, far).depth_m == pytest.approx(9 + found.dock.radius)
+    assert extent_of(found, None).depth_m < 3
+
+
+def test_known_pose_faces_as_an_estimated_one_does(found):
+    pose = found.selected
+    told = pose.to_dict()
+    known = known_pose({key: told[key] for key in ("position_m", "theta_x_deg", "theta_y_deg")})
+    assert known is not None
+    position, rotation = known
+    np.testing.assert_allclose(position, pose.position_m)
+    np.testing.assert_allclose(-rotation[:, 2], pose.normal, atol=1e-9)
+    assert known_pose(None) is None
+    assert known_pose({"position_m": [0, 0, 1]}) is None

@@ -72,7 +72,7 @@ def estimate_sources(
             if json_file is not None:
                 write_line(json_file, line)
             if table is not None:
-                table.writerow(_row(line))
+                table.writerow(to_row(line))
             if folder is not None:
                 folder.write(picture.path, annotate(picture.image, found))
             if outputs.none_asked:
@@ -109,7 +109,7 @@ class _Watched:
         return found
 
 
-def _row(line: dict[str, Any]) -> dict[str, Any]:
+def to_row(line: dict[str, Any]) -> dict[str, Any]:
     """One row of the table from one JSON object."""
     threshold = line["threshold"] or {}
     row: dict[str, Any] = {

@@ -16,6 +16,7 @@ from app.panels import Panel, Uploader
 from app.panels.camera import CameraPanel
 from app.panels.compare import ComparePanel
 from app.panels.detect import DetectPanel
+from app.panels.export import ExportPanel
 from app.panels.masks import MasksPanel
 from app.panels.picture import PicturePanel
 from app.panels.pose import PosePanel
@@ -144,6 +145,7 @@ class App:
     def stop(self) -> None:
         """End the worker and the server."""
         self._compare.close()
+        self._export.close()
         self._worker.close()
         with silence():
             self._server.stop()
@@ -182,6 +184,9 @@ class App:
             panels += [DetectPanel(gui, self.change), MasksPanel(gui, self.change)]
         with tabs.add_tab("Pose", viser.Icon.AXIS_X):
             panels.append(PosePanel(gui, self.change))
+        with tabs.add_tab("Export", viser.Icon.DOWNLOAD):
+            self._export = ExportPanel(gui, self._on_error)
+        panels.append(self._export)
         panels.append(ViewpointPanel(gui, self._scene))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)

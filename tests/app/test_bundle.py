@@ -1,0 +1,85 @@
+import csv
+import io
+import json
+import zipfile
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from app.bundle import bundle, bundle_name
+from app.choices import MEASURED_LIMITS, with_measured
+from app.reading import read_view
+from app.state import open_source, with_min_area
+from app.task import CancelledError, Progress
+from pipeline import Settings
+
+
+@pytest.fixture(scope="module")
+def reading():
+    return read_view(open_source(None, None, None))
+
+
+def files_of(reading, **options):
+    data = bundle(reading, Progress(lambda share: None), **options)
+    archive = zipfile.ZipFile(io.BytesIO(data))
+    return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_all_files_agree(reading):
+    files = files_of(reading)
+    assert set(files) == {"annotated.png", "result.json", "result.csv", "settings.yaml", "montage.png"}
+    picture = cv2.imdecode(np.frombuffer(files["annotated.png"], np.uint8), cv2.IMREAD_COLOR)
+    np.testing.assert_array_equal(picture, reading.annotated)
+    line = json.loads(files["result.json"])
+    (row,) = csv.DictReader(io.StringIO(files["result.csv"].decode()))
+    assert float(row["a_z_m"]) == line["candidates"][0]["position_m"][2]
+    assert (line["source"], row["source"]) == ("plain", "plain")
+    settings = yaml.safe_load(files["settings.yaml"])
+    assert settings["settings"]["method"] == "hats"
+    assert settings["dock"]["diameter_m"] == reading.view.dock.diameter
+    assert settings["camera"]["width_px"] == 640
+    assert set(settings["settings"]) == {field for field in Settings.__struct_fields__}
+
+
+def test_without_montage_and_without_a_dock(reading):
+    nothing = read_view(with_min_area(reading.view, 999))
+    files = files_of(nothing, with_montage=False)
+    assert "montage.png" not in files
+    assert json.loads(files["result.json"])["status"] != "ok"
+
+
+def test_measured_pose_goes_along(reading):
+    view = with_measured(reading.view, dict(zip(MEASURED_LIMITS, (1, 2, 3, 4, 5), strict=True)))
+    files = files_of(read_view(view), with_montage=False)
+    assert yaml.safe_load(files["settings.yaml"])["measured"]["theta_y_deg"] == 5
+
+
+def test_can_be_cancelled(reading):
+    progress = Progress(lambda share: None)
+    progress.stop()
+    with pytest.raises(CancelledError):
+        bundle(reading, progress)
+
+
+@pytest.mark.parametrize(
+    ("source", "name"),
+    [
+        ("plain", "dockpose_plain.zip"),
+        ("tank 7.png", "dockpose_tank_7.zip"),
+        ("../../etc/passwd", "dockpose_passwd.zip"),
+        ("<img>.png", "dockpose_img.zip"),
+        ("", "dockpose_picture.zip"),
+        ("x" * 500, f"dockpose_{'x' * 60}.zip"),
+    ],
+)
+def test_name_suits_every_file_system(source, name):
+    assert bundle_name(source) == name
+
+
+def test_source_that_is_markup_stays_text(reading):
+    view = replace(reading.view, source="a: [b\n- c")
+    files = files_of(read_view(view), with_montage=False)
+    assert yaml.safe_load(files["settings.yaml"])["source"] == "a: [b\n- c"

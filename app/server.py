@@ -179,7 +179,8 @@ class App:
             self._source = SourcePanel(gui, self.change, self._shelf, self._root)
             simulator = SimulatorPanel(gui, self.change)
         with tabs.add_tab("Camera & dock", viser.Icon.CAMERA):
-            panels += [self._source, simulator, CameraPanel(gui, self.change)]
+            camera = CameraPanel(gui, self.change)
+            panels += [self._source, simulator, camera]
         with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
             panels += [DetectPanel(gui, self.change), MasksPanel(gui, self.change)]
         with tabs.add_tab("Pose", viser.Icon.AXIS_X):
@@ -199,7 +200,7 @@ class App:
         panels.append(self._compare)
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)
-        self._uploaders += [self._source, simulator]
+        self._uploaders += [self._source, simulator, camera]
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Give a browser that just came what it has for itself."""

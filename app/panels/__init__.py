@@ -6,6 +6,7 @@ a result. What a person does in it goes out as a function from the present view 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -63,6 +64,7 @@ def add_slider(gui: viser.GuiApi, label: str, hint: str) -> viser.GuiSliderHandl
 
 
 def set_slider(slider: viser.GuiSliderHandle[float], limits: Limits, value: float) -> None:
-    """Set range and value of a slider; its box shows one decimal."""
-    slider.min, slider.max, slider.step, slider.precision = limits.low, limits.high, limits.step, 1
+    """Set range and value of a slider; its box shows as many decimals as its steps have, at least one."""
+    decimals = max(1, math.ceil(-math.log10(limits.step)))
+    slider.min, slider.max, slider.step, slider.precision = limits.low, limits.high, limits.step, decimals
     slider.value = round(value, 4)

@@ -1,11 +1,31 @@
-"""The camera's intrinsics and the dock's size: what turns pixels into metres."""
+"""The camera and the dock's size: what turns pixels into metres."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from html import escape
 from typing import Any
 
 import viser
 
+from app.optics import (
+    COEFFICIENTS,
+    OTHER_INDEX,
+    PORT_LIMITS,
+    WATERS,
+    WINDOWS,
+    camera_file,
+    coefficient_limits,
+    coefficients_of,
+    field_of_view_sentence,
+    index_name,
+    with_camera_file,
+    with_coefficient,
+    with_default_values,
+    with_focal,
+    with_port,
+    with_port_value,
+)
 from app.panels import Change, add_slider, on_change, set_slider
 from app.reading import Reading
 from app.state import (
@@ -19,6 +39,8 @@ from app.state import (
     with_intrinsic,
     with_lights,
 )
+from app.uploads import ClientUploads
+from pipeline.camera_files import FORMATS
 
 _HINTS = {
     "fx": "Focal length in pixels, horizontally. Larger: a narrower view, so the dock is taken to be further away.",
@@ -26,52 +48,185 @@ _HINTS = {
     "cx": "Where the optical axis meets the picture, in pixels from the left. Usually near the middle.",
     "cy": "Where the optical axis meets the picture, in pixels from the top. Usually near the middle.",
 }
+_COEFFICIENT_HINTS = {
+    "k1": "Barrel (below 0) or pincushion (above 0) distortion; no unit.",
+    "k2": "Distortion that grows with the fourth power of the distance from the middle; no unit.",
+    "p1": "Lens tilted against the sensor, up and down; no unit.",
+    "p2": "Lens tilted against the sensor, sideways; no unit.",
+    "k3": "Distortion that grows with the sixth power of the distance from the middle; no unit.",
+}
+_SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
 
 
 class CameraPanel:
-    """Sliders with typed values for fx, fy, cx, cy and the dock's diameter, and the number of lights."""
+    """Sliders with typed values for lens, port and dock; camera files are loaded and saved."""
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
-        with gui.add_folder("Camera and dock"):
-            self._intrinsics = {name: add_slider(gui, f"{name} (px)", _HINTS[name]) for name in INTRINSICS}
-            self._diameter = add_slider(
-                gui,
-                "Diameter (cm)",
-                "Of the dock: the circle through the middles of the lights, measured on the dock.",
-            )
-            self._lights = gui.add_number(
-                "Number of lights",
-                0,
-                min=0,
-                max=MAX_LIGHTS,
-                step=1,
-                hint="How many lights the dock has, evenly spaced. 0: not known; the lights seen are taken to be all.",
-            )
-            given = gui.add_button(
-                "Back to the given values",
-                icon=viser.Icon.ARROW_BACK_UP,
-                hint="Camera and dock as they came with this picture.",
-            )
-        for name, slider in self._intrinsics.items():
-            on_change(slider, change, _set_intrinsic(name, slider))
-        on_change(self._diameter, change, lambda view: with_diameter_cm(view, self._diameter.value))
-        on_change(self._lights, change, lambda view: with_lights(view, self._lights.value))
+        self._change = change
+        self._area = gui.add_folder("Camera and dock")
+        with self._area:
+            self._add_dock(gui)
+            self._add_intrinsics(gui)
+            with gui.add_folder("Lens distortion", expand_by_default=False):
+                self._coefficients = [add_slider(gui, name, _COEFFICIENT_HINTS[name]) for name in COEFFICIENTS]
+            with gui.add_folder("Port and water", expand_by_default=False):
+                self._add_port(gui)
+            self._field = gui.add_html("")
+            self._add_buttons(gui)
+        for index, slider in enumerate(self._coefficients):
+            on_change(slider, change, _set(with_coefficient, index, slider))
 
-        @given.on_click
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None:
-                change(with_given_values, event.client, reload=True)
+    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+        """Give one browser its button to load a camera file."""
+        with self._area:
+            button = client.gui.add_upload_button(
+                "Load a camera file",
+                icon=viser.Icon.UPLOAD,
+                mime_type=".yaml,.yml",
+                hint="ROS camera_info, OpenCV FileStorage, or our own, as YAML.",
+            )
+
+        def take(data: bytes, name: str) -> None:
+            self._change(lambda view: with_camera_file(view, data, name), client, reload=True)
+
+        uploads.receive(button, take)
 
     def load(self, view: View) -> None:
         """Set the sliders' ranges and values."""
         for name, limits in intrinsic_limits(view).items():
             set_slider(self._intrinsics[name], limits, getattr(view.camera, name))
+        if view.camera.fx != view.camera.fy:
+            self._lock.value = False
+        numbers = zip(self._coefficients, coefficient_limits(view), coefficients_of(view.camera), strict=True)
+        for slider, limits, number in numbers:
+            set_slider(slider, limits, number)
+        self._load_port(view)
         set_slider(self._diameter, diameter_limits_cm(view), 100 * view.dock.diameter)
         self._lights.value = view.dock.lights or 0
 
     def show(self, reading: Reading) -> None:
-        """Nothing here depends on the result."""
+        """Say how much the camera sees."""
+        self._field.content = f'<div style="{_SMALL}">{escape(field_of_view_sentence(reading.view.camera))}</div>'
+
+    def _add_dock(self, gui: viser.GuiApi) -> None:
+        self._diameter = add_slider(
+            gui, "Diameter (cm)", "Of the dock: the circle through the middles of the lights, measured on the dock."
+        )
+        self._lights = gui.add_number(
+            "Number of lights",
+            0,
+            min=0,
+            max=MAX_LIGHTS,
+            step=1,
+            hint="How many lights the dock has, evenly spaced. 0: not known; the lights seen are taken to be all.",
+        )
+        on_change(self._diameter, self._change, lambda view: with_diameter_cm(view, self._diameter.value))
+        on_change(self._lights, self._change, lambda view: with_lights(view, self._lights.value))
+
+    def _add_intrinsics(self, gui: viser.GuiApi) -> None:
+        self._intrinsics = {name: add_slider(gui, f"{name} (px)", _HINTS[name]) for name in INTRINSICS}
+        self._lock = gui.add_checkbox(
+            "Lock fx = fy", False, hint="Pixels of nearly all cameras are square: moving one focal length moves both."
+        )
+        for name in ("fx", "fy"):
+            on_change(self._intrinsics[name], self._change, self._with_focal(name))
+        for name in ("cx", "cy"):
+            on_change(self._intrinsics[name], self._change, _set(with_intrinsic, name, self._intrinsics[name]))
+        on_change(self._lock, self._change, self._with_lock, reload=True)
+
+    def _add_port(self, gui: viser.GuiApi) -> None:
+        self._port = gui.add_checkbox(
+            "Flat port",
+            False,
+            hint="The camera was calibrated in air and looks through a flat window. Off: calibrated in the water, or "
+            "behind a dome.",
+        )
+        self._lengths = {
+            "air_gap_m": add_slider(gui, "Air gap (mm)", "From the lens's centre of projection to the window."),
+            "glass_m": add_slider(gui, "Window (mm)", "Thickness of the window."),
+        }
+        self._indices = {
+            "glass_index": (add_slider(gui, "Window index", "Refractive index of the window; no unit."), WINDOWS),
+            "water_index": (add_slider(gui, "Water index", "Refractive index of the water; no unit."), WATERS),
+        }
+        self._names = {
+            "glass_index": gui.add_dropdown("Window of", (*WINDOWS, OTHER_INDEX), hint="Sets the window's index."),
+            "water_index": gui.add_dropdown("Water is", (*WATERS, OTHER_INDEX), hint="Sets the water's index."),
+        }
+        on_change(self._port, self._change, lambda view: with_port(view, self._port.value), reload=True)
+        for name, slider in self._lengths.items():
+            on_change(slider, self._change, _set(with_port_value, name, slider))
+        for name, (slider, _) in self._indices.items():
+            on_change(slider, self._change, _set(with_port_value, name, slider), reload=True)
+            on_change(self._names[name], self._change, self._with_named_index(name), reload=True)
+
+    def _add_buttons(self, gui: viser.GuiApi) -> None:
+        given = gui.add_button(
+            "Back to the given values",
+            icon=viser.Icon.ARROW_BACK_UP,
+            hint="Camera and dock as they came with this picture, or from the camera file.",
+        )
+        default = gui.add_button(
+            "Back to the default", icon=viser.Icon.RESTORE, hint="A camera of 60 degrees and a dock of 30 cm."
+        )
+        self._format = gui.add_dropdown(
+            "Camera file as", FORMATS, hint="dockpose holds everything; ros and opencv have no place for a port."
+        )
+        save = gui.add_button("Save the camera", icon=viser.Icon.DOWNLOAD, hint="The camera as it stands here.")
+        _on_click(given, lambda client: self._change(with_given_values, client, reload=True))
+        _on_click(default, lambda client: self._change(with_default_values, client, reload=True))
+        _on_click(save, lambda client: self._change(self._saver(client), client))
+
+    def _load_port(self, view: View) -> None:
+        port = view.camera.port
+        self._port.value = port is not None
+        handles = [*self._lengths.values(), *(slider for slider, _ in self._indices.values()), *self._names.values()]
+        for handle in handles:
+            handle.disabled = port is None
+        if port is None:
+            return
+        for name, slider in self._lengths.items():
+            set_slider(slider, PORT_LIMITS[name], 1000 * getattr(port, name))
+        for name, (slider, names) in self._indices.items():
+            set_slider(slider, PORT_LIMITS[name], getattr(port, name))
+            self._names[name].value = index_name(names, getattr(port, name))
+
+    def _with_focal(self, name: str) -> Callable[[View], View]:
+        def set_focal(view: View) -> View:
+            changed = with_focal(view, name, self._intrinsics[name].value, both=bool(self._lock.value))
+            other = "fy" if name == "fx" else "fx"
+            value = round(getattr(changed.camera, other), 4)
+            if self._lock.value and self._intrinsics[other].value != value:
+                self._intrinsics[other].value = value
+            return changed
+
+        return set_focal
+
+    def _with_lock(self, view: View) -> View:
+        return with_focal(view, "fx", view.camera.fx, both=True) if self._lock.value else view
+
+    def _with_named_index(self, name: str) -> Callable[[View], View]:
+        def set_index(view: View) -> View:
+            index = self._indices[name][1].get(self._names[name].value)
+            return view if index is None or view.camera.port is None else with_port_value(view, name, index)
+
+        return set_index
+
+    def _saver(self, client: viser.ClientHandle) -> Callable[[View], View]:
+        def save(view: View) -> View:
+            content = camera_file(view.camera, self._format.value)
+            client.send_file_download("camera.yaml", content, save_immediately=True)
+            return view
+
+        return save
 
 
-def _set_intrinsic(name: str, slider: viser.GuiSliderHandle[float]) -> Any:
-    return lambda view: with_intrinsic(view, name, slider.value)
+def _on_click(button: viser.GuiButtonHandle, act: Callable[[viser.ClientHandle], None]) -> None:
+    @button.on_click
+    def _(event: viser.GuiEvent[Any]) -> None:
+        if event.client is not None:
+            act(event.client)
+
+
+def _set(function: Callable[[View, Any, Any], View], name: Any, slider: Any) -> Callable[[View], View]:
+    return lambda view: function(view, name, slider.value)

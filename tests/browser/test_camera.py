@@ -1,0 +1,88 @@
+import pytest
+import yaml
+
+from app.optics import COEFFICIENTS, camera_file
+from pipeline import Camera
+from tests.browser.test_source import send
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module", autouse=True)
+def unfolded(opened):
+    opened.tab("Camera & dock")
+    for title in ("Lens distortion", "Port and water"):
+        opened.page.get_by_text(title, exact=True).click()
+
+
+@pytest.mark.parametrize("name", ["fx", "fy", "cx", "cy"])
+def test_intrinsics(page, name):
+    page.box(f"{name} (px)").fill("333.5")
+    page.until(lambda: getattr(page.app.view.camera, name) == 333.5)
+
+
+def test_locked_focal_lengths_move_together(page):
+    page.tab("Camera & dock")
+    page.page.get_by_label("Lock fx = fy").check()
+    page.box("fy (px)").fill("650")
+    page.until(lambda: page.app.view.camera.fx == page.app.view.camera.fy == 650)
+    page.until(lambda: float(page.box("fx (px)").input_value()) == 650)
+    page.page.get_by_label("Lock fx = fy").uncheck()
+
+
+@pytest.mark.parametrize("index", range(5), ids=COEFFICIENTS)
+def test_distortion(page, index):
+    page.box(COEFFICIENTS[index]).fill("0.05")
+    page.until(lambda: page.app.view.camera.distortion[index : index + 1] == (0.05,))
+
+
+def test_port_and_water(page):
+    page.tab("Camera & dock")
+    z_without = page.z_cm
+    page.page.get_by_label("Flat port").check()
+    page.until(lambda: page.app.view.camera.port is not None and page.box("Air gap (mm)").is_enabled())
+    page.until(lambda: page.z_cm != z_without)
+    page.page.get_by_text("high in the water").wait_for()
+    for label, name, value in [("Air gap (mm)", "air_gap_m", 35), ("Window (mm)", "glass_m", 12)]:
+        page.box(label).fill(str(value))
+        page.until(lambda: getattr(page.app.view.camera.port, name) == pytest.approx(value / 1000))  # noqa: B023
+    page.choose("Window of", "acrylic")
+    page.until(lambda: page.box("Window index").input_value() == "1.491")
+    page.box("Window index").fill("1.6")
+    page.until(lambda: page.app.view.camera.port.glass_index == 1.6)
+    page.box("Water index").fill("1.34")
+    page.until(lambda: page.app.view.camera.port.water_index == 1.34)
+    page.choose("Water is", "fresh water")
+    page.until(lambda: page.app.view.camera.port.water_index == 1.333)
+    page.page.get_by_label("Flat port").uncheck()
+    page.until(lambda: page.app.view.camera.port is None)
+
+
+def test_camera_is_saved_and_loaded(page, tmp_path):
+    page.box("fx (px)").fill("812")
+    page.until(lambda: page.app.view.camera.fx == 812)
+    page.choose("Camera file as", "ros")
+    with page.page.expect_download() as download:
+        page.page.get_by_role("button", name="Save the camera").click()
+    download.value.save_as(tmp_path / "camera.yaml")
+    saved = (tmp_path / "camera.yaml").read_bytes()
+    assert yaml.safe_load(saved)["camera_matrix"]["data"][0] == 812
+    page.page.get_by_role("button", name="Back to the default").click()
+    page.until(lambda: page.app.view.camera.fx < 600)
+    send(page, "Load a camera file", ("mine.yaml", saved))
+    page.until(lambda: page.box("fx (px)").input_value() == "812")
+
+
+def test_camera_of_another_size_is_named_and_changes_nothing(page):
+    page.tab("Camera & dock")
+    before = page.app.view
+    other = camera_file(Camera(700, 700, 300, 300, 600, 600), "dockpose")
+    send(page, "Load a camera file", ("square.yaml", other))
+    page.page.get_by_text("square.yaml: the image is 640 x 480").first.wait_for()
+    assert page.app.view is before
+
+
+def test_number_of_lights(page):
+    page.tab("Camera & dock")
+    page.page.get_by_label("Number of lights").fill("8")
+    page.until(lambda: page.app.view.dock.lights == 8)

@@ -1,0 +1,170 @@
+import io
+import re
+import zipfile
+
+import pytest
+
+from app.compare_command import COMPARED
+from tests.browser.conftest import THROTTLE_S
+
+pytestmark = pytest.mark.browser
+
+
+def press(page, name):
+    button = page.page.get_by_role("button", name=name, exact=True)
+    page.reveal(button)
+    button.click()
+    page.page.wait_for_timeout(1000 * THROTTLE_S)
+
+
+def line(page):
+    return page.page.locator("#status-line").inner_text()
+
+
+def test_status_line_is_in_view_and_says_what_to_try(page):
+    assert re.fullmatch(r"10 lights \| HATS level \d+ \| pose A 100 %, 1\.\d{3} m ± .* \| [\d.]+ ms", line(page))
+    page.box("Min. area (px)").fill("100")
+    page.until(lambda: "no pose" in line(page))
+    assert "Try " in page.status
+    place = page.page.locator("#status-line").bounding_box()
+    assert place["y"] + place["height"] <= 768
+
+
+def test_threshold_tab_has_its_own_picture_and_pictures_can_be_enlarged(page):
+    pictures = page.page.locator("img[src^=blob]")
+    page.until(lambda: pictures.first.is_visible())
+    annotated = pictures.first.get_attribute("src")
+    page.tab("Threshold")
+    page.until(lambda: any(one.is_visible() and one.get_attribute("src") != annotated for one in pictures.all()))
+    page.page.get_by_text("Green in a circle").wait_for()
+    shown = page.page.locator("img[src^=blob]:visible").first
+    small = shown.bounding_box()["width"]
+    shown.hover()
+    shown.locator("xpath=..//button").click()
+    dialog = page.page.get_by_role("dialog").locator("img")
+    page.until(lambda: dialog.is_visible() and dialog.bounding_box()["width"] > small)
+    page.page.keyboard.press("Escape")
+    dialog.wait_for(state="hidden")
+
+
+def test_minimum_area_throws_small_groups_out_and_says_so(page):
+    page.box("Level (0-255)").fill("150")
+    page.until(lambda: page.app.view.settings.method == "fixed")
+    page.box("Min. area (px)").fill("100")
+    page.until(lambda: page.app.view.settings.min_area_px == 100)
+    page.page.get_by_text("below 100 px ignored").wait_for(timeout=5000)
+
+
+def test_kind_of_centre(page):
+    page.choose("Centre of a light", "Middle of the pixels kept")
+    page.until(lambda: page.app.view.settings.centroid == "binary")
+    page.choose("Centre of a light", "Weighed by brightness")
+    page.until(lambda: page.app.view.settings.centroid == "grey")
+
+
+def test_masks_are_added_and_removed(page):
+    page.tab("Detect")
+    folder = page.page.get_by_text("Masks: parts not looked at")
+    folder.click()
+    for label, values in (("Left, top (px)", ("0", "10")), ("Width, height (px)", ("640", "470"))):
+        for index, value in enumerate(values):
+            page.box(label).nth(index).fill(value)
+            page.page.wait_for_timeout(1000 * THROTTLE_S)
+    press(page, "Add this mask")
+    page.until(lambda: page.app.view.settings.masks == ((0, 10, 640, 470),))
+    page.until(lambda: "no pose" in line(page))
+    page.page.get_by_text("1 mask hides a part of the picture").wait_for()
+    assert page.box("Mask").input_value() == "1: 640 × 470 px at (0, 10)"
+    press(page, "Remove this mask")
+    page.until(lambda: page.app.view.settings.masks == () and "pose A" in line(page))
+    press(page, "Add this mask")
+    page.until(lambda: len(page.app.view.settings.masks) == 1)
+    press(page, "Remove all masks")
+    page.until(lambda: page.app.view.settings.masks == () and page.box("Mask").input_value() == "(no mask)")
+    folder.click()
+
+
+def test_choice_is_overruled_by_hand_and_given_back(page):
+    page.tab("Pose")
+    page.page.get_by_text("counts as decided").wait_for()
+    press(page, "B")
+    page.until(lambda: "pose B (by hand)" in line(page))
+    assert page.row_names() == ["○ A", "● B, chosen", "Truth"]
+    press(page, "The program's")
+    page.until(lambda: "pose A 100 %" in line(page))
+
+
+def test_measured_pose_stands_beside_the_estimated_one(page):
+    page.tab("Pose")
+    page.page.get_by_label("Compare with a measured pose").click()
+    numbers = {"Measured x (cm)": 6, "Measured y (cm)": -4, "Measured z (cm)": 100}
+    numbers |= {"Measured θx (°)": 5, "Measured θy (°)": -11}
+    for label, value in numbers.items():
+        page.box(label).fill(str(value))
+        page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.until(lambda: (page.app.view.measured or {}).get("theta_y_deg") == -11)
+    assert page.app.view.measured["position_m"] == pytest.approx([0.06, -0.04, 1.0])
+    cells = page.page.locator("#errors-measured tbody tr").first.locator("td")
+    page.until(lambda: float(cells.nth(3).inner_text()) == pytest.approx(10.0, abs=0.2))
+    page.until(lambda: page.row_names()[-1] == "Measured")
+    page.page.get_by_label("Compare with a measured pose").click()
+    page.until(lambda: page.app.view.measured is None)
+
+
+def test_coloured_lights_are_also_solved_point_by_point(page):
+    page.choose("Sample scene", "colour_ring")
+    page.until(lambda: "Dock found in colour_ring" in page.status)
+    page.tab("Pose")
+    page.until(lambda: page.page.locator("#peers tbody tr").count() == 4)
+    assert "EPnP" in page.page.locator("#peers").inner_text()
+
+
+def test_methods_are_compared_when_asked_and_one_taken_over(page):
+    page.tab("Compare")
+    page.page.get_by_text("It is not done while sliders move").wait_for()
+    press(page, "Compare all methods")
+    rows = page.page.locator("#methods tbody tr")
+    page.until(lambda: rows.count() == len(COMPARED))
+    assert rows.first.locator("td").first.inner_text() == "HATS"
+    assert "cm" in rows.first.locator("td").last.inner_text()
+    press(page, "Otsu")
+    page.until(lambda: page.app.view.settings.method == "otsu")
+    page.page.get_by_text("have changed since").wait_for()
+    page.until(lambda: page.box("Threshold by").input_value() == "Otsu")
+
+
+def test_level_is_swept_and_a_sweep_can_be_stopped(page):
+    page.tab("Compare")
+    press(page, "Sweep the level")
+    page.page.locator("#sweep").wait_for(timeout=30_000)
+    assert "true centre" in page.page.locator("#sweep").inner_text()
+    stop = page.page.get_by_role("button", name="Stop", exact=True)
+    page.until(lambda: not stop.is_visible())
+    page.page.get_by_role("button", name="Sweep the level", exact=True).click()
+    stop.click()
+    page.until(lambda: not stop.is_visible())
+
+
+def test_everything_is_saved_in_one_file(page):
+    page.tab("Export")
+    page.page.get_by_label("With the montage of all methods").click()
+    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    for montage in (False, True):
+        with page.page.expect_download() as download:
+            press(page, "Save all as one ZIP file")
+        assert download.value.suggested_filename == "dockpose_plain.zip"
+        names = zipfile.ZipFile(io.BytesIO(download.value.path().read_bytes())).namelist()
+        assert {"annotated.png", "result.json", "result.csv", "settings.yaml"} <= set(names)
+        assert ("montage.png" in names) == montage
+        if not montage:
+            page.page.get_by_label("With the montage of all methods").click()
+            page.page.wait_for_timeout(1000 * THROTTLE_S)
+
+
+def test_scene_is_seen_from_the_side_and_fitted_again(page):
+    (client,) = page.app._server.get_clients().values()
+    page.page.get_by_text("Side", exact=True).click()
+    page.until(lambda: client.camera.position[0] > 0.5)
+    side = client.camera.position.copy()
+    page.page.get_by_text("Fit", exact=True).click()
+    page.until(lambda: abs(client.camera.position - side).max() > 0.2)

@@ -25,6 +25,8 @@ _STRICT_ROUNDS = 3
 _SMALLEST_RADIUS_PX = 3.0
 # With fewer than eight in ten corners, the lights must lie within so much of their places, root mean square, and the
 # brightest be no more than so many times as bright as the dimmest.
+# With fewer than about two in three, or where their number is not known, they must be so many times better than that.
+_FEW, _DOUBT_OF_FEW, _DOUBT_OF_NUMBER = 0.65, 4.0, 2.5
 _NEARLY_COMPLETE, _EXACT_PX, _EXACT_OF_RADIUS, _MUCH_ALIKE = 0.8, 0.35, 0.008, 25.0
 _NARROWEST = 0.12  # of the ellipse's axes
 _PERSPECTIVE_MARGIN = 1.5  # focal lengths are not always well known
@@ -69,7 +71,7 @@ def find_polygon(points_px: np.ndarray, brightness: np.ndarray, sides: int | Non
         found = [polygon for polygon in _polygons(points, sides, focal_px) if _is_proof(polygon, brightness)]
     else:
         tried = (polygon for number in _USUAL_NUMBERS for polygon in _polygons(points, number, focal_px))
-        found = [polygon for polygon in tried if _is_nearly_complete(polygon) and _is_exact(polygon, brightness, 2.5)]
+        found = [polygon for polygon in tried if _is_nearly_complete(polygon) and _is_exact(polygon, brightness, _DOUBT_OF_NUMBER)]
     best = _best(found, brightness)
     if best is not None:
         on_ring[chosen[best.members]] = True
@@ -85,13 +87,14 @@ def _polygons(points: np.ndarray, sides: int, focal_px: float) -> list[_Polygon]
 
 
 def least_corners(sides: int) -> int:
-    """How many corners are proof of a ring among other points: all of up to five, of more five and two in three."""
-    return sides if sides <= 5 else max(5, math.ceil(0.65 * sides))
+    """How many corners can be proof of a ring among other points: all of up to five, of more five and over half."""
+    return sides if sides <= 5 else max(5, math.ceil(0.55 * sides))
 
 
 def _is_proof(polygon: _Polygon, brightness: np.ndarray) -> bool:
     """Whether a polygon is more than chance: nearly complete, or else exact and of lights that are much alike."""
-    return _is_nearly_complete(polygon) or _is_exact(polygon, brightness)
+    few = len(polygon.members) < _FEW * len(polygon.corners)
+    return _is_nearly_complete(polygon) or _is_exact(polygon, brightness, _DOUBT_OF_FEW if few else 1.0)
 
 
 def _is_nearly_complete(polygon: _Polygon) -> bool:
@@ -101,8 +104,9 @@ def _is_nearly_complete(polygon: _Polygon) -> bool:
 def _is_exact(polygon: _Polygon, brightness: np.ndarray, doubt: float = 1.0) -> bool:
     """Whether the lights lie where they should and are much alike, each ``doubt`` times as well as is usually asked."""
     spread = brightness[polygon.members].max() / max(float(brightness[polygon.members].min()), 1e-9)
-    exact = max(_EXACT_PX, _EXACT_OF_RADIUS * polygon.radius_px)
-    return bool(spread < _MUCH_ALIKE / doubt and polygon.rms_px <= exact / doubt)
+    # Chance finds large rings more easily than small ones: doubt counts twice for what may grow with the radius.
+    exact = max(_EXACT_PX / doubt, _EXACT_OF_RADIUS * polygon.radius_px / doubt**2)
+    return bool(spread < _MUCH_ALIKE / doubt and polygon.rms_px <= exact)
 
 
 def _grow_all(points: np.ndarray, tree: KDTree, sides: int, stride: int, focal_px: float) -> list[_Polygon]:

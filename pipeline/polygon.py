@@ -71,7 +71,8 @@ def find_polygon(points_px: np.ndarray, brightness: np.ndarray, sides: int | Non
         found = [polygon for polygon in _polygons(points, sides, focal_px) if _is_proof(polygon, brightness)]
     else:
         tried = (polygon for number in _USUAL_NUMBERS for polygon in _polygons(points, number, focal_px))
-        found = [polygon for polygon in tried if _is_nearly_complete(polygon) and _is_exact(polygon, brightness, _DOUBT_OF_NUMBER)]
+        whole = [polygon for polygon in tried if _is_nearly_complete(polygon)]
+        found = [polygon for polygon in whole if _is_exact(polygon, brightness, _DOUBT_OF_NUMBER)]
     best = _best(found, brightness)
     if best is not None:
         on_ring[chosen[best.members]] = True

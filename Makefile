@@ -38,6 +38,8 @@ $(VENV)/.made:
 
 $(VENV)/.installed: $(VENV)/.made pyproject.toml
 	$(PIP) --editable .
+	@# Compiles the loops over pixels once, so that the first page need not wait for that.
+	$(BIN)/dockpose estimate sample_images/plain.png
 	touch $@
 
 # pycalib-simple asks for another build of OpenCV that would overwrite ours; the part that we compare with needs none.

@@ -193,6 +193,8 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def _options(arguments: argparse.Namespace) -> Options:
+    from app.memory import config_folder
+
     megabytes, folder = arguments.upload_limit_mb, arguments.folder
     if not 0 < megabytes < 1e6:
         raise UsageError(f"--upload-limit-mb is {megabytes:g}; it must be above 0 and below a million")
@@ -202,6 +204,7 @@ def _options(arguments: argparse.Namespace) -> Options:
         allow_hosts=tuple(arguments.allow_host),
         folder=None if folder is None else folder.resolve(),
         upload_limit_bytes=round(megabytes * 2**20),
+        remember_in=config_folder(),
     )
 
 

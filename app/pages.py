@@ -32,6 +32,12 @@ def own_pages() -> dict[str, Page]:
     }
 
 
+def help_body() -> str:
+    """The inside of the help page, to be shown within another page."""
+    html = static_path("help.html").read_text(encoding="utf-8")
+    return html[html.index("<main>") : html.index("</main>") + len("</main>")]
+
+
 def with_script(html: str) -> str:
     """Put our script at the end of a page's head."""
     place = html.index("</head>")

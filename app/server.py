@@ -5,10 +5,13 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 
 import viser
 
 from app.guard import LOOPBACK_NAMES, Guard, accept_values_only
+from app.history import History
+from app.memory import Memory
 from app.notices import Colour, Notices
 from app.opening import open_server, silence
 from app.options import DEFAULTS, Options
@@ -17,6 +20,7 @@ from app.panels.camera import CameraPanel
 from app.panels.compare import ComparePanel
 from app.panels.detect import DetectPanel
 from app.panels.export import ExportPanel
+from app.panels.habits import Actions, HabitsPanel, help_link
 from app.panels.masks import MasksPanel
 from app.panels.picture import PicturePanel
 from app.panels.pose import PosePanel
@@ -82,13 +86,14 @@ def serve(
 class App:
     """The running page. Make it with :meth:`build`, end it with :meth:`stop`."""
 
-    def __init__(self, server: viser.ViserServer, guard: Guard, view: View, options: Options) -> None:
+    def __init__(self, server: viser.ViserServer, guard: Guard, view: View, memory: Memory, options: Options) -> None:
         self._server = server
         self._guard = guard
         self._notices = Notices()
         self._shelf = Shelf()
         self._uploads = Uploads(options.upload_limit_bytes, self._shelf.make_room)
         self._root = options.folder
+        self._memory, self._history = memory, History()
         self._view = view
         self._lock = threading.RLock()
         self._scene = View3D(server)
@@ -114,11 +119,11 @@ class App:
         options: Options = DEFAULTS,
     ) -> App:
         """Open the source and start serving; see :func:`serve` for the arguments and errors."""
-        view = open_source(source, camera, dock)
+        view, memory = open_source(source, camera, dock), Memory(options.remember_in)
+        view = replace(view, settings=memory.now.settings)
         guard = Guard(host, options.allow_hosts)
         server = open_server(host, port, guard)
-        server.gui.configure_theme(show_logo=False, show_share_button=False)
-        return cls(server, guard, view, options)
+        return cls(server, guard, view, memory, options)
 
     @property
     def port(self) -> int:
@@ -147,6 +152,7 @@ class App:
         self._compare.close()
         self._export.close()
         self._worker.close()
+        self._memory.write()
         with silence():
             self._server.stop()
 
@@ -168,6 +174,7 @@ class App:
                 for panel in self._panels:
                     panel.load(after)
             if after is not before:
+                self._history.note(before, after)
                 self._worker.submit(after)
         if after.note and after.note != before.note:
             self._notify("Please check the camera", after.note, "yellow", client)
@@ -178,29 +185,45 @@ class App:
         with tabs.add_tab("Source", viser.Icon.PHOTO):
             self._source = SourcePanel(gui, self.change, self._shelf, self._root)
             simulator = SimulatorPanel(gui, self.change)
+            gui.add_html(help_link("source"), order=1e9)
         with tabs.add_tab("Camera & dock", viser.Icon.CAMERA):
             camera = CameraPanel(gui, self.change)
             panels += [self._source, simulator, camera]
+            gui.add_html(help_link("camera"), order=1e9)
         with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
             panels += [DetectPanel(gui, self.change), MasksPanel(gui, self.change)]
+            gui.add_html(help_link("detect"), order=1e9)
         with tabs.add_tab("Pose", viser.Icon.AXIS_X):
             panels.append(PosePanel(gui, self.change))
+            gui.add_html(help_link("pose"), order=1e9)
         with tabs.add_tab("Export", viser.Icon.DOWNLOAD):
             self._export = ExportPanel(gui, self._on_error)
+            gui.add_html(help_link("export"), order=1e9)
         panels.append(self._export)
+        with tabs.add_tab("Settings", viser.Icon.SETTINGS):
+            self._habits = HabitsPanel(self._server, self.change, self._memory, self._actions())
+        panels.append(self._habits)
         panels.append(ViewpointPanel(gui, self._scene))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
             status, picture = StatusPanel(gui), PicturePanel(gui)
-            panels += [status, picture, ResultPanel(gui)]
+            panels.insert(0, picture)  # it is what people wait for
+            panels += [status, ResultPanel(gui)]
         with picture.compare_tab:
             self._compare = ComparePanel(gui, self.change, self._on_error)
         panels.append(self._compare)
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)
-        self._uploaders += [self._source, simulator, camera]
+        self._uploaders += [self._source, simulator, camera, self._habits]
+
+    def _actions(self) -> Actions:
+        return Actions(
+            undo=lambda client: self.change(self._history.undo, client, reload=True),
+            redo=lambda client: self.change(self._history.redo, client, reload=True),
+            turn=self._source.turn,
+        )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Give a browser that just came what it has for itself."""
@@ -213,6 +236,7 @@ class App:
         """Forget a browser that left."""
         self._uploads.detach(client)
         self._notices.forget(client)
+        self._habits.forget(client)
 
     def _work(self, view: View) -> None:
         try:

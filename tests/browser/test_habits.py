@@ -1,0 +1,158 @@
+import pytest
+
+from app.options import Options
+from app.resources import sample_path
+from app.server import App
+from tests.browser.conftest import Page
+from tests.browser.test_source import send
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def app(tmp_path_factory):
+    running = App.build(port=0, options=Options(remember_in=tmp_path_factory.mktemp("memory")))
+    yield running
+    running.stop()
+
+
+@pytest.fixture(scope="module")
+def opened(browser, app):
+    """The first opening: the card is there, and a click takes it away for good."""
+    context = browser.new_context(viewport={"width": 1366, "height": 768}, accept_downloads=True)
+    page = Page(context.new_page(), app)
+    page.open()
+    page.page.get_by_text("You see a simulated dock").wait_for()
+    page.page.get_by_role("button", name="Start").click()
+    page.page.get_by_text("You see a simulated dock").wait_for(state="hidden")
+    yield page
+    context.close()
+
+
+def blur(page):
+    page.page.evaluate("document.activeElement.blur()")
+
+
+def test_first_card_is_gone_for_good_and_comes_back_when_asked(page):
+    assert not page.app._memory.now.shows_first_card
+    page.tab("Settings")
+    page.page.get_by_role("button", name="Show the first card").click()
+    page.page.get_by_text("You see a simulated dock").wait_for()
+    page.page.get_by_role("button", name="Start").click()
+    page.page.get_by_text("You see a simulated dock").wait_for(state="hidden")
+
+
+def test_undo_and_redo_by_keys_and_buttons(page):
+    page.box("fx (px)").fill("812")
+    page.until(lambda: page.app.view.camera.fx == 812)
+    blur(page)
+    page.page.keyboard.press("Control+z")
+    page.until(lambda: page.box("fx (px)").input_value() == "700")
+    page.page.keyboard.press("Control+Shift+Z")
+    page.until(lambda: page.box("fx (px)").input_value() == "812")
+    page.tab("Settings")
+    page.page.get_by_role("button", name="Undo").click()
+    page.until(lambda: page.app.view.camera.fx == 700)
+    page.page.get_by_role("button", name="Redo").click()
+    page.until(lambda: page.app.view.camera.fx == 812)
+
+
+def test_keys_turn_pages(page):
+    first = page.app.view.item
+    blur(page)
+    page.page.keyboard.press("n")
+    page.until(lambda: page.app.view.item != first and page.app.view.item in page.status)
+    page.page.keyboard.press("p")
+    page.until(lambda: page.app.view.item == first)
+
+
+def test_dark_mode(page):
+    scheme = "document.documentElement.getAttribute('data-mantine-color-scheme')"
+    page.tab("Settings")
+    page.page.get_by_label("Dark mode (D)").check()
+    page.until(lambda: page.page.evaluate(scheme) == "dark")
+    assert page.app._memory.now.dark
+    blur(page)
+    page.page.keyboard.press("d")
+    page.until(lambda: page.page.evaluate(scheme) == "light")
+
+
+def test_palette_lists_the_keys(page):
+    blur(page)
+    page.page.keyboard.press("Control+k")
+    for words in ("Ctrl+Z", "Ctrl+Shift+Z", "Next picture", "Previous picture", "Dark mode"):
+        page.page.get_by_role("dialog").get_by_text(words).first.wait_for()
+    page.page.keyboard.press("Escape")
+
+
+def test_help_over_the_page_and_in_a_tab_of_its_own(page):
+    blur(page)
+    page.page.keyboard.press("h")
+    page.page.get_by_text("Keys work while no box").wait_for()
+    with page.page.expect_popup() as popup:
+        page.page.get_by_text("Open it in a tab of its own").dispatch_event("click")
+    popup.value.get_by_role("heading", name="Camera & dock").wait_for()
+    popup.value.close()
+    page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
+    page.page.get_by_text("Keys work while no box").wait_for(state="hidden")
+
+
+def test_settings_are_saved_and_loaded(page, tmp_path):
+    page.box("Diameter (cm)").fill("45")
+    page.until(lambda: page.app.view.dock.diameter == 0.45)
+    page.tab("Settings")
+    with page.page.expect_download() as download:
+        page.page.get_by_role("button", name="Save the settings").click()
+    download.value.save_as(tmp_path / "settings.yaml")
+    page.box("Diameter (cm)").fill("60")
+    page.until(lambda: page.app.view.dock.diameter == 0.6)
+    page.tab("Settings")
+    send(page, "Load settings", ("mine.yaml", (tmp_path / "settings.yaml").read_bytes()))
+    page.until(lambda: page.box("Diameter (cm)").input_value() == "45")
+    page.tab("Settings")
+    send(page, "Load settings", ("odd.yaml", b"settings: {methode: otsu}"))
+    page.page.get_by_text("odd.yaml: Object contains unknown field `methode`").first.wait_for()
+
+
+@pytest.fixture
+def second(browser, page):
+    context = browser.new_context(viewport={"width": 1920, "height": 1080})
+    other = Page(context.new_page(), page.app)
+    other.open()
+    yield other
+    context.close()
+
+
+def test_two_browsers_show_the_same_and_one_may_leave(page, second):
+    page.box("fx (px)").fill("750")
+    second.until(lambda: second.box("fx (px)").input_value() == "750")
+    second.choose("Sample scene", "tilted")
+    for one in (page, second):
+        one.until(lambda: "Dock found in tilted" in one.status)  # noqa: B023
+    name = "own.png"
+    send(second, "Upload pictures", (name, sample_path("plain").read_bytes()))
+    page.until(lambda: name in page.status)
+    second.page.close()
+    page.until(lambda: len(page.app._server.get_clients()) == 1)
+    assert len(page.app._uploads._underway) == 1
+    page.box("fx (px)").fill("760")
+    page.until(lambda: page.app.view.camera.fx == 760)
+
+
+def test_reload_in_mid_drag(page):
+    page.tab("Camera & dock")
+    thumb = page.slider("Diameter (cm)").bounding_box()
+    x, y = thumb["x"] + thumb["width"] / 2, thumb["y"] + thumb["height"] / 2
+    page.page.mouse.move(x, y)
+    page.page.mouse.down()
+    for step in range(1, 15):
+        page.page.mouse.move(x + 3 * step, y)
+    page.page.reload()
+    page.page.get_by_role("button", name="Upload pictures").wait_for(timeout=30_000)
+    page.until(lambda: page.z_cm is not None, timeout_s=30)
+    page.page.mouse.up()
+    page.until(lambda: page.app.wait_until_idle(0.1) and "Dock found" in page.status)
+    box = page.box("Diameter (cm)")
+    page.until(lambda: float(box.input_value()) == pytest.approx(100 * page.app.view.dock.diameter, abs=0.06))
+    box.fill("50")
+    page.until(lambda: page.app.view.dock.diameter == 0.5)

@@ -51,6 +51,7 @@ class HistogramChart:
     """Draws thresholds in the Detect panel."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
+        self._tops = (1.0, _LEAST_GROUPS)
         flat = np.zeros(2)
         no_points = uplot.Series_Points(show=False)
         self._chart = gui.add_uplot(
@@ -84,7 +85,9 @@ class HistogramChart:
 
     def show(self, threshold: Threshold) -> None:
         """Draw a threshold and what it was read from."""
-        self._chart.scales = _scales(histogram_top(threshold), groups_top(threshold))
+        tops = histogram_top(threshold), groups_top(threshold)
+        if tops != self._tops:  # with new scales the browser builds the whole chart anew
+            self._chart.scales, self._tops = _scales(*tops), tops
         self._chart.data = histogram_data(threshold)
 
 

@@ -30,7 +30,10 @@ def short_method(method: str) -> str:
 
 
 def status_line(found: Estimate) -> str:
-    """Lights, level, pose and time in one line: 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms."""
+    """Lights, level, pose and time in one line, and where there is no pose why, and what to try.
+
+    As in: 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms.
+    """
     lights = found.lights_on_ring or 0
     parts = [f"{lights} light{'' if lights == 1 else 's'}"]
     if found.threshold is not None:
@@ -38,6 +41,8 @@ def status_line(found: Estimate) -> str:
         parts.append(f"{short_method(found.threshold.method)} {level}")
     parts.append(_pose_words(found))
     parts.append(f"{found.elapsed_ms:.1f} ms")
+    if advice(found):
+        parts.append(advice(found))
     return " | ".join(parts)
 
 

@@ -11,7 +11,7 @@ import viser
 from app.panels.tables import MISSING, pose_name, row, table, wide_row
 from app.reading import Reading
 from app.state import View
-from app.wording import advice, status_line
+from app.wording import status_line
 from pipeline.circle_pose import CirclePose
 
 COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "likely (%)", "error (px)")
@@ -56,7 +56,7 @@ def status_html(reading: Reading) -> str:
     """The picture's name, what was found in it and what to try, in words; and the line of numbers along the bottom."""
     found = reading.estimate
     verdict, colour = ("Dock found", "#009E73") if found.status == "ok" else ("No pose", "#D55E00")
-    words = " ".join(text for text in (found.message, advice(found), reading.view.note) if text)
+    words = " ".join(text for text in (found.message, reading.view.note) if text)
     return (
         f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 3em">'
         f'<b style="border-left: 0.35em solid {colour}; padding-left: 0.4em">{verdict}</b> in '

@@ -9,7 +9,7 @@ endif
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 ADDRESS := --host 127.0.0.1 --port 8080
 
-.PHONY: run test lint bench samples clean
+.PHONY: run test lint bench samples screenshots clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -28,6 +28,10 @@ bench: $(VENV)/.test $(VENV)/.chromium
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed
 	$(BIN)/python -m pipeline.simulate sample_images
+
+# Takes the pictures of the page that the README shows.
+screenshots: $(VENV)/.chromium
+	$(BIN)/python -m tests.browser.screenshots
 
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis

@@ -239,6 +239,9 @@ def _find_lights(
     """Status, message and the stages from the threshold to the ring."""
     stages: dict[str, Any] = {"threshold": threshold}
     markers = stages["markers"] = find_markers(grey, histogram, threshold, settings.min_area_px, settings.centroid)
+    if len(markers) == 0 and markers.dropped:
+        small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
+        return "no_lights", f"No lights: {small}.", stages
     if len(markers) == 0:
         return "no_lights", f"No lights: {_lower_first(threshold.reason)}", stages
     if dock.lights is not None and min(4, dock.lights) <= len(markers) < MIN_POINTS:

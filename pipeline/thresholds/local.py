@@ -85,7 +85,8 @@ def _flattened(histogram: Histogram) -> np.ndarray:
     small = cv2.resize(levels, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     background = cv2.resize(cv2.medianBlur(small, _NEIGHBOURHOOD_PX), (width, height))
     # What is at the background's level stays above 0, so that noise on both sides of it is seen as such.
-    flat = cv2.subtract(cv2.add(levels, _PEDESTAL), background)
+    lifted = np.minimum(levels, np.uint8(255 - _PEDESTAL)) + np.uint8(_PEDESTAL)
+    flat = cv2.subtract(lifted, background)
     return flat if histogram.counted is None else np.where(histogram.counted > 0, flat, 0).astype(np.uint8)
 
 

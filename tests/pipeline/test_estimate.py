@@ -101,6 +101,13 @@ def test_a_picture_without_a_dock_is_a_result(image, status, stages, words):
     json.dumps(line, allow_nan=False)
 
 
+def test_groups_that_are_all_too_small_are_told():
+    image = np.zeros((480, 640), np.uint8)
+    image[100, 100] = image[200, 300] = 220
+    found = estimate(image, CAMERA, DOCK, Settings(method="fixed", level=150))
+    assert found.message == "No lights: all 2 groups at level 150 are below 2 pixels."
+
+
 def wild_pictures():
     """Pictures that show anything but a dock, drawn with fixed seeds."""
     rng = np.random.default_rng(11)

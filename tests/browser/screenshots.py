@@ -1,0 +1,58 @@
+"""Pictures of the page for the README: ``python -m tests.browser.screenshots`` (or ``make screenshots``)."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+from app.server import App
+from app.state import open_source
+from tests.browser.chromium import find
+from tests.browser.conftest import ARGUMENTS, Page
+
+STATIC = Path(__file__).resolve().parents[2] / "static"
+SETTLE_MS = 3000  # the 3D scene is drawn without a graphics card
+
+
+def main() -> int:
+    """Write static/screenshot.png and static/screenshot-compare.png. Returns 1 where there is no Chromium."""
+    path = find()
+    if path is None:
+        print("No Chromium: install one, or set CHROMIUM to its path.", file=sys.stderr)
+        return 1
+    app = App.build(port=0)
+    try:
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+            page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
+            page.open()
+            start = page.page.get_by_role("button", name="Start")
+            if start.count():
+                start.click()
+            app.change(lambda _: open_source("sample_images/tilted.png", None, None), reload=True)
+            page.tab("Detect")
+            _shoot(page, "screenshot.png")
+            page.page.get_by_role("tab", name="Compare", exact=True).click()
+            page.page.get_by_role("button", name="Compare all methods").click()
+            page.until(lambda: app.wait_until_idle(0.1), 60)
+            _shoot(page, "screenshot-compare.png")
+            browser.close()
+    finally:
+        app.stop()
+    return 0
+
+
+def _shoot(page: Page, name: str) -> None:
+    page.page.keyboard.press("Escape")
+    page.page.wait_for_timeout(SETTLE_MS)
+    notice = page.page.locator(".mantine-Notification-closeButton")
+    for index in reversed(range(notice.count())):
+        notice.nth(index).click()
+    page.page.wait_for_timeout(SETTLE_MS // 3)
+    page.page.screenshot(path=STATIC / name)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -17,7 +17,8 @@ _LEAST_REACH_PX = 3  # around a group
 _MOST_REACH_PX = 40
 _FOOT = 0.2  # of a light's height above the water, below which it does not weigh
 _MOST_MARKERS = 400  # of more, the largest are taken
-_MERGED_AREA = 1.7  # a group so many times as large as the middle one may be two lights
+# A group so many times as large as the middle one, and not tiny, may be two lights.
+_MERGED_AREA, _LEAST_MERGED_PX = 1.7, 8
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,8 @@ def _split_merged(pixels: BrightPixels, count: int, labels: np.ndarray) -> tuple
     if count < 2:
         return count, labels
     areas = np.bincount(labels, minlength=count)
-    suspects = np.flatnonzero((areas > _MERGED_AREA * np.median(areas)) & (areas >= 8))
+    middle = sorted(areas.tolist())[count // 2]
+    suspects = np.flatnonzero((areas > _MERGED_AREA * middle) & (areas >= _LEAST_MERGED_PX))
     if len(suspects) == 0 or len(suspects) > count / 2:
         return count, labels
     labels = labels.copy()

@@ -97,7 +97,7 @@ def _longest_runs(groups: np.ndarray, floor: int, top: int) -> dict[int, tuple[i
     runs: dict[int, tuple[int, int]] = {}
     brightest = top
     for count, levels in groupby(groups[floor : top + 1][::-1].tolist()):
-        length = sum(1 for _ in levels)
+        length = len(list(levels))
         if count > 0 and length > runs.get(count, (0, 0))[1]:
             runs[count] = (brightest, length)
         brightest -= length

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,8 +115,10 @@ def _angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:
 
 def _is_even(angles: np.ndarray, lights: int) -> bool:
     """Whether angles are as evenly spaced as a regular polygon's corners, some of which may be missing."""
-    slots = angles * lights / (2 * np.pi)
-    slots = slots - np.angle(np.exp(2j * np.pi * slots).mean()) / (2 * np.pi)
-    corners = np.rint(slots).astype(int)
-    distinct = len(set((corners % lights).tolist())) == len(angles)
-    return distinct and float(np.sqrt(np.mean((slots - corners) ** 2))) < _EVEN_WITHIN
+    # In plain Python: for ten numbers that is several times as fast.
+    slots = [angle * lights / (2 * math.pi) for angle in angles.tolist()]
+    phase = cmath.phase(sum(cmath.exp(2j * math.pi * slot) for slot in slots)) / (2 * math.pi)
+    corners = [round(slot - phase) for slot in slots]
+    distinct = len({corner % lights for corner in corners}) == len(corners)
+    squares = sum((slot - phase - corner) ** 2 for slot, corner in zip(slots, corners, strict=True))
+    return distinct and math.sqrt(squares / len(slots)) < _EVEN_WITHIN

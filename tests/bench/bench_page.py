@@ -6,6 +6,8 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -106,13 +108,17 @@ def large(tmp_path) -> list[str]:
     return [picture, "--camera", of_camera, "--dock-diameter", "0.30", "--lights", "10"]
 
 
-def opened(browser, served: Served) -> Page:
-    """The page, settled."""
+@contextmanager
+def opened(browser, served: Served) -> Iterator[Page]:
+    """The page, settled; closed afterwards in any case, since a page left open slows the next one down."""
     page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), served)
-    page.open()
-    page.page.get_by_role("button", name="Start").click()  # puts the words of the first opening away
-    page.page.wait_for_timeout(3000)
-    return page
+    try:
+        page.open()
+        page.page.get_by_role("button", name="Start").click()  # puts the words of the first opening away
+        page.page.wait_for_timeout(3000)
+        yield page
+    finally:
+        page.page.close()
 
 
 def delays_ms(page: Page, label: str, moves: int) -> np.ndarray:
@@ -139,18 +145,18 @@ def report(what: str, delays: np.ndarray, moves: int, factor: float) -> None:
 
 
 def test_slider_to_picture_at_1280_x_720(browser, serve, large):
-    page = opened(browser, serve(*large))
-    report("level, 1280 x 720", delays_ms(page, "Level (0-255)", MOVES), MOVES, 1)
-    page.page.close()
+    with opened(browser, serve(*large)) as page:
+        delays = delays_ms(page, "Level (0-255)", MOVES)
+    report("level, 1280 x 720", delays, MOVES, 1)
 
 
 def test_slider_to_simulated_picture_at_640_x_480(browser, serve):
-    page = opened(browser, serve())
-    page.page.get_by_text("Pose of the dock", exact=True).click()
-    page.box("Dock z (cm)").fill("140")
-    page.page.wait_for_timeout(3000)
-    report("simulated z, 640 x 480", delays_ms(page, "Dock z (cm)", MOVES), MOVES, 2)
-    page.page.close()
+    with opened(browser, serve()) as page:
+        page.page.get_by_text("Pose of the dock", exact=True).click()
+        page.box("Dock z (cm)").fill("140")
+        page.page.wait_for_timeout(3000)
+        delays = delays_ms(page, "Dock z (cm)", MOVES)
+    report("simulated z, 640 x 480", delays, MOVES, 2)
 
 
 def test_first_page_with_a_result(browser, serve):
@@ -168,17 +174,17 @@ def test_first_page_with_a_result(browser, serve):
 
 def test_memory_while_sliders_move(browser, serve, large):
     served = serve(*large)
-    page = opened(browser, served)
-    slider = page.slider("Level (0-255)")
-    slider.focus()
-    began, samples, moves = time.monotonic(), [], 0
-    while (now_s := time.monotonic() - began) < MEMORY_S:
-        for _ in range(20):
-            page.page.keyboard.press("ArrowRight" if moves % 40 < 20 else "ArrowLeft")
-            page.page.wait_for_timeout(70)
-            moves += 1
-        heap = page.page.evaluate("() => performance.memory.usedJSHeapSize / 2 ** 20")
-        samples.append((now_s, served.memory_mb, heap))
+    with opened(browser, served) as page:
+        slider = page.slider("Level (0-255)")
+        slider.focus()
+        began, samples, moves = time.monotonic(), [], 0
+        while (now_s := time.monotonic() - began) < MEMORY_S:
+            for _ in range(20):
+                page.page.keyboard.press("ArrowRight" if moves % 40 < 20 else "ArrowLeft")
+                page.page.wait_for_timeout(70)
+                moves += 1
+            heap = page.page.evaluate("() => performance.memory.usedJSHeapSize / 2 ** 20")
+            samples.append((now_s, served.memory_mb, heap))
     table = np.array(samples)
     warm = table[table[:, 0] >= WARM_UP * MEMORY_S]
     half = len(warm) // 2
@@ -188,4 +194,3 @@ def test_memory_while_sliders_move(browser, serve, large):
     growth = np.median(warm[half:, 1:], axis=0) - np.median(warm[:half, 1:], axis=0)
     print(f"growth after the warm-up: server {growth[0]:+.1f} MB, page {growth[1]:+.1f} MB (at most {GROWTH_MB:.0f})")
     assert growth.max() <= GROWTH_MB
-    page.page.close()

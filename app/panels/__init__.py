@@ -14,7 +14,9 @@ import viser
 
 from app.reading import Reading
 from app.state import Limits, View
-from app.uploads import ClientUploads
+from app.uploads import ClientUploads, Receiver
+
+YAML_FILES = ".yaml,.yml"
 
 
 class Change(Protocol):
@@ -56,6 +58,37 @@ def on_change(handle: Any, change: Change, function: Callable[[View], View], *, 
     def _(event: viser.GuiEvent[Any]) -> None:
         if event.client is not None:  # None: the program itself set the value
             change(function, event.client, reload=reload)
+
+
+def on_click(button: viser.GuiButtonHandle, act: Callable[[viser.ClientHandle], None]) -> None:
+    """Call ``act`` with the browser in which a person presses this button."""
+
+    @button.on_click
+    def _(event: viser.GuiEvent[Any]) -> None:
+        if event.client is not None:
+            act(event.client)
+
+
+def add_file_button(
+    area: viser.GuiFolderHandle,
+    client: viser.ClientHandle,
+    uploads: ClientUploads,
+    receiver: Receiver,
+    label: str,
+    hint: str,
+    *,
+    mime_type: str = YAML_FILES,
+    order: float | None = None,
+) -> None:
+    """Give one browser a button in ``area`` that sends a file to ``receiver``.
+
+    A shared one would show each browser the uploads of the others.
+    """
+    with area:
+        button = client.gui.add_upload_button(
+            label, icon=viser.Icon.UPLOAD, mime_type=mime_type, hint=hint, order=order
+        )
+    uploads.receive(button, receiver)
 
 
 def add_slider(gui: viser.GuiApi, label: str, hint: str) -> viser.GuiSliderHandle[float]:

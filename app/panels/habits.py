@@ -11,7 +11,7 @@ from viser._gui_handles import GuiModalHandle
 
 from app.memory import Memory, settings_file, with_settings_file
 from app.pages import help_body
-from app.panels import Change
+from app.panels import Change, add_file_button
 from app.reading import Reading
 from app.state import View
 from app.uploads import ClientUploads
@@ -66,15 +66,11 @@ class HabitsPanel:
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load settings, and the first card if it is still to be seen."""
-        with self._area:
-            button = client.gui.add_upload_button(
-                "Load settings", icon=viser.Icon.UPLOAD, mime_type=".yaml,.yml", hint="A file that was saved here."
-            )
 
         def take(data: bytes, name: str) -> None:
             self._change(lambda view: with_settings_file(view, data, name), client, reload=True)
 
-        uploads.receive(button, take)
+        add_file_button(self._area, client, uploads, take, "Load settings", "A file that was saved here.")
         if self._memory.now.shows_first_card:
             self.show_first_card(client)
 

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import viser
 
-from app.panels import Change, on_change
+from app.panels import Change, add_file_button, on_change, on_click
 from app.reading import Reading
 from app.scenes import (
     DISTURBANCE_KNOBS,
@@ -58,8 +58,8 @@ class SimulatorPanel:
             save = gui.add_button(
                 "Save the scene", icon=viser.Icon.DOWNLOAD, hint="A YAML file with every number of the scene."
             )
-        own.on_click(self._pressed(lambda event: change(with_camera_in_use, event.client, reload=True)))
-        save.on_click(self._pressed(lambda event: change(self._saver(event.client), event.client)))
+        on_click(own, lambda client: change(with_camera_in_use, client, reload=True))
+        on_click(save, lambda client: change(self._saver(client), client))
         for name, slider in self._sliders.items():
             on_change(slider, change, _turn(name, slider), reload=False)
         on_change(self._water, change, self._with_water, reload=True)
@@ -69,20 +69,14 @@ class SimulatorPanel:
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a scene."""
-        with self._area:
-            button = client.gui.add_upload_button(
-                "Load a scene",
-                icon=viser.Icon.UPLOAD,
-                mime_type=".yaml,.yml",
-                hint="A scene file, as saved here or as those beside the sample scenes.",
-            )
 
         def take(data: bytes, name: str) -> None:
             self._change(
                 lambda view: with_scene(view, read_sent(data, name, load_scene), keep=False), client, reload=True
             )
 
-        uploads.receive(button, take)
+        hint = "A scene file, as saved here or as those beside the sample scenes."
+        add_file_button(self._area, client, uploads, take, "Load a scene", hint)
 
     def load(self, view: View) -> None:
         """Set all controls to the scene that is shown, or the one to start from."""
@@ -123,7 +117,7 @@ class SimulatorPanel:
     def _add_disturbances(self, gui: viser.GuiApi) -> None:
         self._add_sliders(gui, DISTURBANCE_KNOBS)
         self._missing = gui.add_text(
-            "Missing lights", "", hint="Numbers of the lights that are dead, counted from 0, as 0, 3, 7. Press Enter."
+            "Missing lights", "", hint="Numbers of the lights that are dead, counted from 0, as 0, 3, 7."
         )
         self._text = gui.add_text("Burnt-in text", "", hint="Letters that a recorder writes into the picture.")
 
@@ -136,13 +130,6 @@ class SimulatorPanel:
             return view
 
         return save
-
-    def _pressed(self, act: Callable[[Any], None]) -> Callable[[viser.GuiEvent[Any]], None]:
-        def act_for_person(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None:
-                act(event)
-
-        return act_for_person
 
 
 def scene_bytes(scene: Scene) -> bytes:

@@ -7,7 +7,7 @@ from typing import Any
 
 import viser
 
-from app.panels import Change, on_change
+from app.panels import Change, add_file_button, on_change
 from app.reading import Reading
 from app.resources import sample_names
 from app.shelf import Shelf, below, folders_below, pictures_in, step
@@ -71,21 +71,22 @@ class SourcePanel:
         self._change(lambda view: self._turned(view, by), client, reload=True)
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
-        """Give one browser its upload button: a shared one would show each browser the others' uploads."""
-        with self._folder_area:
-            button = client.gui.add_upload_button(
-                "Upload pictures",
-                icon=viser.Icon.UPLOAD,
-                mime_type="image/*",
-                hint="PNG, JPEG, TIFF, BMP, WebP or PNM, 8 or 16 bit, several at once; or drop them anywhere on the "
-                "page. They stay on this machine.",
-                order=2,
-            )
+        """Give one browser its upload button."""
 
         def take(data: bytes, name: str) -> None:
             self._change(lambda view: self._with_new_upload(view, data, name), client, reload=True)
 
-        uploads.receive(button, take)
+        add_file_button(
+            self._folder_area,
+            client,
+            uploads,
+            take,
+            "Upload pictures",
+            "PNG, JPEG, TIFF, BMP, WebP or PNM, 8 or 16 bit, several at once; or drop them anywhere on the page. They "
+            "stay on this machine.",
+            mime_type="image/*",
+            order=2,
+        )
 
     def load(self, view: View) -> None:
         """Show where the picture is from."""

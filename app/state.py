@@ -164,10 +164,15 @@ def with_diameter_cm(view: View, value: Any) -> View:
 
 
 def with_lights(view: View, value: Any) -> View:
-    """Set the number of lights on the ring; 0 says that it is not known."""
+    """Set the number of lights on the ring; 0 says that it is not known.
+
+    Angles and colours that were given light by light do not fit another number, and are dropped.
+    """
     number = round(checked_number("The number of lights", value))
     lights = None if number <= 0 else min(max(number, 3), MAX_LIGHTS)
-    return replace(view, dock=msgspec.structs.replace(view.dock, lights=lights))
+    if lights == view.dock.lights:
+        return view
+    return replace(view, dock=Dock(view.dock.diameter, lights))
 
 
 def with_method(view: View, method: Any, level: Any) -> View:

@@ -26,8 +26,9 @@ from app.optics import (
     with_port,
     with_port_value,
 )
-from app.panels import Change, add_slider, on_change, set_slider
+from app.panels import Change, add_file_button, add_slider, on_change, on_click, set_slider
 from app.reading import Reading
+from app.spacing import angles_text, dropped_sentence, with_angles
 from app.state import (
     INTRINSICS,
     MAX_LIGHTS,
@@ -78,18 +79,12 @@ class CameraPanel:
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a camera file."""
-        with self._area:
-            button = client.gui.add_upload_button(
-                "Load a camera file",
-                icon=viser.Icon.UPLOAD,
-                mime_type=".yaml,.yml",
-                hint="ROS camera_info, OpenCV FileStorage, or our own, as YAML.",
-            )
 
         def take(data: bytes, name: str) -> None:
             self._change(lambda view: with_camera_file(view, data, name), client, reload=True)
 
-        uploads.receive(button, take)
+        hint = "ROS camera_info, OpenCV FileStorage, or our own, as YAML."
+        add_file_button(self._area, client, uploads, take, "Load a camera file", hint)
 
     def load(self, view: View) -> None:
         """Set the sliders' ranges and values."""
@@ -103,6 +98,7 @@ class CameraPanel:
         self._load_port(view)
         set_slider(self._diameter, diameter_limits_cm(view), 100 * view.dock.diameter)
         self._lights.value = view.dock.lights or 0
+        self._angles.value = angles_text(view.dock)
 
     def show(self, reading: Reading) -> None:
         """Say how much the camera sees."""
@@ -118,10 +114,32 @@ class CameraPanel:
             min=0,
             max=MAX_LIGHTS,
             step=1,
-            hint="How many lights the dock has, evenly spaced. 0: not known; the lights seen are taken to be all.",
+            hint="How many lights the dock has. 0: not known; the lights seen are taken to be all. Changing it spaces "
+            "them evenly.",
         )
+        with gui.add_form(None) as spacing:
+            self._angles = gui.add_text(
+                "Light angles (°)",
+                "",
+                hint="Where each light is around the ring, clockwise as the camera sees it, as 0, 36, 72, 108; then "
+                "Enter or the button. Blank: evenly spaced.",
+            )
+            set_angles = gui.add_button(
+                "Set the angles", icon=viser.Icon.CIRCLE_DOTTED, hint="Take over what is typed above."
+            )
         on_change(self._diameter, self._change, lambda view: with_diameter_cm(view, self._diameter.value))
-        on_change(self._lights, self._change, lambda view: with_lights(view, self._lights.value))
+        on_click(set_angles, lambda client: self._change(self._with_angles, client, reload=True))
+
+        @self._lights.on_update
+        def _(event: viser.GuiEvent[Any]) -> None:
+            client = event.client
+            if client is not None:
+                self._change(lambda view: self._with_lights(view, client), client)
+
+        @spacing.on_submit
+        def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client is not None:
+                self._change(self._with_angles, event.client, reload=True)
 
     def _add_intrinsics(self, gui: viser.GuiApi) -> None:
         self._intrinsics = {name: add_slider(gui, f"{name} (px)", _HINTS[name]) for name in INTRINSICS}
@@ -173,9 +191,9 @@ class CameraPanel:
             "Camera file as", FORMATS, hint="dockpose holds everything; ros and opencv have no place for a port."
         )
         save = gui.add_button("Save the camera", icon=viser.Icon.DOWNLOAD, hint="The camera as it stands here.")
-        _on_click(given, lambda client: self._change(with_given_values, client, reload=True))
-        _on_click(default, lambda client: self._change(with_default_values, client, reload=True))
-        _on_click(save, lambda client: self._change(self._saver(client), client))
+        on_click(given, lambda client: self._change(with_given_values, client, reload=True))
+        on_click(default, lambda client: self._change(with_default_values, client, reload=True))
+        on_click(save, lambda client: self._change(self._saver(client), client))
 
     def _load_port(self, view: View) -> None:
         port = view.camera.port
@@ -190,6 +208,17 @@ class CameraPanel:
         for name, (slider, names) in self._indices.items():
             set_slider(slider, PORT_LIMITS[name], getattr(port, name))
             self._names[name].value = index_name(names, getattr(port, name))
+
+    def _with_lights(self, view: View, client: viser.ClientHandle) -> View:
+        changed = with_lights(view, self._lights.value)
+        lost = dropped_sentence(view.dock, changed.dock)
+        if lost:
+            client.add_notification("Please check the lights", lost, color="yellow")
+        self._angles.value = angles_text(changed.dock)
+        return changed
+
+    def _with_angles(self, view: View) -> View:
+        return with_angles(view, self._angles.value)
 
     def _with_focal(self, name: str) -> Callable[[View], View]:
         def set_focal(view: View) -> View:
@@ -219,13 +248,6 @@ class CameraPanel:
             return view
 
         return save
-
-
-def _on_click(button: viser.GuiButtonHandle, act: Callable[[viser.ClientHandle], None]) -> None:
-    @button.on_click
-    def _(event: viser.GuiEvent[Any]) -> None:
-        if event.client is not None:
-            act(event.client)
 
 
 def _set(function: Callable[[View, Any, Any], View], name: Any, slider: Any) -> Callable[[View], View]:

@@ -86,3 +86,23 @@ def test_number_of_lights(page):
     page.tab("Camera & dock")
     page.page.get_by_label("Number of lights").fill("8")
     page.until(lambda: page.app.view.dock.lights == 8)
+
+
+def test_given_angles_of_the_lights(page):
+    page.tab("Camera & dock")
+    number = page.page.get_by_label("Number of lights")
+    page.box("Light angles (°)").fill("0, 30, 80, 120, 180, 250, 300")
+    page.page.wait_for_timeout(200)
+    assert page.app.view.dock.lights == 10  # nothing is taken over while it is typed
+    page.page.get_by_role("button", name="Set the angles").click()
+    page.until(lambda: page.app.view.dock.angles_deg == (0, 30, 80, 120, 180, 250, 300))
+    page.until(lambda: number.input_value() == "7")
+    page.box("Light angles (°)").fill("0, 90")
+    page.page.wait_for_timeout(100)
+    page.box("Light angles (°)").press("Enter")
+    page.page.get_by_text("There are 2 light angles; a dock has 3 to 60 lights").first.wait_for()
+    page.until(lambda: page.box("Light angles (°)").input_value().startswith("0, 30, 80"))
+    number.fill("10")
+    page.page.get_by_text("the 7 angles, so the lights are taken to be evenly spaced").first.wait_for()
+    page.until(lambda: page.box("Light angles (°)").input_value() == "")
+    assert page.app.view.dock.angles_deg == ()

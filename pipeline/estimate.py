@@ -20,6 +20,7 @@ from pipeline.image import significant_bits, to_grey
 from pipeline.markers import Markers, find_markers
 from pipeline.masks import hide
 from pipeline.pose import find_poses
+from pipeline.region import Region, crop, markers_in_whole, masks_within, part_of, threshold_in_whole
 from pipeline.ring import Ring, find_ring, tolerance_px
 from pipeline.settings import Settings
 from pipeline.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
@@ -137,8 +138,32 @@ class Estimate:
         ]
 
 
+@dataclass(frozen=True)
+class _Picture:
+    """What is searched: the picture or a part of it.
+
+    Attributes
+    ----------
+    image, grey, histogram : of the part.
+    part : left, top, right and bottom of it.
+    width : of the whole picture, in pixels.
+    """
+
+    image: np.ndarray
+    grey: np.ndarray
+    histogram: Histogram
+    part: tuple[int, int, int, int]
+    width: int
+
+
 def estimate(
-    image: Any, camera: Camera, dock: Dock, settings: Settings | None = None, *, fall_back: bool = True
+    image: Any,
+    camera: Camera,
+    dock: Dock,
+    settings: Settings | None = None,
+    *,
+    fall_back: bool = True,
+    region: Region | None = None,
 ) -> Estimate:
     """Find the dock in one picture.
 
@@ -150,6 +175,8 @@ def estimate(
     settings : how to search; the defaults suit most scenes.
     fall_back : let hats give each light a level of its own where no single level shows the ring. A comparison of the
         methods wants each as it is.
+    region : rectangle (x_px, y_px, width_px, height_px), clipped to the picture, outside of which nothing is looked
+        at; None searches the whole picture. What is found is in pixels of the whole picture.
 
     Returns
     -------
@@ -158,19 +185,34 @@ def estimate(
     Raises
     ------
     ValueError
-        if the image is no 8- or 16-bit picture or does not belong to the camera.
+        if the image is no 8- or 16-bit picture or does not belong to the camera, or the region has no pixel of it.
+
+    Notes
+    -----
+    A region gives what a mask over all the rest gives, as far as that has one level for all lights, but for three
+    things: a histogram of more than 80,000 pixels is sketched from every few rows, which are others in a part; the
+    bits of a 16-bit picture are those that the part uses; and a light at the region's edge is weighed by what of it
+    lies within. Other than in the whole picture, the background is that of the region alone, so that the level may be
+    another one, and the centres differ by what the neighbouring groups outside would take from them.
     """
     start = time.perf_counter()
     settings = settings or Settings()
-    grey = to_grey(image)
-    height, width = grey.shape
+    whole = np.asarray(image)
+    if whole.ndim < 2 or region is None:
+        image, grey = whole, to_grey(whole)
+        part = part_of(None, *grey.shape[::-1])
+    else:
+        part = part_of(region, whole.shape[1], whole.shape[0])
+        image = crop(whole, part)
+        grey = np.ascontiguousarray(to_grey(image))  # compiled code is for whole arrays
+    height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
-    grey, counted = hide(grey, settings.masks)
-    histogram = histogram_of(grey, counted)
+    grey, counted = hide(grey, masks_within(settings.masks, part))
+    picture = _Picture(image, grey, histogram_of(grey, counted), part, width)
     if counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
     else:
-        status, message, stages = _search(image, grey, histogram, scaled, dock, settings, fall_back)
+        status, message, stages = _search(picture, scaled, dock, settings, fall_back)
     if scaled is not camera:
         message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
     elapsed_ms = 1000 * (time.perf_counter() - start)
@@ -179,44 +221,32 @@ def estimate(
 
 
 def _search(
-    image: Any,
-    grey: np.ndarray,
-    histogram: Histogram,
-    camera: Camera,
-    dock: Dock,
-    settings: Settings,
-    fall_back: bool,
+    picture: _Picture, camera: Camera, dock: Dock, settings: Settings, fall_back: bool
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages that were reached."""
-    threshold = METHODS[settings.method](histogram, settings.min_area_px, settings.level)
-    status, message, stages = _search_with(threshold, image, grey, histogram, camera, dock, settings)
+    threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
+    status, message, stages = _search_with(threshold, picture, camera, dock, settings)
     found = status == "ok" and stages["ring"].on_ring.sum() >= MIN_POINTS
     if found or settings.method != "hats" or not fall_back:
         return status, message, stages
-    local = hats_local(histogram, settings.min_area_px)
-    second, second_message, second_stages = _search_with(local, image, grey, histogram, camera, dock, settings)
+    local = hats_local(picture.histogram, settings.min_area_px)
+    second, second_message, second_stages = _search_with(local, picture, camera, dock, settings)
     if second == "ok" and (status != "ok" or second_stages["ring"].on_ring.sum() >= MIN_POINTS):
         return second, f"{second_message} No one level shows the ring; each light was given its own.", second_stages
     return status, message, stages
 
 
 def _search_with(
-    threshold: Threshold,
-    image: Any,
-    grey: np.ndarray,
-    histogram: Histogram,
-    camera: Camera,
-    dock: Dock,
-    settings: Settings,
+    threshold: Threshold, picture: _Picture, camera: Camera, dock: Dock, settings: Settings
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from one threshold on."""
-    status, message, stages = _find_lights(grey, histogram, threshold, camera, dock, settings)
+    status, message, stages = _find_lights(picture, threshold, camera, dock, settings)
     if status != "ok":
         return status, message, stages
     ring = stages["ring"]
     points_px = stages["markers"].points_px[ring.on_ring]
     try:
-        labels = _labels(image, stages["markers"], ring, dock)
+        labels = _labels(picture, stages["markers"], ring, dock)
         ellipse, choice = find_poses(points_px, camera, dock, labels, ring.ellipse)
     except NoEllipseError as error:
         if len(points_px) < MIN_POINTS:
@@ -234,11 +264,12 @@ def _search_with(
 
 
 def _find_lights(
-    grey: np.ndarray, histogram: Histogram, threshold: Threshold, camera: Camera, dock: Dock, settings: Settings
+    picture: _Picture, threshold: Threshold, camera: Camera, dock: Dock, settings: Settings
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
-    stages: dict[str, Any] = {"threshold": threshold}
-    markers = stages["markers"] = find_markers(grey, histogram, threshold, settings.min_area_px, settings.centroid)
+    stages: dict[str, Any] = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
+    markers = find_markers(picture.grey, picture.histogram, threshold, settings.min_area_px, settings.centroid)
+    markers = stages["markers"] = markers_in_whole(markers, picture.part)
     if len(markers) == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
         return "no_lights", f"No lights: {small}.", stages
@@ -260,11 +291,12 @@ def _find_lights(
     return "ok", "", stages
 
 
-def _labels(image: Any, markers: Markers, ring: Ring, dock: Dock) -> list[str | None] | None:
+def _labels(picture: _Picture, markers: Markers, ring: Ring, dock: Dock) -> list[str | None] | None:
     """Colours of the lights on the ring, where the dock's have any."""
     if not dock.colours:
         return None
-    return tell_colours(np.asarray(image), markers.points_px[ring.on_ring], markers.areas_px[ring.on_ring])
+    points_px = markers.points_px[ring.on_ring] - picture.part[:2]
+    return tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
 
 
 def _is_chance(ellipse: Ellipse, choice: Choice) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from pipeline.checks import check_whole
+from pipeline.checks import check_number, check_whole
 from pipeline.markers import CENTROIDS
 from pipeline.masks import Mask, check_masks
 from pipeline.thresholds import LEVELS, METHODS
@@ -20,6 +20,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     min_area_px : groups of fewer pixels are noise.
     centroid : "grey" (weighed by brightness) or "binary" (the paper's mass moment).
     masks : rectangles (x_px, y_px, width_px, height_px) that are not looked at, see :mod:`pipeline.masks`.
+    max_speed_m_per_s, max_turn_deg_per_s : the fastest that the vehicle moves and turns, for following it over frames.
+    lost_after_s : how long a dock that is not seen is predicted before it is lost.
 
     Raises
     ------
@@ -32,6 +34,9 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     min_area_px: int = 2
     centroid: str = "grey"
     masks: tuple[Mask, ...] = ()
+    max_speed_m_per_s: float = 2.0
+    max_turn_deg_per_s: float = 30.0
+    lost_after_s: float = 1.0
 
     def __post_init__(self) -> None:
         _check_one_of("method", self.method, tuple(METHODS))
@@ -41,6 +46,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if self.level >= LEVELS:
             raise ValueError(f"level is {self.level!r}; it must be at most {LEVELS - 1}")
         check_masks(self.masks)
+        for name in ("max_speed_m_per_s", "max_turn_deg_per_s", "lost_after_s"):
+            check_number(name, getattr(self, name), above=0)
 
 
 def _check_one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:

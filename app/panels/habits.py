@@ -24,9 +24,9 @@ FIRST_CARD = (
 _LINK = '<a href="/help{section}" target="_blank" rel="noopener">{words}</a>'
 
 
-def help_link(section: str) -> str:
+def help_link(section: str, words: str = "What these numbers mean, and how far to trust them") -> str:
     """A line that leads to a section of the help."""
-    link = _LINK.format(section=f"#{section}", words="What these numbers mean, and how far to trust them")
+    link = _LINK.format(section=f"#{section}", words=words)
     return f'<div style="padding: 0.3em 0.75em 0.6em; font-size: 0.85em">{link}</div>'
 
 

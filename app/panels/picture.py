@@ -9,6 +9,7 @@ import viser
 
 from app.annotate import to_bgr8
 from app.binary import threshold_picture
+from app.panels.habits import help_link
 from app.reading import Reading
 from app.state import View
 
@@ -45,12 +46,15 @@ class PicturePanel:
         black = np.zeros((3, 4, 3), dtype=np.uint8)
         with tabs.add_tab("Annotated", viser.Icon.SCAN_EYE):
             self._annotated = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
+            gui.add_html(help_link("annotated"))
         with tabs.add_tab("Threshold", viser.Icon.CONTRAST):
             self._binary = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
             gui.add_html(_KEY)
+            gui.add_html(help_link("threshold"))
         self.compare_tab = tabs.add_tab("Compare", viser.Icon.LAYOUT_GRID)
         with tabs.add_tab("Original", viser.Icon.PHOTO):
             self._original = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
+            gui.add_html(help_link("original", "What is done with the picture before lights are looked for"))
         self._pictured: np.ndarray | None = None
 
     def load(self, view: View) -> None:

@@ -53,3 +53,37 @@ window.addEventListener("drop", (event) => {
   event.preventDefault();
   sendAll([...event.dataTransfer.files]);
 });
+
+// The comparison of methods: a click on a row, Enter there, or a click on a picture presses the method's button.
+function takeOver(method) {
+  const table = document.getElementById("methods");
+  const isBelow = (one) => table.compareDocumentPosition(one) & Node.DOCUMENT_POSITION_FOLLOWING;
+  [...document.querySelectorAll("button")].find((one) => isBelow(one) && one.textContent.trim() === method)?.click();
+}
+
+// The pictures are tiles of one image, in the order of the rows, in as many columns as keep it nearly square.
+function methodOfTile(image, event) {
+  const methods = [...document.querySelectorAll("#methods [data-method]")].map((row) => row.dataset.method);
+  const columns = Math.ceil(Math.sqrt(methods.length));
+  const rows = Math.ceil(methods.length / columns);
+  const place = image.getBoundingClientRect();
+  const column = Math.floor((columns * (event.clientX - place.left)) / place.width);
+  const row = Math.floor((rows * (event.clientY - place.top)) / place.height);
+  return methods[row * columns + column];
+}
+
+document.addEventListener("click", (event) => {
+  const table = document.getElementById("methods");
+  if (table === null) return;
+  const row = event.target.closest?.("#methods [data-method]");
+  if (row) takeOver(row.dataset.method);
+  const isTile = event.target.matches?.("img") && !event.target.closest("[role=dialog]")
+    && table.compareDocumentPosition(event.target) & Node.DOCUMENT_POSITION_FOLLOWING;
+  if (isTile) takeOver(methodOfTile(event.target, event));
+});
+document.addEventListener("keydown", (event) => {
+  const row = event.target.closest?.("#methods [data-method]");
+  if (!row || !["Enter", " "].includes(event.key)) return;
+  event.preventDefault();
+  takeOver(row.dataset.method);
+});

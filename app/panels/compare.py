@@ -15,6 +15,7 @@ from app.comparison import compare_view, error_words, sweep_levels
 from app.montage import montage
 from app.panels import Change
 from app.panels.detect import SMALL
+from app.panels.habits import help_link
 from app.panels.sweep_chart import SweepChart
 from app.panels.tables import MISSING, row, table
 from app.reading import Reading
@@ -27,13 +28,22 @@ from pipeline.thresholds import LEVELS
 COLUMNS = ("level", "groups", "lights", "centre x, y (px)", "z (cm)", "θx (°)", "θy (°)", "time (ms)", "off by")
 _IN_A_ROW = 5
 _ASK = "Press the button to try every method on this picture. It is not done while sliders move."
+_TABLE_NOTE = (
+    "Off by: distance and angle from the truth, or else from the measured pose. A click on a row, or on a picture "
+    "below, takes the method over."
+)
+# static/page.js presses the button of that name; with the keyboard Enter does.
+_PRESSED = 'role="button" tabindex="0" data-method="{name}" title="Use {name}"'
 _OLD = "The picture or the settings have changed since: compare again."
 
 
 def compare_html(found: Mapping[str, Estimate], view: View) -> str:
     """A row a method: what it found, how long that took, and how far off it is where that is known."""
-    rows = [row(short_method(name), method_cells(one, view)) for name, one in found.items()]
-    return table("methods", COLUMNS, rows, "Off by: distance and angle from the truth, or else from the measured pose.")
+    rows = [
+        row(short_method(name), method_cells(one, view), attributes=_PRESSED.format(name=short_method(name)))
+        for name, one in found.items()
+    ]
+    return table("methods", COLUMNS, rows, _TABLE_NOTE)
 
 
 def method_cells(found: Estimate, view: View) -> list[str]:
@@ -93,6 +103,7 @@ class ComparePanel:
         ]
         self._montage = gui.add_image(np.zeros((3, 4, 3), np.uint8), format="jpeg", jpeg_quality=90, visible=False)
         self._chart = SweepChart(gui)
+        gui.add_html(help_link("compare"))
         self._task = Task(self._tell, self._on_end, on_error)
         self._compare.on_click(lambda event: self._begin(self._do_compare))
         self._sweep.on_click(lambda event: self._begin(self._do_sweep))

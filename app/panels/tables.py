@@ -21,11 +21,11 @@ def table(name: str, columns: Sequence[str], rows: Sequence[str], note: str = ""
     )
 
 
-def row(name: str, cells: Sequence[str], *, bold: bool = False) -> str:
-    """Return a row: its name at the left, then numbers."""
+def row(name: str, cells: Sequence[str], *, bold: bool = False, attributes: str = "") -> str:
+    """Return a row: its name at the left, then numbers. ``attributes`` are HTML of its own, as a role."""
     style = "border-top: 1px solid rgba(128,128,128,0.35)" + ("; font-weight: 600" if bold else "")
     columns = "".join(f'<td style="{NUMBERS}">{cell}</td>' for cell in cells)
-    return f'<tr style="{style}"><td style="white-space: nowrap">{name}</td>{columns}</tr>'
+    return f'<tr {attributes} style="{style}"><td style="white-space: nowrap">{name}</td>{columns}</tr>'
 
 
 def wide_row(text: str, columns: int) -> str:

@@ -1,4 +1,5 @@
 import io
+import math
 import re
 import zipfile
 
@@ -168,3 +169,35 @@ def test_scene_is_seen_from_the_side_and_fitted_again(page):
     side = client.camera.position.copy()
     page.page.get_by_text("Fit", exact=True).click()
     page.until(lambda: abs(client.camera.position - side).max() > 0.2)
+
+
+def test_rows_and_tiles_of_the_comparison_take_the_method_over(page):
+    page.tab("Compare")
+    press(page, "Compare all methods")
+    row = page.page.locator("#methods tbody tr")
+    page.until(lambda: row.count() == len(COMPARED) and page.app.wait_until_idle(0.1))
+    row.nth(COMPARED.index("otsu")).click()
+    page.until(lambda: page.app.view.settings.method == "otsu")
+    row.nth(COMPARED.index("yen")).focus()
+    page.page.keyboard.press("Enter")
+    page.until(lambda: page.app.view.settings.method == "yen")
+    montage = page.page.locator("img[src^=blob]:visible").last
+    place = montage.bounding_box()
+    montage.click(position={"x": 0.5 * place["width"], "y": 0.25 * place["height"] / math.ceil(len(COMPARED) / 3)})
+    page.until(lambda: page.app.view.settings.method == COMPARED[1])
+
+
+def test_every_tab_leads_to_its_part_of_the_help(page):
+    for tab in ("Annotated", "Threshold", "Compare", "Original"):
+        page.tab(tab)
+        link = page.page.locator(f"a[href='/help#{tab.lower()}']")
+        link.wait_for()
+        if tab == "Annotated":
+            with page.page.expect_popup() as popup:
+                link.click()
+            heading = popup.value.get_by_role("heading", name="Annotated")
+            heading.wait_for()
+            popup.value.close()
+    for tab in ("Source", "Camera & dock", "Detect", "Pose", "Export"):
+        page.tab(tab)
+        page.page.locator(f"a[href='/help#{tab.split()[0].lower()}']").wait_for()

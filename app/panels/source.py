@@ -7,7 +7,7 @@ from typing import Any
 
 import viser
 
-from app.panels import Change, add_file_button, on_change
+from app.panels import Change, add_file_button, on_change, on_click
 from app.reading import Reading
 from app.resources import sample_names
 from app.shelf import Shelf, below, folders_below, pictures_in, step
@@ -45,6 +45,13 @@ class SourcePanel:
                 order=3,
                 visible=False,
             )
+            self._forget = gui.add_button(
+                "Forget uploads",
+                icon=viser.Icon.TRASH,
+                hint="Give the memory back that uploaded pictures take. The picture that is shown stays.",
+                order=3.5,
+                visible=False,
+            )
             self._folder, self._file = self._add_folder_choice(gui)
             pages = gui.add_button_group(
                 "Turn pages",
@@ -55,6 +62,10 @@ class SourcePanel:
         on_change(self._sample, change, self._with_sample, reload=True)
         on_change(self._uploaded, change, self._with_uploaded, reload=True)
         on_change(self._file, change, self._with_file, reload=True)
+
+        on_click(
+            self._forget, lambda client: change(lambda view: self._without_uploads(view, client), client, reload=True)
+        )
 
         @self._folder.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
@@ -92,7 +103,8 @@ class SourcePanel:
         """Show where the picture is from."""
         self._sample.value = view.sample or OWN_PICTURE
         uploaded = self._shelf.names()
-        self._uploaded.visible = bool(uploaded)
+        self._uploaded.visible = self._forget.visible = bool(uploaded)
+        self._forget.label = f"Forget uploads ({_megabytes(self._shelf.kept_bytes)})"
         _fill(self._uploaded, uploaded, view.item if view.list_name == "uploads" else None)
         if self._root is not None:
             files = pictures_in(self._root, self._folder.value)
@@ -125,6 +137,13 @@ class SourcePanel:
         self._shelf.add(name, data)  # only what can be read is kept
         return shown
 
+    def _without_uploads(self, view: View, client: viser.ClientHandle) -> View:
+        """Forgetting them changes nothing in what is shown."""
+        sentence = forgotten_sentence(len(self._shelf.names()), self._shelf.kept_bytes)
+        self._shelf.make_room(0)
+        client.add_notification("Uploads forgotten", sentence, color="green")
+        return view
+
     def _with_uploaded(self, view: View) -> View:
         name = self._uploaded.value
         return view if name == NONE_CHOSEN else with_upload(view, self._shelf.get(name), name)
@@ -150,6 +169,15 @@ class SourcePanel:
             name = step(pictures_in(self._root, Path(view.item).parent.as_posix()), view.item, by)
             return view if name is None else with_file(view, below(self._root, name), name)
         return view
+
+
+def forgotten_sentence(pictures: int, size: int) -> str:
+    """How many pictures are no longer kept, and how many bytes that frees."""
+    return f"{pictures} picture{'' if pictures == 1 else 's'} forgotten, which frees {_megabytes(size)} of memory."
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 2**20:.1f} MB"
 
 
 def _fill(dropdown: Any, names: list[str], chosen: str | None) -> None:

@@ -1,0 +1,22 @@
+"""The experiment log: frames taken one by one, with what was estimated and what was measured, in plain files.
+
+A session is a folder:
+
+``session.yaml``
+    made once: the schema, when, which program and libraries, notes.
+``results.csv``
+    a row a taken frame, see :class:`Row`; it is always whole, since each change replaces it in one step.
+``frames/0001.png``, ``frames/0001.json``
+    the pixels that were estimated, losslessly, and all that was found in them (schema 1, with camera, dock, settings
+    and versions).
+
+A row counts once :meth:`Session.take` has returned. Stopped before that, a program may leave a frame without a row:
+it is kept, since it can be opened and someone wanted it, its number is not used again, and :attr:`Session.notices`
+tells of it. Names that begin with a dot are the program's own.
+"""
+
+from app.experiment.reading import SessionRecord, read_session
+from app.experiment.row import Measured, Row
+from app.experiment.session import Session, SessionError
+
+__all__ = ["Measured", "Row", "Session", "SessionError", "SessionRecord", "read_session"]

@@ -1,0 +1,227 @@
+"""One row of a session's results: a taken frame, what was estimated, and what tape and protractor say."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+
+from app.annotate import POSE_NAMES
+from pipeline import Estimate
+from pipeline.checks import check_number
+from pipeline.circle_pose import CirclePose
+
+LONGEST_TEXT = 10_000
+POSE_COLUMNS = ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")
+_DECIMALS = 6  # of a centimetre or a degree; the frame's JSON has every digit
+# Neither CSV nor HTML can hold these; a line break in a cell is fine.
+_FILE = re.compile(r"frames/\d+\.png")
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+
+
+class Measured(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What was measured by hand; None for what was not.
+
+    Parameters
+    ----------
+    x_cm, y_cm, z_cm : of the dock's centre in the camera's frame.
+    theta_x_deg, theta_y_deg : the dock's pitch and yaw.
+    distance_cm : from the camera to the dock's centre, as the tape lies.
+
+    Raises
+    ------
+    ValueError
+        if a number is not finite.
+    """
+
+    x_cm: float | None = None
+    y_cm: float | None = None
+    z_cm: float | None = None
+    theta_x_deg: float | None = None
+    theta_y_deg: float | None = None
+    distance_cm: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            value = getattr(self, name)
+            if value is not None:
+                check_number(name, value)
+
+    @classmethod
+    def of_pose(cls, known: dict[str, Any] | None) -> Measured:
+        """From a measured or true pose with position_m, theta_x_deg and theta_y_deg; nothing measured for None."""
+        if known is None:
+            return cls()
+        x, y, z = (round(100 * value, _DECIMALS) for value in known["position_m"])
+        return cls(x, y, z, known["theta_x_deg"], known["theta_y_deg"])
+
+
+class Row(msgspec.Struct, frozen=True, kw_only=True):
+    """One row of ``results.csv``; a blank there is None here.
+
+    Attributes
+    ----------
+    number : of the frame, from 1.
+    time : when it was taken, ISO 8601 with the offset from UTC.
+    source : what the picture was called.
+    file, sha256 : the picture, from the session's folder, and its checksum.
+    source_sha256 : of the file that the picture came from, where that is known.
+    status : of the estimate; "ok" where there is a pose.
+    method, level, lights : of the threshold, and how many lights were on the ring.
+    pose, probability : which candidate was chosen, and how likely it is.
+    x_cm ... theta_y_deg : the chosen pose, each with its one-sigma.
+    measured_x_cm ... distance_cm, notes : what people wrote down; see :class:`Measured`.
+    """
+
+    number: int
+    time: str
+    source: str
+    file: str
+    sha256: str
+    source_sha256: str | None = None
+    status: str
+    method: str | None = None
+    level: int | None = None
+    lights: int | None = None
+    pose: str | None = None
+    probability: float | None = None
+    x_cm: float | None = None
+    y_cm: float | None = None
+    z_cm: float | None = None
+    theta_x_deg: float | None = None
+    theta_y_deg: float | None = None
+    sigma_x_cm: float | None = None
+    sigma_y_cm: float | None = None
+    sigma_z_cm: float | None = None
+    sigma_theta_x_deg: float | None = None
+    sigma_theta_y_deg: float | None = None
+    measured_x_cm: float | None = None
+    measured_y_cm: float | None = None
+    measured_z_cm: float | None = None
+    measured_theta_x_deg: float | None = None
+    measured_theta_y_deg: float | None = None
+    distance_cm: float | None = None
+    notes: str = ""
+
+    def __post_init__(self) -> None:
+        if not _FILE.fullmatch(self.file):  # a results.csv from elsewhere must not lead out of its folder
+            raise ValueError(f"file is {self.file!r}; it must be frames/0001.png or the like")
+
+    @property
+    def estimated(self) -> tuple[float | None, ...]:
+        """The five numbers of the chosen pose, in the order of ``POSE_COLUMNS``."""
+        return tuple(getattr(self, name) for name in POSE_COLUMNS)
+
+    @property
+    def measured(self) -> tuple[float | None, ...]:
+        """The same five as measured."""
+        return tuple(getattr(self, f"measured_{name}") for name in POSE_COLUMNS)
+
+    @property
+    def errors(self) -> tuple[float | None, ...]:
+        """Estimated minus measured; angles by the shorter way round."""
+        errors = []
+        for name, found, true in zip(POSE_COLUMNS, self.estimated, self.measured, strict=True):
+            error = None if found is None or true is None else found - true
+            errors.append((error + 180) % 360 - 180 if error is not None and name.endswith("_deg") else error)
+        return tuple(errors)
+
+    @property
+    def range_cm(self) -> float | None:
+        """How far away the dock was: by tape, else by the measured position, else as estimated."""
+        if self.distance_cm is not None:
+            return self.distance_cm
+        for x, y, z in (self.measured[:3], self.estimated[:3]):
+            if z is not None:
+                return math.hypot(x or 0.0, y or 0.0, z)
+        return None
+
+
+COLUMNS = Row.__struct_fields__
+MEASURED_COLUMNS = (*(f"measured_{name}" for name in POSE_COLUMNS), "distance_cm")
+EDITABLE = (*MEASURED_COLUMNS, "notes")
+
+
+def estimate_values(found: Estimate) -> dict[str, Any]:
+    """What a row says of an estimate, by column."""
+    values: dict[str, Any] = {"status": found.status, "lights": found.lights_on_ring}
+    if found.threshold is not None:
+        values |= {"method": found.threshold.method, "level": found.threshold.level}
+    if found.choice is None or found.selected is None:
+        return values
+    values |= {"pose": POSE_NAMES[found.choice.selected], "probability": found.selected.probability}
+    return values | _pose_values(found.selected)
+
+
+def measured_values(measured: Measured) -> dict[str, Any]:
+    """What a row says of a measured pose, by column."""
+    return dict(zip(MEASURED_COLUMNS, msgspec.structs.astuple(measured), strict=True))
+
+
+def checked_edit(fields: dict[str, Any]) -> dict[str, Any]:
+    """Return changes of a row that may be made. Raises ValueError that names the column and its value."""
+    for name, value in fields.items():
+        if name not in EDITABLE:
+            raise ValueError(f"{name} cannot be changed; what can is {', '.join(EDITABLE)}")
+        if name != "notes" and value is not None:
+            check_number(name, value)
+    return fields | ({"notes": clean_text("notes", fields["notes"])} if "notes" in fields else {})
+
+
+def clean_text(name: str, text: str) -> str:
+    """Return text that any file can hold: without control characters. Raises ValueError where it is too long."""
+    if len(text) > LONGEST_TEXT:
+        raise ValueError(f"{name} has {len(text)} characters; at most {LONGEST_TEXT} are kept")
+    return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text.replace("\r\n", "\n").replace("\r", "\n"))
+
+
+def to_csv_line(values: Sequence[Any]) -> str:
+    """One line of a CSV file, with its line break; None is blank."""
+    text = io.StringIO(newline="")
+    csv.writer(text, lineterminator="\n").writerow(values)
+    return text.getvalue()
+
+
+def row_to_csv(row: Row) -> str:
+    """The line of ``results.csv`` of a row."""
+    return to_csv_line(msgspec.structs.astuple(row))
+
+
+def rows_from_csv(text: str) -> list[Row]:
+    """Rows of ``results.csv``. Raises ValueError that names the row and the column that cannot be read."""
+    lines = csv.DictReader(io.StringIO(text, newline=""))
+    rows = []
+    for line in lines:
+        number = line.get("number")
+        if None in line:
+            raise ValueError(f"row {number} has more cells than columns")
+        try:
+            kept = {name: value for name, value in line.items() if value or name == "notes"}
+            rows.append(msgspec.convert(kept, Row, strict=False))
+        except msgspec.ValidationError as error:
+            raise ValueError(f"row {number}: {error}") from error
+    if len({row.number for row in rows}) < len(rows):
+        raise ValueError("two rows have the same number")
+    return rows
+
+
+def _pose_values(pose: CirclePose) -> dict[str, float | None]:
+    position = [100 * float(value) for value in pose.position_m]
+    angles = [math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)]
+    values: dict[str, float | None] = dict(zip(POSE_COLUMNS, map(_rounded, position + angles), strict=True))
+    for sigmas, names, factor in (
+        (pose.sigma_position_m, POSE_COLUMNS[:3], 100.0),
+        (pose.sigma_theta_rad, POSE_COLUMNS[3:], math.degrees(1.0)),
+    ):
+        if sigmas is not None:
+            values |= {f"sigma_{name}": _rounded(factor * sigma) for name, sigma in zip(names, sigmas, strict=True)}
+    return values
+
+
+def _rounded(value: float) -> float | None:
+    return round(value, _DECIMALS) if math.isfinite(value) else None

@@ -1,0 +1,296 @@
+"""A session that frames are added to."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import hashlib
+import json
+import re
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import msgspec
+import numpy as np
+import yaml
+
+from app.experiment.files import remove, remove_temporaries, sync_folder, why, write_whole
+from app.experiment.lock import NAME as LOCK
+from app.experiment.lock import FolderLock, InUseError
+from app.experiment.reading import FRAMES, INFO, RESULTS, SCHEMA, SessionRecord, is_session, read_session
+from app.experiment.results import EMPTY, Results
+from app.experiment.row import Measured, Row, checked_edit, clean_text, estimate_values, measured_values
+from app.versions import versions, with_versions
+from pipeline import Estimate
+from pipeline.camera_files import FileError
+
+_FRAME = re.compile(r"(\d+)\.(?:png|json)")
+
+
+class SessionError(FileError):
+    """Something that could not be done with a session; the text names it and says why."""
+
+
+class Session:
+    """One session, held until it is closed; made by :meth:`create` or :meth:`open`.
+
+    It may be used from several threads. ``notices`` are sentences about what was found on opening.
+    """
+
+    def __init__(self, record: SessionRecord, lock: FolderLock) -> None:
+        self._record, self._held = record, lock
+        self._results = Results(record.folder, record.rows)
+        self._busy = threading.RLock()
+        self._closed = False
+        frames = _numbers(record.folder / FRAMES)
+        listed = {row.number for row in record.rows}
+        self._last = max([0, *frames, *listed])
+        self.notices = tuple(_notices(record, sorted(frames - listed)))
+
+    @classmethod
+    def create(cls, folder: str | Path, notes: str = "") -> Session:
+        """Make a new session.
+
+        Parameters
+        ----------
+        folder : where; it is made if need be, and must be empty.
+        notes : on the whole session.
+
+        Raises
+        ------
+        SessionError
+            if the folder is in use or not empty, or cannot be written to.
+        """
+        folder, info = Path(folder), {"schema": SCHEMA, "created": _now(), "program": versions()}
+        info["notes"] = clean_text("notes", notes)
+        is_new = not folder.exists()
+        with _telling(folder, "a session cannot be made"):
+            folder.mkdir(parents=True, exist_ok=True)
+            _check_unused(folder)
+            lock = FolderLock(folder)
+            try:
+                _check_unused(folder)  # nobody was faster
+            except BaseException:
+                lock.release()
+                raise
+            try:
+                _make_files(folder, info)
+            except BaseException:
+                _unmake(folder, lock, is_new)
+                raise
+        return cls(SessionRecord(folder, info, ()), lock)
+
+    @classmethod
+    def open(cls, folder: str | Path) -> Session:
+        """Take a session up again where it stood; what a stopped program left half done is cleared away.
+
+        Raises
+        ------
+        SessionError
+            if it is no session, another program has it, or the folder cannot be written to.
+        FileError
+            if a file of it cannot be read.
+        """
+        folder = Path(folder)
+        if not is_session(folder):
+            raise SessionError(f"{folder}: is no session; it has no file {INFO}")
+        with _telling(folder, "the session cannot be taken up"):
+            lock = FolderLock(folder)
+        try:
+            with _telling(folder, "the session cannot be taken up"):
+                (folder / FRAMES).mkdir(exist_ok=True)
+                for place in (folder, folder / FRAMES):
+                    remove_temporaries(place)
+                record = read_session(folder)
+                return cls(record, lock)
+        except BaseException:
+            lock.release()
+            raise
+
+    @property
+    def folder(self) -> Path:
+        """Where it is."""
+        return self._record.folder
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """All rows, in the order in which they were taken."""
+        with self._busy:
+            return tuple(self._results.rows)
+
+    @property
+    def record(self) -> SessionRecord:
+        """The session as it stands, for tables and reports."""
+        return SessionRecord(self._record.folder, self._record.info, self.rows)
+
+    def take(
+        self,
+        image: Any,
+        estimate: Estimate,
+        source: str,
+        measured: Measured | None = None,
+        notes: str = "",
+        sha256: str | None = None,
+    ) -> Row:
+        """Add a frame. When this returns, the row and its picture are on the disk.
+
+        Parameters
+        ----------
+        image : the picture that was estimated, 8 or 16 bit, grey, BGR or BGRA.
+        estimate : what was found in it.
+        source : what to call the picture.
+        measured : by hand; None for nothing.
+        notes : on this frame.
+        sha256 : of the file that the picture came from, where there is one.
+
+        Raises
+        ------
+        SessionError
+            if it cannot be written; nothing of it is kept then, and the session can go on.
+        ValueError
+            if a text is too long.
+        """
+        source, notes = clean_text("source", source), clean_text("notes", notes)
+        png = cv2.imencode(".png", np.asarray(image))[1].tobytes()
+        with self._busy:
+            number = self._last + 1
+            name = f"{number:04d}"
+            row = Row(
+                number=number,
+                time=_now(),
+                source=source,
+                file=f"{FRAMES}/{name}.png",
+                sha256=hashlib.sha256(png).hexdigest(),
+                source_sha256=sha256,
+                notes=notes,
+                **estimate_values(estimate),
+                **measured_values(measured or Measured()),
+            )
+            line = with_versions(estimate.to_dict(source, frame=number - 1, sha256=sha256))
+            line["picture"] = {"file": f"{name}.png", "sha256": row.sha256}
+            line["taken"] = row.time
+            self._write(row, png, (json.dumps(line, allow_nan=False, indent=1) + "\n").encode())
+        return row
+
+    def edit(self, number: int, **fields: Any) -> Row:
+        """Change what was measured or noted of a row: ``notes``, ``measured_x_cm`` and so on, ``distance_cm``.
+
+        Raises
+        ------
+        SessionError
+            if it cannot be written; the row is as before then.
+        ValueError
+            if there is no such row, or a value cannot be taken.
+        """
+        fields = checked_edit(fields)
+        with self._busy:
+            rows = self._results.rows
+            index = next((index for index, row in enumerate(rows) if row.number == number), None)
+            if index is None:
+                raise ValueError(f"number is {number!r}; the session has no such row")
+            row = msgspec.structs.replace(rows[index], **fields)
+            with _telling(self.folder, f"row {number} cannot be changed"):
+                self._check_open()
+                self._results.replace(index, row)
+        return row
+
+    def close(self) -> None:
+        """Let others have the session. It may be called again."""
+        with self._busy:
+            self._closed = True
+            self._held.release()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise SessionError(f"{self.folder}: the session was closed")
+
+    def _write(self, row: Row, png: bytes, line: bytes) -> None:
+        """Write the frame's two files, then the row."""
+        picture = self.folder / row.file
+        files = {picture: png, picture.with_suffix(".json"): line}
+        with _telling(self.folder, f"frame {row.number} cannot be saved"):
+            self._check_open()
+            if any(path.exists() for path in files):
+                raise SessionError(f"{picture}: is there already, and is not overwritten")
+            try:
+                for path, data in files.items():
+                    write_whole(path, data)
+                sync_folder(picture.parent)
+                self._results.add(row)
+                self._last = row.number
+            except BaseException:
+                if row in self._results.rows:
+                    self._last = row.number
+                else:
+                    for path in files:
+                        remove(path)
+                raise
+
+
+def _check_unused(folder: Path) -> None:
+    """See that a folder is empty, but for what a program leaves that is stopped while it makes a session."""
+    names = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
+    has_rows = RESULTS in names and (folder / RESULTS).read_bytes() != EMPTY
+    has_frames = FRAMES in names and any((folder / FRAMES).iterdir())
+    if has_rows or has_frames or not names <= {RESULTS, FRAMES}:
+        raise SessionError(f"{folder}: a session cannot be made: the folder is not empty")
+
+
+def _make_files(folder: Path, info: dict[str, Any]) -> None:
+    """Make a session's files; ``session.yaml`` comes last and makes it one."""
+    remove_temporaries(folder)
+    (folder / FRAMES).mkdir(exist_ok=True)
+    write_whole(folder / RESULTS, EMPTY)
+    write_whole(folder / INFO, yaml.safe_dump(info, sort_keys=False, allow_unicode=True).encode())
+    sync_folder(folder)
+    sync_folder(folder.resolve().parent)
+
+
+def _unmake(folder: Path, lock: FolderLock, is_new: bool) -> None:
+    """Take back what a session that could not be made has left."""
+    for path in (folder / INFO, folder / RESULTS, folder / LOCK):
+        remove(path)
+    lock.release()
+    with contextlib.suppress(OSError):
+        (folder / FRAMES).rmdir()
+        if is_new:
+            folder.rmdir()
+
+
+def _now() -> str:
+    return datetime.datetime.now().astimezone().isoformat(timespec="milliseconds")
+
+
+def _numbers(frames: Path) -> set[int]:
+    """Numbers of all frames in a folder, in whatever state."""
+    matches = (_FRAME.fullmatch(path.name) for path in frames.iterdir())
+    return {int(match[1]) for match in matches if match}
+
+
+def _notices(record: SessionRecord, unlisted: list[int]) -> Iterator[str]:
+    if unlisted:
+        numbers = ", ".join(f"{number:04d}" for number in unlisted)
+        yield f"{numbers} in {record.folder / FRAMES} has no row: a program was stopped while it was being taken."
+    gone = [row.number for row in record.rows if not (record.folder / row.file).is_file()]
+    if gone:
+        yield f"The picture of row {', '.join(map(str, gone))} is no longer in {record.folder / FRAMES}."
+
+
+@contextlib.contextmanager
+def _telling(folder: Path, what: str) -> Iterator[None]:
+    """Turn what the system says into one sentence."""
+    try:
+        yield
+    except InUseError as error:
+        raise SessionError(f"{folder}: {what}: it is in use by {error}") from error
+    except OSError as error:
+        raise SessionError(f"{folder}: {what}: {why(error)}") from error

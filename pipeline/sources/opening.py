@@ -1,0 +1,85 @@
+"""From what was typed to a source of frames."""
+
+from __future__ import annotations
+
+import time
+
+import cv2
+
+from pipeline.camera_files import FileError
+from pipeline.simulate import load_sequence
+from pipeline.sources.capture import open_camera, open_stream
+from pipeline.sources.frames import Frames, SourceError, Tell
+from pipeline.sources.live import Live
+from pipeline.sources.names import Kind, kind_of
+from pipeline.sources.pictures import Pictures, list_pictures
+from pipeline.sources.simulated import Simulated
+from pipeline.sources.video import Video
+
+TIMEOUT_S = 10.0
+
+
+def open_frames(
+    source: str, tell: Tell | None = None, *, rate_hz: float | None = None, timeout_s: float = TIMEOUT_S
+) -> Frames:
+    """Open whatever a text names: see :func:`pipeline.sources.kind_of`.
+
+    Parameters
+    ----------
+    source : path of a picture, a folder, a video or a scene file, a glob, a camera's number, or a stream's address.
+    tell : hears, in plain sentences, of corrupt frames, and of a live source that goes away and comes back, from
+        whatever thread notices.
+    rate_hz : of pictures, whose times follow from it; without it they have none.
+    timeout_s : how long a stream may take to answer, and between two frames before it counts as lost.
+
+    Returns
+    -------
+    Frames, to be iterated and closed; a context manager closes them.
+
+    Raises
+    ------
+    SourceError
+        if there is nothing of that name, it does not answer in time, or it is nothing that gives frames.
+    """
+    kind = kind_of(source)
+    if kind is Kind.VIDEO:
+        return Video(source, tell)
+    if kind is Kind.SIMULATED:
+        try:
+            return Simulated(load_sequence(source), source, tell)
+        except FileError as error:
+            raise SourceError(str(error)) from error
+    if kind is Kind.CAMERA:
+        return Live(f"camera {int(source)}", lambda: _camera(int(source)), tell)
+    if kind is Kind.STREAM:
+        return _open_stream(source, tell, timeout_s)
+    paths = list_pictures(source)
+    if kind is Kind.PICTURE and not paths[0].exists():
+        raise SourceError(f"{source}: there is no such file")
+    return Pictures(paths, source, rate_hz, tell)
+
+
+def _open_stream(address: str, tell: Tell | None, timeout_s: float) -> Frames:
+    """A live stream; or, where the address turns out to be that of a file, which has an end, a recording."""
+    first: list[cv2.VideoCapture] = [_stream(address, timeout_s)]
+    if 0 < first[0].get(cv2.CAP_PROP_FRAME_COUNT) < 1e9:
+        first.pop().release()
+        return Video(address, tell, scan=False)
+    return Live(address, lambda: first.pop() if first else _stream(address, timeout_s), tell)
+
+
+def _stream(address: str, timeout_s: float) -> cv2.VideoCapture:
+    start_s = time.monotonic()
+    capture = open_stream(address, timeout_s)
+    if capture.isOpened():
+        return capture
+    if time.monotonic() - start_s >= 0.9 * timeout_s:
+        raise SourceError(f"{address}: does not answer within {timeout_s:g} s")
+    raise SourceError(f"{address}: cannot be opened: nothing answers there, or what answers is no video")
+
+
+def _camera(number: int) -> cv2.VideoCapture:
+    capture = open_camera(number)
+    if not capture.isOpened():
+        raise SourceError(f"camera {number}: there is none of that number, or another program has it")
+    return capture

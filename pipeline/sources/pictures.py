@@ -1,0 +1,96 @@
+"""Picture files as frames: one, a folder's, or those that a glob matches."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.image import ImageError, decode
+from pipeline.sources.frames import Frame, Frames, SourceError, Tell
+
+PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm")
+
+
+class Pictures(Frames):
+    """Picture files in the given order, each read when its turn comes.
+
+    Parameters
+    ----------
+    paths : of the files.
+    source : what to call them together.
+    rate_hz : in a second, where they belong together in time; None where they do not, and have no times.
+    tell : hears of each file that cannot be read, which is skipped.
+    """
+
+    def __init__(
+        self, paths: Sequence[Path], source: str, rate_hz: float | None = None, tell: Tell | None = None
+    ) -> None:
+        super().__init__(source, tell)
+        self.paths = tuple(paths)
+        self.rate_hz = rate_hz
+        self.count = len(self.paths)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, len(self.paths))
+
+    def between(self, start: int, stop: int) -> Iterator[Frame]:
+        """Yield the pictures from number ``start`` up to before ``stop``."""
+        for index in range(max(0, start), min(stop, len(self.paths))):
+            path = self.paths[index]
+            try:
+                image, sha256 = read_picture(path)
+            except ImageError as error:
+                self._skip(str(error))
+                continue
+            yield Frame(image, index, None if self.rate_hz is None else index / self.rate_hz, str(path), sha256)
+
+
+def read_picture(path: Path) -> tuple[np.ndarray, str]:
+    """Read a picture file; returns the image, see :func:`pipeline.image.decode`, and the SHA-256 of the file.
+
+    Raises
+    ------
+    ImageError
+        if the file cannot be read or is no picture.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ImageError(f"{path}: cannot be read ({error.strerror or error})") from error
+    return decode(data, str(path)), hashlib.sha256(data).hexdigest()
+
+
+def list_pictures(source: str) -> list[Path]:
+    """Picture files that a text stands for.
+
+    A folder stands for its pictures, a glob for the files it matches, both in numeric order (frame2 before frame10).
+    Anything else stands for itself, whether it exists or not.
+
+    Raises
+    ------
+    SourceError
+        if a folder has no pictures, or a glob matches nothing.
+    """
+    path = Path(source)
+    if path.is_dir():
+        found = [entry for entry in path.iterdir() if entry.suffix.lower() in PICTURE_ENDINGS and entry.is_file()]
+        if not found:
+            raise SourceError(f"{source}: the folder has no pictures ({', '.join(PICTURE_ENDINGS)})")
+        return sorted(found, key=numeric)
+    if not path.exists() and glob.has_magic(source):
+        found = [Path(match) for match in glob.glob(source, recursive=True) if Path(match).is_file()]
+        if not found:
+            raise SourceError(f"{source}: no file matches")
+        return sorted(found, key=numeric)
+    return [path]
+
+
+def numeric(path: Path) -> list[tuple[int, int, str]]:
+    """Sort key by which digits count as numbers."""
+    pieces = re.split(r"(\d+)", str(path))
+    return [(1, int(piece), piece) if piece.isdecimal() else (0, 0, piece) for piece in pieces]

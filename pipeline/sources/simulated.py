@@ -1,0 +1,55 @@
+"""A simulated course as frames: a scene file in which the vehicle moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+
+from pipeline.estimate import estimate
+from pipeline.simulate import ClosedLoop, Sequence, film
+from pipeline.simulate.render import render
+from pipeline.simulate.sequence import Observe, scenes
+from pipeline.sources.frames import Frame, Frames, SourceError, Tell
+
+
+class Simulated(Frames):
+    """The pictures of a simulated sequence, rendered when their turn comes.
+
+    Parameters
+    ----------
+    sequence : what to render.
+    source : what to call it.
+    tell : unused; a simulated frame is never corrupt.
+    observe : estimates poses and so steers a closed loop; the default is :func:`pipeline.estimate`.
+
+    Raises
+    ------
+    SourceError
+        on iteration, if a pose on the way has no picture.
+    """
+
+    def __init__(
+        self, sequence: Sequence, source: str, tell: Tell | None = None, observe: Observe | None = None
+    ) -> None:
+        super().__init__(source, tell)
+        self.sequence = sequence
+        self.count = sequence.frames
+        self.rate_hz = None if sequence.motion is None else sequence.motion.rate_hz
+        self.camera, self.dock = sequence.scene.camera, sequence.scene.dock
+        self._observe = observe or (lambda image, camera: estimate(image, camera, sequence.scene.dock).selected)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, self.sequence.frames)
+
+    def between(self, start: int, stop: int) -> Iterator[Frame]:
+        """Yield the frames from ``start`` up to before ``stop``; a closed loop is steered there from its beginning."""
+        start = max(0, start)
+        try:
+            if isinstance(self.sequence.motion, ClosedLoop):
+                for filmed in islice(film(self.sequence, self._observe), start, stop):
+                    yield Frame(filmed.image, filmed.number - 1, filmed.time_s, self.source)
+                return
+            for index, (time_s, scene) in enumerate(islice(scenes(self.sequence), start, stop), start):
+                yield Frame(render(scene)[0], index, time_s, self.source)
+        except ValueError as error:
+            raise SourceError(f"{self.source}: {error}") from error

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,7 +57,13 @@ def error_words(found: Estimate, view: View) -> str:
     )
 
 
-def sweep_levels(view: View, present: Estimate, progress: Progress, levels: Sequence[int] = SWEPT_LEVELS) -> Sweep:
+def sweep_levels(
+    view: View,
+    present: Estimate,
+    progress: Progress,
+    levels: Sequence[int] = SWEPT_LEVELS,
+    show: Callable[[Sweep], None] = lambda sweep: None,
+) -> Sweep:
     """Estimate the view at every fixed level (Fig. 14 of Ghosh et al. 2016).
 
     Parameters
@@ -66,6 +72,7 @@ def sweep_levels(view: View, present: Estimate, progress: Progress, levels: Sequ
     present : found in it as it stands; its centre is the reference where the truth is not known.
     progress : told level by level.
     levels : which.
+    show : given what was swept so far, level by level.
     """
     centre, reference = _reference(view, present)
     errors = np.full((len(levels), len(CENTRES)), np.nan)
@@ -73,6 +80,7 @@ def sweep_levels(view: View, present: Estimate, progress: Progress, levels: Sequ
         found = _estimate(view, msgspec.structs.replace(view.settings, method="fixed", level=level))
         if centre is not None:
             errors[index] = _errors_px(found, centre)
+        show(Sweep(np.asarray(levels[: index + 1]), errors[: index + 1].copy(), reference))
     return Sweep(np.asarray(levels), errors, reference)
 
 

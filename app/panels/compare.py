@@ -34,7 +34,7 @@ _TABLE_NOTE = (
 )
 # static/page.js presses the button of that name; with the keyboard Enter does.
 _PRESSED = 'role="button" tabindex="0" data-method="{name}" title="Use {name}"'
-_OLD = "The picture or the settings have changed since: compare again."
+_OLD = "The picture or the settings have changed since what is shown here was worked out: press the button again."
 
 
 def compare_html(found: Mapping[str, Estimate], view: View) -> str:
@@ -77,7 +77,7 @@ class ComparePanel:
 
     def __init__(self, gui: viser.GuiApi, change: Change, on_error: Callable[[Exception], None]) -> None:
         self._reading: Reading | None = None
-        self._compared: View | None = None
+        self._worked_on: dict[str, View] = {}
         self._compare = gui.add_button(
             "Compare all methods",
             icon=viser.Icon.LAYOUT_GRID,
@@ -91,6 +91,7 @@ class ComparePanel:
         self._bar = gui.add_progress_bar(0, visible=False, animated=True)
         self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint="Give up the work.")
         self._note = gui.add_html(_note(_ASK))
+        self._chart = SweepChart(gui)
         self._table = gui.add_html("")
         self._take_over = [
             gui.add_button_group(
@@ -102,7 +103,6 @@ class ComparePanel:
             for first in range(0, len(COMPARED), _IN_A_ROW)
         ]
         self._montage = gui.add_image(np.zeros((3, 4, 3), np.uint8), format="jpeg", jpeg_quality=90, visible=False)
-        self._chart = SweepChart(gui)
         gui.add_html(help_link("compare"))
         self._task = Task(self._tell, self._on_end, on_error)
         self._compare.on_click(lambda event: self._begin(self._do_compare))
@@ -117,8 +117,8 @@ class ComparePanel:
     def show(self, reading: Reading) -> None:
         """Remember what there is to compare; say when what was compared is of before."""
         self._reading = reading
-        if self._compared is not None and self._compared is not reading.view:
-            self._note.content = _note(_OLD)
+        if self._worked_on:
+            self._say_age()
 
     def close(self) -> None:
         """Stop whatever runs."""
@@ -126,8 +126,19 @@ class ComparePanel:
 
     def _begin(self, work: Callable[[Reading, Progress], None]) -> None:
         reading = self._reading
-        if reading is not None and self._task.start(lambda progress: work(reading, progress)):
-            self._bar.visible = self._stop.visible = True
+        if reading is not None:
+            self._task.start(lambda progress: self._work(work, reading, progress))
+
+    def _work(self, work: Callable[[Reading, Progress], None], reading: Reading, progress: Progress) -> None:
+        self._bar.visible = self._stop.visible = True
+        work(reading, progress)
+        self._say_age()
+
+    def _say_age(self) -> None:
+        """Say where something shown here is of a view before the present one."""
+        present = None if self._reading is None else self._reading.view
+        is_old = any(view is not present for view in self._worked_on.values())
+        self._note.content = _note(_OLD if is_old else "")
 
     def _do_compare(self, reading: Reading, progress: Progress) -> None:
         view = reading.view
@@ -137,11 +148,11 @@ class ComparePanel:
         self._table.content = compare_html(found, view)
         for handle in (self._montage, *self._take_over):
             handle.visible = True
-        self._compared = view
-        self._note.content = _note("")
+        self._worked_on["methods"] = view
 
     def _do_sweep(self, reading: Reading, progress: Progress) -> None:
-        self._chart.show(sweep_levels(reading.view, reading.estimate, progress))
+        self._worked_on["sweep"] = reading.view
+        self._chart.show(sweep_levels(reading.view, reading.estimate, progress, show=self._chart.grow))
 
     def _tell(self, share: float) -> None:
         if round(100 * share) != self._bar.value:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+import time
+from collections.abc import Callable
+from html import escape
 
 import numpy as np
 import viser
 from viser import uplot
 
-from app.comparison import CENTRES, Sweep
+from app.comparison import CENTRES, SWEPT_LEVELS, Sweep
 from app.panels.detect import SMALL
 
 # Okabe and Ito's vermillion, orange and blue; the dashes tell them apart too.
 _COLOURS = ("#D55E00", "#E69F00", "#0072B2")
 _DASHES = ((8.0, 4.0), (2.0, 3.0), ())
 _HEIGHT_PX = 190
+_EVERY_S = 0.2
 
 
 def sweep_data(sweep: Sweep) -> tuple[np.ndarray, ...]:
@@ -27,9 +31,14 @@ def sweep_data(sweep: Sweep) -> tuple[np.ndarray, ...]:
 
 
 def sweep_top_px(sweep: Sweep) -> float:
-    """Where the vertical axis ends: nearly all of the errors are below."""
+    """Where the vertical axis ends: 1, 2 or 5 times a power of ten with nearly all of the errors below.
+
+    It seldom moves while a sweep grows: with another axis the browser builds the chart anew.
+    """
     known = sweep.errors_px[~np.isnan(sweep.errors_px)]
-    return 1.0 if len(known) == 0 else float(max(1, math.ceil(1.1 * np.quantile(known, 0.97))))
+    least = 1.0 if len(known) == 0 else max(1.0, 1.1 * float(np.quantile(known, 0.97)))
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= least)
 
 
 def sweep_sentence(sweep: Sweep) -> str:
@@ -46,10 +55,23 @@ def sweep_sentence(sweep: Sweep) -> str:
     )
 
 
-class SweepChart:
-    """Draws a sweep; not there before the first."""
+def swept_so_far(sweep: Sweep) -> str:
+    """How far a sweep is that goes on, or was stopped."""
+    last = f"{sweep.levels[-1]}" if len(sweep.levels) else "none"
+    return f"Levels up to {last} of {SWEPT_LEVELS[-1]} are drawn. {sweep_sentence(sweep)}"
 
-    def __init__(self, gui: viser.GuiApi) -> None:
+
+class SweepChart:
+    """Draws a sweep; not there before the first.
+
+    Parameters
+    ----------
+    gui : where to build it.
+    clock : gives seconds.
+    """
+
+    def __init__(self, gui: viser.GuiApi, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock, self._drawn_s, self._top = clock, -math.inf, 1.0
         flat = np.zeros(2)
         font = "11px sans-serif"
         no_points = uplot.Series_Points(show=False)
@@ -73,12 +95,23 @@ class SweepChart:
         )
         self._sentence = gui.add_html("")
 
+    def grow(self, sweep: Sweep) -> None:
+        """Draw what was swept so far, a few times a second."""
+        if self._clock() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
+            self._draw(sweep, swept_so_far(sweep))
+            self._drawn_s = self._clock()
+
     def show(self, sweep: Sweep) -> None:
-        """Draw it."""
-        self._chart.scales = _scales(sweep_top_px(sweep))
+        """Draw a sweep to its end."""
+        self._draw(sweep, sweep_sentence(sweep))
+
+    def _draw(self, sweep: Sweep, sentence: str) -> None:
+        top = sweep_top_px(sweep)
+        if top != self._top:
+            self._chart.scales, self._top = _scales(top), top
         self._chart.data = sweep_data(sweep)
         self._chart.visible = True
-        self._sentence.content = f'<div id="sweep" style="{SMALL}">{sweep_sentence(sweep)}</div>'
+        self._sentence.content = f'<div id="sweep" style="{SMALL}">{escape(sentence)}</div>'
 
 
 def _scales(top: float) -> dict[str, uplot.Scale]:

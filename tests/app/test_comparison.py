@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from app.compare_command import COMPARED
-from app.comparison import compare_view, error_words, sweep_levels
+from app.comparison import Sweep, compare_view, error_words, sweep_levels
 from app.panels.compare import COLUMNS, compare_html, method_cells
-from app.panels.sweep_chart import sweep_data, sweep_sentence, sweep_top_px
+from app.panels.sweep_chart import sweep_data, sweep_sentence, sweep_top_px, swept_so_far
 from app.reading import read_view
 from app.state import open_source, with_min_area
 from app.task import CancelledError, Progress, Task
@@ -55,6 +55,32 @@ def test_sweep_of_the_true_centre_is_the_best_of_three(view):
     assert len(errors) == 3
     assert np.isfinite(errors).all()
     assert len(levels) == 3
+
+
+def test_sweep_is_shown_as_it_grows(view):
+    grown = []
+    whole = sweep_levels(view, read_view(view).estimate, quiet(), [100, 120, 255], grown.append)
+    assert [one.levels.tolist() for one in grown] == [[100], [100, 120], [100, 120, 255]]
+    for one in grown:
+        np.testing.assert_array_equal(one.errors_px, whole.errors_px[: len(one.levels)])
+    assert swept_so_far(grown[1]).startswith("Levels up to 120 of 255 are drawn. A dock at 2 of 2 levels")
+
+
+def test_stopped_sweep_keeps_what_it_has():
+    class Stopped(Progress):
+        def over(self, items):
+            yield from items[:2]
+            raise CancelledError
+
+    grown, view = [], open_source(None, None, None)
+    with pytest.raises(CancelledError):
+        sweep_levels(view, read_view(view).estimate, Stopped(lambda share: None), [100, 120, 255], grown.append)
+    assert len(grown[-1].levels) == 2
+
+
+@pytest.mark.parametrize(("error_px", "top"), [(0.0, 1), (0.9, 1), (0.95, 2), (4, 5), (4.6, 10), (30, 50), (95, 200)])
+def test_axis_of_a_sweep_ends_at_a_round_number(error_px, top):
+    assert sweep_top_px(Sweep(np.array([9]), np.full((1, 3), error_px), "nothing")) == top
 
 
 def test_sweep_without_truth_is_measured_against_what_is_found(view):

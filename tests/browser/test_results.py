@@ -1,11 +1,14 @@
 import io
 import math
 import re
+import time
 import zipfile
 
 import pytest
 
+from app import comparison
 from app.compare_command import COMPARED
+from pipeline import estimate
 from tests.browser.conftest import THROTTLE_S
 
 pytestmark = pytest.mark.browser
@@ -134,16 +137,21 @@ def test_methods_are_compared_when_asked_and_one_taken_over(page):
     page.until(lambda: page.box("Threshold by").input_value() == "Otsu")
 
 
-def test_level_is_swept_and_a_sweep_can_be_stopped(page):
+def test_level_is_swept_while_the_chart_grows_and_a_sweep_can_be_stopped(page, monkeypatch):
     page.tab("Compare")
     press(page, "Sweep the level")
-    page.page.locator("#sweep").wait_for(timeout=30_000)
-    assert "true centre" in page.page.locator("#sweep").inner_text()
+    words = page.page.locator("#sweep")
+    page.until(lambda: words.count() == 1 and "true centre" in words.inner_text(), 30)
     stop = page.page.get_by_role("button", name="Stop", exact=True)
     page.until(lambda: not stop.is_visible())
+    assert "Levels up to" not in words.inner_text()
+    monkeypatch.setattr(comparison, "estimate", lambda *a, **k: time.sleep(0.02) or estimate(*a, **k))
     page.page.get_by_role("button", name="Sweep the level", exact=True).click()
+    seen = set()
+    page.until(lambda: seen.add(words.inner_text()[:22]) or len(seen) > 3)
     stop.click()
     page.until(lambda: not stop.is_visible())
+    assert words.inner_text().startswith("Levels up to ")
 
 
 def test_everything_is_saved_in_one_file(page):

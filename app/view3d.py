@@ -117,6 +117,7 @@ class View3D:
         self.camera = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
         scene = server.scene
         scene.set_up_direction("-y")
+        scene.configure_default_lights(cast_shadow=False)  # shadows tell nothing here, and take half the drawing time
         self._grid = scene.add_grid(
             "/grid", plane="xz", cell_color=_GREY, cell_thickness=0.5, section_color=_GREY, fade_strength=0.5
         )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
+import cv2
 import numpy as np
 import viser
 
@@ -36,12 +38,18 @@ def widen(picture: np.ndarray) -> np.ndarray:
 class PicturePanel:
     """Tabs of pictures; hovering over one shows the button that enlarges it.
 
+    Parameters
+    ----------
+    gui : to add to.
+    flush : sends what waits to be sent.
+
     Attributes
     ----------
     compare_tab : a tab between them for the comparison of methods to fill.
     """
 
-    def __init__(self, gui: viser.GuiApi) -> None:
+    def __init__(self, gui: viser.GuiApi, flush: Callable[[], None]) -> None:
+        self._flush = flush
         tabs = gui.add_tab_group()
         black = np.zeros((3, 4, 3), dtype=np.uint8)
         with tabs.add_tab("Annotated", viser.Icon.SCAN_EYE):
@@ -61,9 +69,19 @@ class PicturePanel:
         """There are no controls here."""
 
     def show(self, reading: Reading) -> None:
-        """Show the pictures; the original is sent only where it is another one."""
-        self._annotated.image = widen(reading.annotated[:, :, ::-1])
-        self._binary.image = widen(threshold_picture(reading.view.image, reading.estimate)[:, :, ::-1])
+        """Show the pictures; the original is sent only where it is another one.
+
+        The annotated one goes out at once: it is what people wait for, and together with changes of the 3D scene the
+        browser would hold it back until that is drawn.
+        """
+        self._annotated.image = _rgb(widen(reading.annotated))
+        self._flush()
+        self._binary.image = _rgb(widen(threshold_picture(reading.view.image, reading.estimate)))
         if self._pictured is not reading.view.image:
-            self._original.image = widen(to_bgr8(reading.view.image)[:, :, ::-1])
+            self._original.image = _rgb(widen(to_bgr8(reading.view.image)))
             self._pictured = reading.view.image
+
+
+def _rgb(picture: np.ndarray) -> np.ndarray:
+    """The BGR picture as RGB, in one piece: a reversed view takes three times as long to encode."""
+    return cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)

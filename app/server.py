@@ -208,7 +208,7 @@ class App:
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            status, picture = StatusPanel(gui), PicturePanel(gui)
+            status, picture = StatusPanel(gui), PicturePanel(gui, self._server.flush)
             panels.insert(0, picture)  # it is what people wait for
             panels += [status, ResultPanel(gui)]
         with picture.compare_tab:

@@ -3,5 +3,6 @@
 from pipeline.camera import Camera
 from pipeline.dock import Dock
 from pipeline.estimate import Estimate, Settings, estimate
+from pipeline.tracker import Track, Tracked, Tracker
 
-__all__ = ["Camera", "Dock", "Estimate", "Settings", "estimate"]
+__all__ = ["Camera", "Dock", "Estimate", "Settings", "Track", "Tracked", "Tracker", "estimate"]

@@ -26,6 +26,12 @@ _CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "bin
 SMALL = "padding: 0 0.75em 0.5em; font-size: 0.8em; line-height: 1.35"
 
 
+_KEY = (
+    "Dots: peaks of the histogram; votes: how many groups a peak stands for (of peaks close together, the surest). "
+    "Dashed blue: groups that each level leaves, where they were counted."
+)
+
+
 def method_label(method: str) -> str:
     """What a threshold method is called on the page."""
     return _METHOD_NAMES.get(method, method.capitalize())
@@ -110,7 +116,7 @@ class DetectPanel:
         self._sentence.content = (
             f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>'
             f"{escape(thrown_out_sentence(found))}<br>"
-            "Dots: peaks of the histogram. Dashed blue: groups that each level leaves, where they were counted.</div>"
+            f"{_KEY}</div>"
         )
         if found.threshold is None:
             return

@@ -8,7 +8,7 @@ import numpy as np
 import viser
 from viser import uplot
 
-from pipeline.thresholds import LEVELS, Threshold
+from pipeline.thresholds import LEVELS, Peak, Threshold
 
 THRESHOLD_COLOUR = "#D55E00"
 PEAKS_COLOUR = "#CC79A7"
@@ -18,6 +18,13 @@ _HEIGHT_PX = 165
 _BELOW = -1.0  # out of sight below the chart: a gap would need NaN, which blanks the whole chart
 _BESIDE = 0.01  # levels; how wide the threshold's line is drawn
 _LEAST_GROUPS = 10
+_APART = 16  # levels; in a panel of 380 px that is as wide as three digits
+# Sides of the chart that are no plot: the box's margin, and the axis with its label.
+_BEFORE_PX, _AFTER_PX = 10 + 40, 10 + 40
+_PEAKS_LINE = (
+    f"position: relative; height: 1.3em; margin: 0 {_AFTER_PX}px -0.2em {_BEFORE_PX}px; font-size: 0.75em; "
+    "font-weight: 600; white-space: nowrap"
+)
 
 
 def histogram_data(threshold: Threshold) -> tuple[np.ndarray, ...]:
@@ -36,6 +43,30 @@ def histogram_data(threshold: Threshold) -> tuple[np.ndarray, ...]:
     return levels, counts, spike, peaks, np.where(steps < 0, _BELOW * groups_top(threshold), steps)
 
 
+def labelled_peaks(threshold: Threshold) -> list[Peak]:
+    """The peaks whose number of groups is written over the chart, bright to dark.
+
+    Where several are closer to each other than a number is wide, the one that holds over most levels has it.
+    """
+    chosen: list[Peak] = []
+    for peak in sorted(threshold.peaks, key=lambda one: (one.votes, one.level), reverse=True):
+        if all(abs(peak.level - other.level) >= _APART for other in chosen):
+            chosen.append(peak)
+    return sorted(chosen, key=lambda one: one.level, reverse=True)
+
+
+def peaks_html(threshold: Threshold) -> str:
+    """A line over the chart: at each of :func:`labelled_peaks` the number of groups that it votes for."""
+    labels = "".join(
+        f'<span data-peak="{peak.level}" title="peak at level {peak.level}: votes for {peak.groups} groups" '
+        f'style="position: absolute; transform: translateX(-50%); left: {100 * peak.level / LEVELS:.2f}%">'
+        f"{peak.groups}</span>"
+        for peak in labelled_peaks(threshold)
+    )
+    words = '<span style="position: absolute; left: -40px; opacity: 0.75">votes</span>' if labels else ""
+    return f'<div id="peaks" style="{_PEAKS_LINE}">{words}{labels}</div>'
+
+
 def histogram_top(threshold: Threshold) -> float:
     """Where the left axis ends: a whole power of ten, so that it seldom moves."""
     return math.ceil(math.log10(1 + int(threshold.histogram.max())) + 0.1)
@@ -52,6 +83,7 @@ class HistogramChart:
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._tops = (1.0, _LEAST_GROUPS)
+        self._peaks = gui.add_html("")
         flat = np.zeros(2)
         no_points = uplot.Series_Points(show=False)
         self._chart = gui.add_uplot(
@@ -89,6 +121,7 @@ class HistogramChart:
         if tops != self._tops:  # with new scales the browser builds the whole chart anew
             self._chart.scales, self._tops = _scales(*tops), tops
         self._chart.data = histogram_data(threshold)
+        self._peaks.content = peaks_html(threshold)
 
 
 def _scales(top: float, groups: float) -> dict[str, uplot.Scale]:

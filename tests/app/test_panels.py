@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -5,12 +6,13 @@ import pytest
 
 from app.choices import with_mask
 from app.panels.detect import method_label, threshold_sentence, thrown_out_sentence
-from app.panels.histogram import groups_top, histogram_data, histogram_top
+from app.panels.histogram import groups_top, histogram_data, histogram_top, labelled_peaks, peaks_html
 from app.panels.picture import widen
 from app.panels.result import COLUMNS, candidate_row, status_html, table_html, truth_row
 from app.reading import read_view
 from app.state import open_source, with_lights, with_method, with_sample
 from app.uploads import clean_name
+from pipeline.thresholds import Threshold
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +86,20 @@ def test_histogram_of_a_threshold_that_keeps_nothing(reading):
     assert np.isfinite(counts).all()
     words = threshold_sentence(replace(reading.estimate, threshold=replace(reading.estimate.threshold, level=256)))
     assert "above 255" in words
+
+
+def test_peaks_are_labelled_with_their_votes():
+    """Three heaps of pixels: background 20, a dim light at 100, brighter ones at 180 and 190 that are one label."""
+    counts = np.zeros(256, int)
+    counts[[20, 100, 180, 190]] = 9000, 40, 40, 40
+    groups = np.full(256, -1)
+    groups[50:101], groups[101:185], groups[185:191], groups[191:] = 4, 3, 1, 0
+    threshold = Threshold("hats", 100, 100, counts, "", groups, floor=50)
+    assert [(peak.level, peak.groups) for peak in labelled_peaks(threshold)] == [(180, 3), (100, 4)]
+    html = peaks_html(threshold)
+    assert re.findall(r'data-peak="(\d+)".*?>(\d+)<', html) == [("180", "3"), ("100", "4")]
+    assert f"left: {100 * 180 / 256:.2f}%" in html
+    assert "data-peak" not in peaks_html(replace(threshold, level=256))
 
 
 def test_threshold_sentence_names_level_and_groups(reading):

@@ -3,6 +3,7 @@ import math
 import re
 import time
 import zipfile
+from itertools import pairwise
 
 import pytest
 
@@ -57,6 +58,19 @@ def test_minimum_area_throws_small_groups_out_and_says_so(page):
     page.box("Min. area (px)").fill("100")
     page.until(lambda: page.app.view.settings.min_area_px == 100)
     page.page.get_by_text("below 100 px ignored").wait_for(timeout=5000)
+
+
+def test_votes_stand_over_their_peaks(page):
+    page.tab("Detect")
+    labels = page.page.locator("#peaks [data-peak]")
+    labels.first.wait_for()
+    plot = page.page.locator(".u-over").first.bounding_box()
+    places = [one.bounding_box() for one in labels.all()]
+    for one, place in zip(labels.all(), places, strict=True):
+        middle = plot["x"] + plot["width"] * int(one.get_attribute("data-peak")) / 256
+        assert place["x"] + place["width"] / 2 == pytest.approx(middle, abs=2)
+    assert all(one["x"] >= next_to["x"] + next_to["width"] for one, next_to in pairwise(places))
+    assert "10" in labels.all_inner_texts()
 
 
 def test_kind_of_centre(page):

@@ -14,7 +14,7 @@ import msgspec
 
 from app.state import ValueRefusedError, View
 from app.text_files import read_sent
-from pipeline import Camera, Dock, Settings
+from pipeline import Camera, Dock, Settings, estimate
 from pipeline.camera_files import FileError, read_yaml, to_yaml
 
 _EVERY_S = 2.0
@@ -56,6 +56,27 @@ def with_settings_file(view: View, data: bytes, name: str) -> View:
         except ValueError as error:
             raise ValueRefusedError(f"{name}: {error}") from error
     return replace(view, settings=content.settings or view.settings, camera=camera, dock=content.dock or view.dock)
+
+
+def with_last_settings(view: View, settings: Settings) -> View:
+    """Search the first picture as was searched last.
+
+    What fitted the last picture, a fixed level most of all, may hide the dock of this one. Where the default settings
+    show one and the last do not, the default ones are taken, and the note says so.
+    """
+    last, default = replace(view, settings=settings), replace(view, settings=Settings())
+    if settings == default.settings or _shows_dock(last) or not _shows_dock(default):
+        return last
+    how = f"a fixed level of {settings.level}" if settings.method == "fixed" else f"the method {settings.method}"
+    sentence = (
+        f"The last settings ({how}, groups of {settings.min_area_px} px or more) show no dock in this picture, so the "
+        "default ones are back."
+    )
+    return replace(default, note=f"{view.note} {sentence}".strip())
+
+
+def _shows_dock(view: View) -> bool:
+    return estimate(view.image, view.camera, view.dock, view.settings).status == "ok"
 
 
 class Memory:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable
-from dataclasses import replace
 
 import viser
 
 from app.guard import LOOPBACK_NAMES, Guard, accept_values_only
 from app.history import History
-from app.memory import Memory
+from app.memory import Memory, with_last_settings
 from app.notices import Colour, Notices
 from app.opening import open_server, silence
 from app.options import DEFAULTS, Options
@@ -120,7 +119,7 @@ class App:
     ) -> App:
         """Open the source and start serving; see :func:`serve` for the arguments and errors."""
         view, memory = open_source(source, camera, dock), Memory(options.remember_in)
-        view = replace(view, settings=memory.now.settings)
+        view = with_last_settings(view, memory.now.settings)
         guard = Guard(host, options.allow_hosts)
         server = open_server(host, port, guard)
         return cls(server, guard, view, memory, options)

@@ -1,8 +1,12 @@
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from app import memory, state
-from app.memory import Memory, Remembered, settings_file, with_settings_file
+from app.memory import Memory, Remembered, settings_file, with_last_settings, with_settings_file
 from app.options import Options
+from app.reading import read_view
 from app.server import App
 from pipeline import Camera, Settings
 
@@ -85,5 +89,44 @@ def test_app_starts_with_the_last_settings(tmp_path):
     app = App.build(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options)
     try:
         assert app.view.settings.method == "otsu"
+    finally:
+        app.stop()
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (Settings(method="fixed", level=254), "a fixed level of 254"),
+        (Settings(method="otsu", min_area_px=999), "groups of 999 px or more"),
+    ],
+)
+def test_last_settings_that_hide_the_dock_are_not_taken_and_that_is_said(view, settings, words):
+    first = with_last_settings(replace(view, note="No camera is known."), settings)
+    assert first.settings == Settings()
+    assert first.note.startswith("No camera is known. The last settings")
+    assert words in first.note
+    assert read_view(first).estimate.status == "ok"
+
+
+@pytest.mark.parametrize("settings", [Settings(), Settings(method="fixed", level=100), Settings(method="otsu")])
+def test_last_settings_that_show_the_dock_are_taken(view, settings):
+    first = with_last_settings(view, settings)
+    assert (first.settings, first.note) == (settings, "")
+
+
+def test_last_settings_stay_where_no_others_show_a_dock_either(view):
+    dark = replace(view, image=np.zeros_like(view.image))
+    settings = Settings(method="fixed", level=200)
+    assert with_last_settings(dark, settings).settings == settings
+
+
+def test_app_starts_with_a_pose_after_a_fixed_level(tmp_path):
+    options = Options(remember_in=tmp_path)
+    kept = Memory(tmp_path)
+    kept.change(settings=Settings(method="fixed", level=254))
+    kept.write()
+    app = App.build(options=options)
+    try:
+        assert (app.view.settings, "a fixed level of 254" in app.view.note) == (Settings(), True)
     finally:
         app.stop()

@@ -143,6 +143,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
 
 COLUMNS = Row.__struct_fields__
+_TEXTS = ("source", "notes")  # of which a blank one is the empty text, and not unknown
 MEASURED_COLUMNS = (*(f"measured_{name}" for name in POSE_COLUMNS), "distance_cm")
 EDITABLE = (*MEASURED_COLUMNS, "notes")
 
@@ -201,7 +202,7 @@ def rows_from_csv(text: str) -> list[Row]:
         if None in line:
             raise ValueError(f"row {number} has more cells than columns")
         try:
-            kept = {name: value for name, value in line.items() if value or name == "notes"}
+            kept = {name: value for name, value in line.items() if value or name in _TEXTS}
             rows.append(msgspec.convert(kept, Row, strict=False))
         except msgspec.ValidationError as error:
             raise ValueError(f"row {number}: {error}") from error

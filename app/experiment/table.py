@@ -1,0 +1,92 @@
+"""The running table of an experiment: "estimated (measured)", errors, and their mean and root mean square.
+
+The cells are those of Tables 2 and 3 of Ghosh et al. 2016.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from app.experiment.row import Row
+
+MISSING = "–"
+QUANTITIES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
+SUMMARIES = ("Compared", "Mean error", "RMS error")
+
+
+@dataclass(frozen=True)
+class Summary:
+    """How far the estimates of a session are off.
+
+    Attributes
+    ----------
+    counts : (5,) rows in which x, y, z, theta_x and theta_y were both estimated and measured.
+    means, rms : (5,) mean and root mean square of estimated minus measured, in centimetres and degrees; None where
+        nothing was measured.
+    """
+
+    counts: tuple[int, ...]
+    means: tuple[float | None, ...]
+    rms: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Text for every cell; the first columns are the frame's number and the notes come last.
+
+    Attributes
+    ----------
+    head : name of each column.
+    body : a row a taken frame.
+    foot : a row each of ``SUMMARIES``.
+    """
+
+    head: tuple[str, ...]
+    body: tuple[tuple[str, ...], ...]
+    foot: tuple[tuple[str, ...], ...]
+
+
+def summary(rows: Sequence[Row]) -> Summary:
+    """Mean and root mean square of the errors of all rows that have them."""
+    columns = [[row.errors[index] for row in rows] for index in range(len(QUANTITIES))]
+    known = [[error for error in column if error is not None] for column in columns]
+    return Summary(
+        tuple(len(errors) for errors in known),
+        tuple(math.fsum(errors) / len(errors) if errors else None for errors in known),
+        tuple(
+            math.sqrt(math.fsum(error * error for error in errors) / len(errors)) if errors else None
+            for errors in known
+        ),
+    )
+
+
+def table(rows: Sequence[Row], *, with_errors: bool = True) -> Table:
+    """Every number as people read it, with two decimals; ``with_errors`` adds five columns of them."""
+    head = ["No.", *QUANTITIES]
+    if with_errors:
+        head += [f"Δ{name}" for name in QUANTITIES]
+    total = summary(rows)
+    counts = tuple(str(count) for count in total.counts)
+    foot = []
+    for name, cells in zip(SUMMARIES, (counts, _signed(total.means), _plain(total.rms)), strict=True):
+        # Where there are columns of errors, what sums them up stands below these.
+        foot.append((name, *([""] * len(QUANTITIES) if with_errors else []), *cells, ""))
+    return Table((*head, "Notes"), tuple(_cells(row, with_errors) for row in rows), tuple(foot))
+
+
+def _cells(row: Row, with_errors: bool) -> tuple[str, ...]:
+    pairs = [
+        f"{found} ({true})" if true != MISSING else found
+        for found, true in zip(_plain(row.estimated), _plain(row.measured), strict=True)
+    ]
+    return (str(row.number), *pairs, *(_signed(row.errors) if with_errors else ()), row.notes)
+
+
+def _plain(values: Sequence[float | None]) -> tuple[str, ...]:
+    return tuple(MISSING if value is None else f"{value:.2f}" for value in values)
+
+
+def _signed(values: Sequence[float | None]) -> tuple[str, ...]:
+    return tuple(MISSING if value is None else f"{value:+.2f}" for value in values)

@@ -1,0 +1,94 @@
+"""Text from outside in a LaTeX document, for every engine and without further packages."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+_SPECIAL = {
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "$": r"\$",
+    "&": r"\&",
+    "#": r"\#",
+    "_": r"\_",
+    "%": r"\%",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"$<$",
+    ">": r"$>$",
+    "|": r"$|$",
+    '"': "''",
+    "°": r"$^\circ$",
+    "±": r"$\pm$",
+    "×": r"$\times$",
+    "µ": r"$\mu$",
+    "²": r"$^2$",
+    "³": r"$^3$",
+    "·": r"$\cdot$",
+    "–": "--",
+    "—": "---",
+    "…": r"\dots{}",
+    "ß": r"{\ss}",
+    "æ": r"{\ae}",
+    "Æ": r"{\AE}",
+    "ø": r"{\o}",
+    "Ø": r"{\O}",
+    "œ": r"{\oe}",
+    "Œ": r"{\OE}",
+    "ł": r"{\l}",
+    "Ł": r"{\L}",
+    "\n": " ",
+    "\t": " ",
+}
+_ACCENTS = {
+    "\N{COMBINING GRAVE ACCENT}": r"\`",
+    "\N{COMBINING ACUTE ACCENT}": r"\'",
+    "\N{COMBINING CIRCUMFLEX ACCENT}": r"\^",
+    "\N{COMBINING TILDE}": r"\~",
+    "\N{COMBINING DIAERESIS}": r"\"",
+    "\N{COMBINING RING ABOVE}": r"\r",
+    "\N{COMBINING CEDILLA}": r"\c",
+    "\N{COMBINING CARON}": r"\v",
+    "\N{COMBINING MACRON}": r"\=",
+    "\N{COMBINING DOUBLE ACUTE ACCENT}": r"\H",
+    "\N{COMBINING BREVE}": r"\u",
+    "\N{COMBINING DOT ABOVE}": r"\.",
+}
+_GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
+_GREEK_AS_LATIN = {"ALPHA", "BETA", "EPSILON", "ZETA", "ETA", "IOTA", "KAPPA", "MU", "NU", "RHO", "TAU", "CHI"}
+
+
+def to_latex(text: str) -> str:
+    """Return LaTeX that prints the text, and does nothing else.
+
+    Latin letters with accents and Greek letters are spelt as commands; of other scripts, which plain LaTeX has no fonts
+    for, a "?" is left for each letter.
+    """
+    return "".join(_character(character) for character in unicodedata.normalize("NFC", text))
+
+
+def _character(character: str) -> str:
+    if character in _SPECIAL:
+        return _SPECIAL[character]
+    if " " <= character <= "~":
+        return character
+    letter, *marks = unicodedata.normalize("NFD", character)
+    if letter.isascii() and letter.isalpha() and len(marks) == 1 and marks[0] in _ACCENTS:
+        dotless = rf"\{letter}" if letter in "ij" and marks[0] != "\N{COMBINING CEDILLA}" else letter
+        return f"{_ACCENTS[marks[0]]}{{{dotless}}}"
+    greek = _GREEK.match(unicodedata.name(character, ""))
+    if greek is not None and greek[2] not in ("OMICRON", "FINAL"):
+        return _greek(greek[1] == "CAPITAL", greek[2])
+    return "?"
+
+
+def _greek(is_capital: bool, name: str) -> str:
+    name = {"LAMDA": "lambda"}.get(name, name.lower())
+    if not is_capital:
+        return rf"$\{name}$"
+    if name.upper() in _GREEK_AS_LATIN:  # drawn like Latin capitals, for which LaTeX has no commands
+        latin = {"eta": "H", "rho": "P", "chi": "X"}.get(name, name[0].upper())
+        return rf"$\mathrm{{{latin}}}$"
+    return rf"$\{name.capitalize()}$"

@@ -1,0 +1,45 @@
+"""File names made from text that came from outside."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Collection
+
+LONGEST_BYTES = 60  # of a name without its ending, in UTF-8: short of every system's limit, folders included
+# Windows opens a device in place of a file of such a name, whatever its ending.
+_DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{digit}" for port in ("com", "lpt") for digit in "0123456789¹²³")}
+
+
+def safe_name(text: str, ending: str = "", *, taken: Collection[str] = (), otherwise: str = "picture") -> str:
+    """Return a file name that Linux, Windows and macOS take and that stands for the text.
+
+    Parameters
+    ----------
+    text : whatever it should be called.
+    ending : of the name, as ".png"; our own, not from outside.
+    taken : names that must not be used again, as files of one folder; case makes no difference on Windows and macOS.
+    otherwise : the name where nothing of the text is left.
+
+    Returns
+    -------
+    Letters and digits of any script, in composed form (Unicode NFC), "-" and "_", and the ending. No dots, so that it
+    is neither hidden nor another kind of file; no spaces at its ends; no device of Windows; at most ``LONGEST_BYTES``
+    bytes before the ending. Where it is taken, a number is added.
+    """
+    composed = unicodedata.normalize("NFC", text)
+    stem = _shortened(re.sub(r"[^\w-]+", "_", composed).strip("_-"), LONGEST_BYTES).strip("_-") or otherwise
+    if stem.lower() in _DEVICES:
+        stem += "_"
+    used = {name.casefold() for name in taken}
+    name, number = f"{stem}{ending}", 1
+    while name.casefold() in used:
+        number += 1
+        suffix = f"-{number}"
+        name = f"{_shortened(stem, LONGEST_BYTES - len(suffix))}{suffix}{ending}"
+    return name
+
+
+def _shortened(text: str, bytes_: int) -> str:
+    """The longest beginning of a text that has so many bytes in UTF-8."""
+    return text.encode("utf-8")[:bytes_].decode("utf-8", "ignore")

@@ -1,0 +1,118 @@
+"""The table "estimated (measured)" as CSV, Markdown, LaTeX and HTML."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from csv import writer
+
+from markupsafe import Markup, escape
+
+from app.experiment.row import POSE_COLUMNS, Row
+from app.experiment.table import MISSING, Table, table
+from app.export.latex import to_latex
+
+CSV_HEAD = (
+    *("number", "time", "source", "status", "probability", "range_cm"),
+    *(f"{kind}{name}" for name in POSE_COLUMNS for kind in ("", "measured_", "error_")),
+    "notes",
+)
+_FORMULA = re.compile(r"^[=+\-@\t]")
+_LATEX_HEAD = ("No.", *(rf"${name}$ (cm)" for name in "xyz"), *(rf"$\theta_{name}$ ($^\circ$)" for name in "xy"))
+
+
+def csv_table(rows: Sequence[Row]) -> str:
+    """One line a row with estimated, measured and error side by side, to compute with; blank where not known.
+
+    A text that a spreadsheet would take for a formula gets an apostrophe in front.
+    """
+    text = io.StringIO(newline="")
+    lines = writer(text, lineterminator="\n")
+    lines.writerow(CSV_HEAD)
+    for row in rows:
+        triples = zip(row.estimated, row.measured, row.errors, strict=True)
+        lines.writerow(
+            [row.number, row.time, _no_formula(row.source), row.status, row.probability, _rounded(row.range_cm)]
+            + [_rounded(value) for triple in triples for value in triple]
+            + [_no_formula(row.notes)]
+        )
+    return text.getvalue()
+
+
+def markdown_table(rows: Sequence[Row]) -> str:
+    """A table of GitHub's Markdown."""
+    content = table(rows)
+    lines = [_markdown_line(content.head), _markdown_line(["---:"] * (len(content.head) - 1) + ["---"])]
+    lines += [_markdown_line([_markdown(cell) for cell in cells]) for cells in content.body]
+    lines += [_markdown_line([f"**{cell}**" if cell else "" for cell in cells]) for cells in content.foot]
+    return "".join(lines)
+
+
+def latex_table(rows: Sequence[Row]) -> str:
+    """A ``longtable`` to be put into a document with the package of that name; without the columns of errors."""
+    content = table(rows, with_errors=False)
+    head = " & ".join(rf"\textbf{{{name}}}" for name in (*_LATEX_HEAD, "Notes"))
+    lines = [
+        "% estimated (measured); needs \\usepackage{longtable}",
+        r"\begin{longtable}{rrrrrrp{0.2\textwidth}}",
+        rf"\hline {head} \\ \hline \endhead",
+        *(_latex_line(cells) for cells in content.body),
+        r"\hline",
+        *(_latex_line(cells) for cells in content.foot),
+        r"\hline",
+        r"\end{longtable}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def html_table(rows: Sequence[Row]) -> str:
+    """A page of its own with the table."""
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>estimated (measured)</title><style>'
+        "body { font: 14px sans-serif } table { border-collapse: collapse } td, th { padding: 0.2em 0.6em; "
+        "text-align: right; border-bottom: 1px solid #ccc; white-space: pre-line } td:last-child, th:last-child "
+        "{ text-align: left } tfoot td { font-weight: bold }</style></head><body>\n"
+        f"{html_fragment(table(rows))}\n</body></html>\n"
+    )
+
+
+def html_fragment(content: Table) -> Markup:
+    """The table alone, every cell escaped."""
+    head = Markup("").join(Markup("<th>{}</th>").format(name) for name in content.head)
+    body, foot = (
+        Markup("\n").join(
+            Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(cell) for cell in cells))
+            for cells in part
+        )
+        for part in (content.body, content.foot)
+    )
+    return Markup("<table><thead><tr>{}</tr></thead>\n<tbody>{}</tbody>\n<tfoot>{}</tfoot></table>").format(
+        head, body, foot
+    )
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 6)
+
+
+def _no_formula(text: str) -> str:
+    return f"'{text}" if _FORMULA.match(text) else text
+
+
+def _markdown_line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |\n"
+
+
+def _markdown(text: str) -> str:
+    """Text without markup, neither Markdown's nor HTML's; a line break becomes <br>."""
+    marked = re.sub(r"([\\`*_{}\[\]()#+!|~$-])", r"\\\1", text) if not _is_number(text) else text
+    return str(escape(marked)).replace("\n", "<br>")
+
+
+def _is_number(text: str) -> bool:
+    return re.fullmatch(rf"[+-]?[\d.]+( \([+-]?[\d.]+\))?|{MISSING}( \([+-]?[\d.]+\))?", text) is not None
+
+
+def _latex_line(cells: Sequence[str]) -> str:
+    return " & ".join(to_latex(cell) for cell in cells) + r" \\"

@@ -4,6 +4,12 @@
 // The token has done its work once the page is there; a shared screen need not show it.
 if (location.search.includes("token=")) history.replaceState(null, "", location.pathname);
 
+// viser's sorter of Gaussian splats starts with every page and builds functions from text. The page's content policy
+// refuses that, and nothing here is drawn with splats, so the refusal is no fault to be told.
+window.addEventListener("unhandledrejection", (event) => {
+  if (event.reason instanceof EvalError) event.preventDefault();
+});
+
 const BUTTON = "input[type=file][accept='image/*']";
 
 // Hand the files to the upload button one after the other: it takes one at a time.

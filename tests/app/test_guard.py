@@ -54,6 +54,9 @@ def test_printed_address_opens_the_page_and_leaves_a_cookie(app):
         cookie = answer.headers["Set-Cookie"]
         assert answer.headers["X-Frame-Options"] == "DENY"
         assert answer.headers["Referrer-Policy"] == "no-referrer"
+        policy = dict(part.split(" ", 1) for part in answer.headers["Content-Security-Policy"].split("; "))
+    assert policy["default-src"] == policy["frame-ancestors"] == policy["base-uri"] == policy["form-action"] == "'none'"
+    assert not any("*" in sources or "http" in sources or "ws:" in sources for sources in policy.values())
     assert cookie.startswith(cookie_of(app))
     assert "HttpOnly" in cookie
     assert "SameSite=Strict" in cookie
@@ -70,6 +73,7 @@ def test_without_the_token_nothing_is_shown(app, path):
     status, text, headers = ask(app, path)
     assert status == 403
     assert "Open the address" in text
+    assert headers["Content-Security-Policy"].startswith("default-src 'none'")
     assert headers["Set-Cookie"] is None
 
 

@@ -1,0 +1,82 @@
+import http.server
+import threading
+
+import pytest
+
+pytestmark = pytest.mark.browser
+RIGHT = ("Source", "Camera & dock", "Detect", "Pose", "Export", "Settings")
+LEFT = ("Annotated", "Threshold", "Compare", "Original")
+
+
+@pytest.fixture
+def elsewhere():
+    """Another server on this machine, which notes what it is asked."""
+    asked = []
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            asked.append(self.path)
+            self.send_response(200)
+            self.send_header("Access-Control-Allow-Origin", "*")
+            self.end_headers()
+
+        def do_POST(self):
+            self.do_GET()
+
+        def log_message(self, format, *args):
+            """Nothing is printed."""
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    yield f"http://127.0.0.1:{server.server_port}", asked
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_nothing_that_the_page_needs_is_refused(page):
+    """The fixture fails the test if the console shows an error, as it does for whatever is refused."""
+    for name in (*RIGHT, *LEFT):
+        page.tab(name)
+        page.page.wait_for_timeout(100)
+    page.page.locator("#candidates").wait_for()
+    with page.page.expect_popup() as popup:
+        page.page.locator("a[href='/help#original']").click()
+    errors = []
+    popup.value.on("console", lambda message: errors.append(message.text))
+    popup.value.reload()
+    popup.value.get_by_role("heading", name="Original").wait_for()
+    popup.value.close()
+    assert errors == []
+
+
+def test_nothing_goes_to_another_host(page, elsewhere):
+    address, asked = elsewhere
+    refused = page.page.evaluate(
+        """async (address) => {
+            const refused = [];
+            addEventListener("securitypolicyviolation", (event) => refused.push(event.effectiveDirective));
+            await fetch(address + "/fetch").catch(() => {});
+            try { new WebSocket(address.replace("http", "ws") + "/socket"); } catch {}
+            navigator.sendBeacon(address + "/beacon", "x");
+            const put = (html) => document.body.insertAdjacentHTML("beforeend", html);
+            put(`<img class=x src="${address}/img"><iframe class=x src="${address}/frame"></iframe>`);
+            put(`<object class=x data="${address}/object"></object><form class=x action="${address}/form"></form>`);
+            put(`<link class=x rel=stylesheet href="${address}/style">`);
+            put(`<img class=x src=y onerror="document.title = 'ran'">`);
+            document.querySelector("form.x").submit();
+            const script = document.createElement("script");
+            script.src = address + "/script";
+            document.body.append(script);
+            await new Promise((next) => setTimeout(next, 500));
+            document.querySelectorAll(".x").forEach((one) => one.remove());
+            return refused;
+        }""",
+        address,
+    )
+    assert asked == []
+    names = {"connect-src", "img-src", "frame-src", "object-src", "form-action", "style-src-elem", "script-src-elem"}
+    assert names | {"script-src-attr"} <= set(refused)
+    assert page.page.title() != "ran"
+    page.errors.clear()  # each refusal is told there

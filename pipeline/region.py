@@ -9,7 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.camera import Camera
 from pipeline.checks import check_number
+from pipeline.circle_pose import CirclePose
+from pipeline.dock import Dock
 from pipeline.markers import Markers
 from pipeline.masks import Mask
 from pipeline.thresholds import Threshold
@@ -19,6 +22,8 @@ from pipeline.thresholds.bright import BrightPixels
 Region = tuple[float, float, float, float]
 # left, top, right, bottom: columns left to right - 1 of rows top to bottom - 1.
 Part = tuple[int, int, int, int]
+
+_CIRCLE_POINTS = 24
 
 
 def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
@@ -76,3 +81,24 @@ def crop(image: Any, part: Part) -> np.ndarray:
     """A part of a picture (H, W) or (H, W, C), not copied."""
     left, top, right, bottom = part
     return np.asarray(image)[top:bottom, left:right]
+
+
+def ring_region(pose: CirclePose, camera: Camera, dock: Dock, margin_px: float = 0.0) -> Region | None:
+    """The region around a dock's ring as the picture shows it, and a margin; None where some of it has no picture."""
+    angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS, endpoint=False)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
+    seen = camera.project(pose.position_m + dock.radius * circle)
+    if not np.isfinite(seen).all():
+        return None
+    (left, top), (right, bottom) = seen.min(axis=0).tolist(), seen.max(axis=0).tolist()
+    return left - margin_px, top - margin_px, right - left + 2 * margin_px, bottom - top + 2 * margin_px
+
+
+def is_within(inner: Region, outer: Region) -> bool:
+    """Whether one region lies wholly in another."""
+    return (
+        inner[0] >= outer[0]
+        and inner[1] >= outer[1]
+        and inner[0] + inner[2] <= outer[0] + outer[2]
+        and inner[1] + inner[3] <= outer[1] + outer[3]
+    )

@@ -2,39 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from pipeline.camera import Camera
-from pipeline.chain import Chain, Command, Speeds
+from pipeline.chain import Command, Speeds
 from pipeline.circle_pose import CirclePose
 from pipeline.dock import Dock
-from pipeline.ellipse import MIN_POINTS, Ellipse
+from pipeline.ellipse import Ellipse
 from pipeline.estimate import Estimate, estimate
-from pipeline.region import Region
+from pipeline.hypotheses import Hypotheses, candidates_of
+from pipeline.region import Region, is_within, ring_region
 from pipeline.settings import Settings
 
 NOMINAL_PERIOD_S = 0.1  # between frames whose times are not known
+_LEAST_PERIOD_S = 1e-3
 # The errors of lights' centres hang on where they fall on the pixels, and those of lights out of their place stay for
 # good. So a frame tells less than it does by itself: by this factor where the ring moved a pixel or more, and by the
 # smaller one where it stands still.
-_WORTH, _WORTH_AT_REST = 0.6, 0.1
-_MOST_ODDS = 3.0  # of one frame: a light that is taken for another one makes any frame surer than it may be
-_WORTH_OF_MOTION = 0.5
-_MATCHED = 16.0  # squared standard deviations within which a candidate continues a chain
-_MOST_MOTION = 9.0  # squared standard deviations that count against a chain
-_DOUBT = 1e-3  # left to either hypothesis, so that a wrong one heals within a few frames
-_SURE_SIGMAS = 5.0
+WORTH, WORTH_AT_REST = 0.6, 0.1
 _RIVAL_FRAMES = 3  # a dock seen elsewhere for so many frames is followed from then on
-_LEAST_PERIOD_S = 1e-3
 
-_CIRCLE_POINTS = 24
 _FULL_EVERY = 25  # frames: then the whole picture is searched again
-_REGION_SHARE = 0.5  # of the ring's size: margin on each side
-_REGION_MARGIN_PX = 20.0
+_REGION_SHARE, _REGION_MARGIN_PX = 0.5, 20.0  # of the ring's size, and more: margin on each side
 _LEAST_REGION = 0.25  # of the picture's width and height; a smaller one has too little water for a histogram
 _LARGEST_REGION = 0.6  # of the picture's pixels; of a larger one the whole picture is as fast
 
@@ -102,32 +94,6 @@ class Tracked:
         }
 
 
-@dataclass(frozen=True)
-class _State:
-    """Both chains after a frame, and the probability that the first is right.
-
-    Attributes
-    ----------
-    chains : of the first and of the second hypothesis.
-    first : probability of the first.
-    age : frames.
-    gap_s : time since the dock was seen.
-    """
-
-    chains: tuple[Chain, Chain]
-    first: float
-    age: int = 1
-    gap_s: float = 0.0
-
-    @property
-    def chosen(self) -> int:
-        return 0 if self.first >= 0.5 else 1
-
-    @property
-    def probability(self) -> float:
-        return max(self.first, 1 - self.first)
-
-
 class Tracker:
     """Follows one dock over frames, and tells which of its two poses is right.
 
@@ -155,8 +121,8 @@ class Tracker:
 
     def reset(self) -> None:
         """Forget what was seen."""
-        self._state: _State | None = None
-        self._rival: _State | None = None
+        self._state: Hypotheses | None = None
+        self._rival: Hypotheses | None = None
         self._time_s: float | None = None
         self._ring: Ellipse | None = None
         self._last: Estimate | None = None
@@ -171,17 +137,15 @@ class Tracker:
         time_s : when it was taken; None for a tenth of a second after the frame before.
         command : the vehicle's motion since the frame before, where it is known.
         """
-        height, width = np.asarray(image).shape[:2]
-        region = self._region(width, height, self._period_s(time_s)) if self.use_region else None
+        period_s = self._period_s(time_s)
+        shape = np.shape(image)
+        region = self._region(shape[1], shape[0], period_s) if self.use_region and len(shape) > 1 else None
         found = estimate(image, self.camera, self.dock, self.settings, region=region)
-        self._since_full += 1
-        if region is not None and not self._holds(found, region, time_s):
-            first_ms = found.elapsed_ms
+        if region is not None and not self._holds(found, region, period_s):
+            first_ms, region = found.elapsed_ms, None
             found = estimate(image, self.camera, self.dock, self.settings)
             found = replace(found, elapsed_ms=first_ms + found.elapsed_ms)
-            region = None
-        if region is None:
-            self._since_full = 0
+        self._since_full = 0 if region is None else self._since_full + 1
         return self.follow(found, time_s, command)
 
     def follow(self, found: Estimate, time_s: float | None = None, command: Command | None = None) -> Tracked:
@@ -190,8 +154,8 @@ class Tracker:
         Parameters
         ----------
         found : what the frame shows, of the whole picture or a region.
-        time_s : when it was taken; None for a tenth of a second after the frame before. Where it is before the frame
-            before, a new track begins.
+        time_s : when it was taken; None for a tenth of a second after the frame before. Where it is earlier than the
+            frame before, a new track begins.
         command : the vehicle's motion since the frame before, where it is known.
         """
         if time_s is not None and self._time_s is not None and time_s < self._time_s:
@@ -200,104 +164,35 @@ class Tracker:
         self._time_s = time_s if time_s is not None else (self._time_s or 0.0) + period_s
         worth = self._worth(found.ellipse)
         self._last, self._ring = found, found.ellipse or self._ring
-        before = self._state and self._expected(self._state, period_s, command)
-        if before is not None and before.gap_s > self.settings.lost_after_s:
-            before = None
-        if before is None:
-            self._state, self._rival = self._begun(found), None
-            return Tracked(found, Track()) if self._state is None else self._told(found, self._state, (0, 1))
-        matched = self._match(before, found, worth)
-        if matched is not None:
-            self._state, self._rival = matched[0], None
-            return self._told(found, *matched)
-        self._state = before
-        return self._elsewhere(found, worth, period_s, command)
+        before = self._state and self._state.after(period_s, self._speeds, command)
+        if before is None or before.gap_s > self.settings.lost_after_s or not before.is_ahead:
+            self._state, self._rival = Hypotheses.begin(found, self._speeds, WORTH), None
+        else:
+            after = before.with_frame(found, self._speeds, worth)
+            self._rival = None if after else self._elsewhere(found, worth, period_s, command)
+            self._state = after or before
+            if self._rival is not None and self._rival.age >= _RIVAL_FRAMES:
+                self._state, self._rival = self._rival, None
+        return _told(found, self._state)
+
+    def _elsewhere(self, found: Estimate, worth: float, period_s: float, command: Command | None) -> Hypotheses | None:
+        """The dock was not seen where it can be: follow for a while what looks like it elsewhere, without a break."""
+        before = self._rival and self._rival.after(period_s, self._speeds, command)
+        after = before and before.with_frame(found, self._speeds, worth)
+        return after or Hypotheses.begin(found, self._speeds, WORTH)
 
     def _period_s(self, time_s: float | None) -> float:
         if time_s is None or self._time_s is None:
             return NOMINAL_PERIOD_S
         return max(_LEAST_PERIOD_S, time_s - self._time_s)
 
-    def _expected(self, state: _State, period_s: float, command: Command | None) -> _State:
-        """Both chains where they should be now."""
-        first, second = (chain.after(period_s, self._speeds, command) for chain in state.chains)
-        return _State((first, second), state.first, state.age + 1, state.gap_s + period_s)
-
-    def _begun(self, found: Estimate) -> _State | None:
-        """A track that begins with this frame; None where it shows no dock."""
-        pair = _pair(found)
-        if pair is None:
-            return None
-        first, second = (Chain.begin(pose, self._speeds) for pose in pair)
-        return _State((first, second), _logistic(_log_odds(pair, _WORTH)))
-
-    def _match(self, before: _State, found: Estimate, worth: float) -> tuple[_State, tuple[int, int]] | None:
-        """The state after a frame, and the candidate that continues each chain, -1 for none.
-
-        None where the frame shows no dock, or one that cannot be this.
-        """
-        pair = _pair(found)
-        if pair is None or not any(self._is_near(before, pose) for pose in pair):
-            return None
-        squares, spread = _squares(before.chains, pair)
-        order = (0, 1) if squares[0, 0] + squares[1, 1] <= squares[0, 1] + squares[1, 0] else (1, 0)
-        off = squares / spread
-        seen = [off[chain, order[chain]] <= _MATCHED for chain in (0, 1)]
-        if not any(seen):
-            return None
-        chains = [
-            chain.seen_as(pair[order[number]]) if seen[number] else chain for number, chain in enumerate(before.chains)
-        ]
-        first = before.first
-        if found.lights_on_ring is None or found.lights_on_ring >= MIN_POINTS:
-            first = _posterior(first, off, order, _log_odds(pair, worth))
-        state = _State((chains[0], chains[1]), first, before.age, 0.0)
-        first_seen, second_seen = (order[chain] if seen[chain] else -1 for chain in (0, 1))
-        return state, (first_seen, second_seen)
-
-    def _is_near(self, before: _State, pose: CirclePose) -> bool:
-        """Whether the dock can have come there since it was seen, at the speed that is allowed."""
-        chain = before.chains[before.chosen]
-        distance = float(np.linalg.norm(pose.position_m))
-        error = _SURE_SIGMAS * float(np.linalg.norm(pose.sigma_position_m or 0.0)) + 0.02 * distance
-        apart = float(np.linalg.norm(pose.position_m - chain.position_m))
-        return apart <= self._speeds.reach_m(distance, before.gap_s) + error
-
-    def _elsewhere(self, found: Estimate, worth: float, period_s: float, command: Command | None) -> Tracked:
-        """The dock was not seen where it can be. One seen elsewhere takes over after a few frames."""
-        before = self._rival and self._expected(self._rival, period_s, command)
-        matched = self._match(before, found, worth) if before else None
-        self._rival = matched[0] if matched else self._begun(found) or before
-        if matched and matched[0].age >= _RIVAL_FRAMES:
-            self._state, self._rival = matched[0], None
-            return self._told(found, *matched)
-        assert self._state is not None
-        return self._told(found, self._state, (-1, -1))
-
-    def _told(self, found: Estimate, state: _State, seen: tuple[int, int]) -> Tracked:
-        chain = state.chains[state.chosen]
-        smoothed = self._pose(found.camera, chain)
-        track = Track(state.probability, state.age, seen[state.chosen] < 0, False)
-        if track.predicted or found.choice is None:
-            return Tracked(found, track, None, None, smoothed, smoothed, state.chosen)
-        selected = seen[state.chosen]
-        agrees = selected == found.choice.selected and (found.choice.decided or state.age == 1)
-        by = found.choice.selected_by if agrees else "tracking"
-        return Tracked(found, track, selected, by, found.candidates[selected], smoothed, state.chosen)
-
-    @staticmethod
-    def _pose(camera: Camera, chain: Chain) -> CirclePose:
-        x, y, z = chain.position_m.tolist()
-        centre_px = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
-        return CirclePose(chain.position_m, chain.normal, centre_px)
-
     def _worth(self, ring: Ellipse | None) -> float:
         """What a frame's evidence is worth, by how far the ring's picture moved since the frame before."""
         if ring is None or self._ring is None:
-            return _WORTH
-        moved = float(np.linalg.norm(np.subtract(ring.centre_px, self._ring.centre_px)))
-        grown = float(np.linalg.norm(np.subtract(ring.semi_axes_px, self._ring.semi_axes_px)))
-        return max(_WORTH_AT_REST, _WORTH * min(1.0, math.hypot(moved, grown)))
+            return WORTH
+        moved = np.subtract(ring.centre_px, self._ring.centre_px)
+        grown = np.subtract(ring.semi_axes_px, self._ring.semi_axes_px)
+        return max(WORTH_AT_REST, WORTH * min(1.0, float(np.linalg.norm([*moved, *grown]))))
 
     def _region(self, width: int, height: int, period_s: float) -> Region | None:
         """Where to search; None for the whole picture."""
@@ -305,87 +200,48 @@ class Tracker:
             return None
         if self._since_full + 1 >= _FULL_EVERY:
             return None
-        left, top, right, bottom = _box(self._last.candidates[0], self._last.camera, self.dock)
-        if not math.isfinite(left):
+        camera, pose = self._last.camera, self._last.candidates[0]
+        ring = ring_region(pose, camera, self.dock)
+        if ring is None:
             return None
-        chain = self._state.chains[self._state.chosen]
-        distance = float(np.linalg.norm(chain.position_m))
-        camera = self._last.camera
-        moved = self._speeds.reach_m(distance, period_s + self._state.gap_s) / distance * max(camera.fx, camera.fy)
-        margin = _REGION_SHARE * max(right - left, bottom - top) + _REGION_MARGIN_PX + moved
-        across = max(right - left + 2 * margin, _LEAST_REGION * width)
-        down = max(bottom - top + 2 * margin, _LEAST_REGION * height)
-        x, y = (left + right - across) / 2, (top + bottom - down) / 2
+        distance = float(np.linalg.norm(pose.position_m))
+        reach = self._speeds.reach_m(distance, period_s + self._state.gap_s) / distance
+        margin = _REGION_MARGIN_PX + _REGION_SHARE * max(ring[2:]) + reach * max(camera.fx, camera.fy)
+        across = max(ring[2] + 2 * margin, _LEAST_REGION * width)
+        down = max(ring[3] + 2 * margin, _LEAST_REGION * height)
+        x, y = ring[0] + (ring[2] - across) / 2, ring[1] + (ring[3] - down) / 2
         seen_across, seen_down = min(width, x + across) - max(0.0, x), min(height, y + down) - max(0.0, y)
         if min(seen_across, seen_down) < 1 or seen_across * seen_down > _LARGEST_REGION * width * height:
             return None
         return x, y, across, down
 
-    def _holds(self, found: Estimate, region: Region, time_s: float | None) -> bool:
-        """Whether what a region shows may be all of the ring, and continues the track."""
-        pair = _pair(found)
+    def _holds(self, found: Estimate, region: Region, period_s: float) -> bool:
+        """Whether what a region shows is all of the ring, as far as one can tell, and continues the track."""
+        pair = candidates_of(found)
         if pair is None or self._state is None or self._last is None:
             return False
         if (found.lights_on_ring or 0) < (self._last.lights_on_ring or 0):
             return False
-        left, top, right, bottom = _box(pair[0], found.camera, self.dock)
-        x, y, across, down = region
-        within = left >= x and top >= y and right <= x + across and bottom <= y + down
-        before = self._expected(self._state, self._period_s(time_s), None)
-        return within and any(self._is_near(before, pose) for pose in pair)
+        ring = ring_region(pair[0], found.camera, self.dock)
+        if ring is None or not is_within(ring, region):
+            return False
+        return self._state.after(period_s, self._speeds).is_near(pair, self._speeds)
 
 
-def _pair(found: Estimate) -> tuple[CirclePose, CirclePose] | None:
-    """Both candidates; a pose that came alone is its own twin."""
-    if found.status != "ok" or not found.candidates:
-        return None
-    return found.candidates[0], found.candidates[-1]
-
-
-def _squares(chains: tuple[Chain, Chain], pair: tuple[CirclePose, CirclePose]) -> tuple[np.ndarray, float]:
-    """Squared angles (2, 2) from each chain to each candidate, and the variance that they should have."""
-    off = [[chain.off(pose) for pose in pair] for chain in chains]
-    squares = np.array([[square for square, _ in row] for row in off])
-    return squares, sum(spread for row in off for _, spread in row) / 4
-
-
-def _log_odds(pair: tuple[CirclePose, CirclePose], worth: float) -> float:
-    """Log-odds of the first candidate by its frame alone, tempered."""
-    first, second = (max(pose.probability or 0.0, 1e-300) for pose in pair)
-    return min(_MOST_ODDS, max(-_MOST_ODDS, worth * math.log(first / second)))
-
-
-def _posterior(first: float, off: np.ndarray, order: tuple[int, int], log_odds: float) -> float:
-    """Probability that the first chain is right, after a frame.
-
-    Parameters
-    ----------
-    first : the same before it.
-    off : (2, 2) squared standard deviations from each chain to each candidate.
-    order : the candidate that continues each chain.
-    log_odds : of the first candidate by the frame alone.
-    """
-    moves = np.exp(-0.5 * _WORTH_OF_MOTION * np.minimum(off, _MOST_MOTION))
-    # Ambiguity is judged untempered: a candidate that is out of the question for a chain takes nothing from it.
-    fit = np.exp(-0.5 * np.minimum(off, 700.0))
-    fit = fit / fit.sum(axis=1, keepdims=True)
-    best = moves[(0, 1), order]
-    carried = np.array([first, 1 - first]) * best
-    candidates = carried @ fit * np.array([_logistic(log_odds), _logistic(-log_odds)])
-    share = float(candidates[order[0]] / candidates.sum())
-    return min(1 - _DOUBT, max(_DOUBT, share))
-
-
-def _box(pose: CirclePose, camera: Camera, dock: Dock) -> tuple[float, float, float, float]:
-    """Left, top, right and bottom of the picture of a dock's ring; infinite where some of it has none."""
-    angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS, endpoint=False)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
-    seen = camera.project(pose.position_m + dock.radius * circle)
-    if not np.isfinite(seen).all():
-        return -math.inf, -math.inf, math.inf, math.inf
-    (left, top), (right, bottom) = seen.min(axis=0).tolist(), seen.max(axis=0).tolist()
-    return left, top, right, bottom
-
-
-def _logistic(log_odds: float) -> float:
-    return 1 / (1 + math.exp(-log_odds))
+def _told(found: Estimate, state: Hypotheses | None) -> Tracked:
+    """What is said about a frame."""
+    if state is None:
+        return Tracked(found, Track())
+    chosen = state.chosen
+    selected = state.seen[chosen]
+    position, normal = state.chains[chosen].position_m, state.chains[chosen].normal
+    x, y, z = position.tolist()
+    centre_px = np.array([found.camera.fx * x / z + found.camera.cx, found.camera.fy * y / z + found.camera.cy])
+    smoothed = CirclePose(position, normal, centre_px)
+    if selected is None or found.choice is None:
+        track = Track(state.probability, state.age, predicted=True, lost=False)
+        return Tracked(found, track, None, None, smoothed, smoothed, chosen)
+    track = Track(state.probability, state.age, predicted=False, lost=False)
+    agrees = selected == found.choice.selected and (found.choice.decided or state.age == 1)
+    by = found.choice.selected_by if agrees else "tracking"
+    return Tracked(found, track, selected, by, found.candidates[selected], smoothed, chosen)

@@ -62,7 +62,7 @@ def closed_loop(seed, *, wrong):
         found = estimate(image, camera, DOCK)
         if found.ellipse is None:
             return None
-        first = 0 if (found.candidates[0].probability > 0.5) != wrong else 1
+        first = int(wrong)  # near by the first one, which the spacing prefers, is right
         state = choose_by_eccentricity(found.candidates, found.ellipse.eccentricity, state, first)
         chosen.append(found.candidates)
         return found.candidates[state.selected]

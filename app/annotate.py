@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Any
 
 import cv2
@@ -23,37 +24,85 @@ DROPPED_COLOUR = (0, 94, 213)
 MASK_COLOUR = (233, 180, 86)
 TEXT_COLOUR = (255, 255, 255)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
+LAYERS = ("lights", "ellipse", "centres", "axes", "normals", "text", "scale")
+ON_PAGE = LAYERS[:-1]
+_BAR_SHARE = 0.25  # of the picture's width, at most
 
 
-def annotate(image: Any, estimate: Estimate, *, words: bool = True) -> np.ndarray:
+def annotate(image: Any, estimate: Estimate, *, words: bool = True, layers: Collection[str] = ON_PAGE) -> np.ndarray:
     """Draw what was found on a copy of the picture, at full size.
 
     Parameters
     ----------
     image : the picture that was estimated, 8 or 16 bit, grey or BGR.
     estimate : what was found in it.
-    words : whether to say in a corner what it means.
+    words : whether to say in a corner what it means; False leaves the layer "text" out.
+    layers : which of ``LAYERS`` to draw.
 
     Returns
     -------
     (H, W, 3) uint8 BGR. Lights on the ring are circled and numbered, other groups crossed out; the ellipse's centre is
-    a plus, the dock's centre under the chosen pose a dot in a ring; each pose has an axis along its normal. Masks are
-    hatched.
+    a plus, the dock's centre under the chosen pose a dot in a ring; each pose has an axis along its normal; the scale
+    is a bar as long as it would be seen at the dock's distance. Masks are hatched.
+
+    Raises
+    ------
+    ValueError
+        if a layer is unknown.
     """
+    check_layers(layers)
     canvas = to_bgr8(image)
     unit = max(1.0, min(canvas.shape[:2]) / 480)
     for mask in estimate.settings.masks:
         _hatch(canvas, mask, unit)
-    if estimate.ellipse is not None:
+    if "ellipse" in layers and estimate.ellipse is not None:
         outline = in_picture(estimate, estimate.ellipse.points(240))
         _polyline(canvas, outline, ELLIPSE_COLOUR, unit, closed=True)
-    _markers(canvas, estimate, unit)
+    if "lights" in layers:
+        _markers(canvas, estimate, unit)
     for index in reversed(range(len(estimate.candidates))):
-        _pose_axes(canvas, estimate.candidates[index], index, estimate, unit)
-    _centres(canvas, estimate, unit)
-    if words:
+        if "axes" in layers:
+            _pose_axes(canvas, estimate.candidates[index], index, estimate, unit)
+        if "normals" in layers:
+            _pose_normal(canvas, estimate.candidates[index], index, estimate, unit)
+    if "centres" in layers:
+        _centres(canvas, estimate, unit)
+    if "scale" in layers:
+        _scale(canvas, estimate, unit)
+    if words and "text" in layers:
         _text_block(canvas, _lines(estimate), unit)
     return canvas
+
+
+def check_layers(layers: Collection[str]) -> None:
+    """Raise a ValueError that names a layer which is none of ``LAYERS``."""
+    for layer in layers:
+        if layer not in LAYERS:
+            raise ValueError(f"layers has {layer!r}; there are {', '.join(LAYERS)}")
+
+
+def scale_bar(estimate: Estimate) -> tuple[float, float] | None:
+    """A round length in metres (1, 2 or 5 times a power of ten), and how many pixels long it is at the dock's distance.
+
+    It is at most a quarter of the picture's width; None where there is no pose.
+    """
+    pose = estimate.selected
+    if pose is None:
+        return None
+    ends = pose.position_m + np.outer([-0.5, 0.5], [estimate.dock.radius, 0, 0])
+    left, right = estimate.camera.project(ends)
+    per_metre = float(np.linalg.norm(right - left)) / estimate.dock.radius
+    if not math.isfinite(per_metre) or per_metre <= 0:
+        return None
+    longest = _BAR_SHARE * estimate.width / per_metre
+    power = 10.0 ** math.floor(math.log10(longest))
+    length = max(factor * power for factor in (1, 2, 5) if factor * power <= longest * (1 + 1e-9))
+    return length, length * per_metre
+
+
+def length_words(length_m: float) -> str:
+    """A length with its unit: centimetres below a metre."""
+    return f"{length_m:g} m" if length_m >= 1 else f"{100 * length_m:g} cm"
 
 
 def to_bgr8(image: Any) -> np.ndarray:
@@ -125,20 +174,43 @@ def _label(
 
 
 def _pose_axes(canvas: np.ndarray, pose: CirclePose, index: int, estimate: Estimate, unit: float) -> None:
-    """Draw the normal, half a diameter long, and two thin axes in the dock's plane."""
-    colour = POSE_COLOURS[index]
-    chosen = estimate.choice is not None and index == estimate.choice.selected
-    rotation = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
-    radius = estimate.dock.radius
-    for axis in (rotation[:, 0], rotation[:, 1]):
-        ends = pose.position_m + radius * np.outer([-1, 1], axis)
-        _line(canvas, estimate.camera, ends, colour, unit if chosen else 0.5 * unit)
-    tip = pose.position_m + 1.3 * radius * pose.normal
-    ends_px = _line(canvas, estimate.camera, np.array([pose.position_m, tip]), colour, 2 * unit if chosen else unit)
+    """Draw two thin axes in the dock's plane."""
+    for ends in axes_of(pose, estimate):
+        width = unit if pose is estimate.selected else 0.5 * unit
+        _line(canvas, estimate.camera, ends, POSE_COLOURS[index], width)
+
+
+def _pose_normal(canvas: np.ndarray, pose: CirclePose, index: int, estimate: Estimate, unit: float) -> None:
+    colour, chosen = POSE_COLOURS[index], pose is estimate.selected
+    width = 2 * unit if chosen else unit
+    ends_px = _line(canvas, estimate.camera, normal_of(pose, estimate), colour, width)
     if ends_px is None:
         return
     cv2.circle(canvas, _at(ends_px[1]), _width(4 * unit), colour, -1 if chosen else _width(unit), cv2.LINE_AA)
     _text(canvas, POSE_NAMES[index], (ends_px[1][0] + 7 * unit, ends_px[1][1] + 5 * unit), 0.55 * unit, unit, colour)
+
+
+def axes_of(pose: CirclePose, estimate: Estimate) -> np.ndarray:
+    """Ends (2, 2, 3) in metres of two diameters of the dock."""
+    rotation = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
+    return np.array([pose.position_m + estimate.dock.radius * np.outer([-1, 1], axis) for axis in rotation.T[:2]])
+
+
+def normal_of(pose: CirclePose, estimate: Estimate) -> np.ndarray:
+    """Ends (2, 3) in metres of the dock's normal, 1.3 radii long."""
+    return np.array([pose.position_m, pose.position_m + 1.3 * estimate.dock.radius * pose.normal])
+
+
+def _scale(canvas: np.ndarray, estimate: Estimate, unit: float) -> None:
+    bar = scale_bar(estimate)
+    if bar is None:
+        return
+    length_m, length_px = bar
+    x, y = canvas.shape[1] - 12 * unit - length_px, canvas.shape[0] - 12 * unit
+    ends = np.array([[x, y], [x + length_px, y]])
+    for colour, width in (((0, 0, 0), 4 * unit), (TEXT_COLOUR, 2 * unit)):
+        _polyline(canvas, ends, colour, width, closed=False)
+    _text(canvas, f"{length_words(length_m)} at the dock", (x, y - 6 * unit), 0.42 * unit, unit)
 
 
 def _centres(canvas: np.ndarray, estimate: Estimate, unit: float) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import viser
 
-from app.bundle import bundle, bundle_name
+from app.export.bundle import bundle, bundle_name
 from app.panels.detect import SMALL
 from app.reading import Reading
 from app.state import View

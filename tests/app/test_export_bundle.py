@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import yaml
 
-from app.bundle import bundle, bundle_name
+from app.annotate import LAYERS, annotate
 from app.choices import MEASURED_LIMITS, with_measured
+from app.export.bundle import bundle, bundle_name
 from app.reading import read_view
 from app.state import open_source, with_min_area
 from app.task import CancelledError, Progress
@@ -30,9 +31,14 @@ def files_of(reading, **options):
 
 def test_all_files_agree(reading):
     files = files_of(reading)
-    assert set(files) == {"annotated.png", "result.json", "result.csv", "settings.yaml", "montage.png"}
-    picture = cv2.imdecode(np.frombuffer(files["annotated.png"], np.uint8), cv2.IMREAD_COLOR)
-    np.testing.assert_array_equal(picture, reading.annotated)
+    assert set(files) == {
+        *("picture.png", "annotated.png", "annotated.svg", "annotated.pdf", "histogram.png", "histogram.svg"),
+        *("result.json", "result.csv", "settings.yaml", "pose_ros.yaml", "report.html", "montage.png"),
+    }
+    picture = cv2.imdecode(np.frombuffer(files["picture.png"], np.uint8), cv2.IMREAD_UNCHANGED)
+    np.testing.assert_array_equal(picture, reading.view.image)
+    drawn = cv2.imdecode(np.frombuffer(files["annotated.png"], np.uint8), cv2.IMREAD_COLOR)
+    np.testing.assert_array_equal(drawn, annotate(reading.view.image, reading.estimate, layers=LAYERS))
     line = json.loads(files["result.json"])
     (row,) = csv.DictReader(io.StringIO(files["result.csv"].decode()))
     assert float(row["a_z_m"]) == line["candidates"][0]["position_m"][2]
@@ -48,6 +54,7 @@ def test_without_montage_and_without_a_dock(reading):
     nothing = read_view(with_min_area(reading.view, 999))
     files = files_of(nothing, with_montage=False)
     assert "montage.png" not in files
+    assert "pose_ros.yaml" not in files
     assert json.loads(files["result.json"])["status"] != "ok"
 
 

@@ -1,0 +1,61 @@
+"""What was found in a picture as data: JSON, CSV, and the settings as YAML."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import cv2
+import msgspec
+import numpy as np
+import yaml
+
+from app.estimate_command import CSV_COLUMNS, to_row
+from app.reading import Reading
+from app.versions import with_versions
+
+
+def result_line(reading: Reading, sha256: str | None = None) -> dict[str, Any]:
+    """The JSON object of schema 1, with the versions of program and libraries; ``sha256`` is of the picture's file."""
+    return with_versions(reading.estimate.to_dict(reading.view.source, frame=0, sha256=sha256))
+
+
+def to_json(line: dict[str, Any]) -> bytes:
+    """A JSON object as a file for people."""
+    return (json.dumps(line, allow_nan=False, indent=2) + "\n").encode()
+
+
+def to_csv(lines: Iterable[dict[str, Any]]) -> bytes:
+    """A table with a row for each JSON object, with the columns of ``dockpose estimate --csv``."""
+    text = io.StringIO(newline="")
+    table = csv.DictWriter(text, CSV_COLUMNS)
+    table.writeheader()
+    table.writerows(to_row(line) for line in lines)
+    return text.getvalue().encode()
+
+
+def settings_yaml(reading: Reading) -> str:
+    """What the picture was read with, as YAML: settings, dock, camera, and the measured pose where there is one."""
+    view = reading.view
+    content: dict[str, Any] = {
+        "source": view.source,
+        "settings": _plain(view.settings),
+        "dock": _plain(view.dock),
+        "camera": _plain(view.camera),
+    }
+    if view.measured is not None:
+        content["measured"] = view.measured
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+
+
+def to_png(picture: np.ndarray) -> bytes:
+    """A picture as a PNG file, losslessly."""
+    return cv2.imencode(".png", picture)[1].tobytes()
+
+
+def _plain(value: Any) -> Any:
+    """Lists, dictionaries and numbers only, as a YAML file can hold them."""
+    return msgspec.json.decode(msgspec.json.encode(value))

@@ -1,0 +1,112 @@
+"""Plots: a picture's histogram, a session's errors against range, a sequence's poses over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from app.experiment.row import Row
+from app.experiment.table import QUANTITIES
+from app.export.figures import new_figure
+from pipeline.thresholds import LEVELS, Threshold
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's colours, and a mark of its own for each quantity.
+_STYLES = (("#0072B2", "o"), ("#E69F00", "s"), ("#009E73", "^"), ("#0072B2", "o"), ("#E69F00", "s"))
+_THRESHOLD, _PEAKS, _GROUPS, _BARS = "#D55E00", "#CC79A7", "#0072B2", "#7f8fa6"
+
+
+def histogram_figure(threshold: Threshold) -> Figure:
+    """Pixels of each grey level, the threshold, the peaks, and how many groups each level leaves."""
+    figure = new_figure(6.5, 3.0)
+    axes = figure.add_subplot()
+    levels = np.arange(LEVELS)
+    axes.fill_between(levels, threshold.histogram + 1, 1, step="mid", color=_BARS, label="pixels + 1")
+    axes.set_yscale("log")
+    axes.set_xlim(0, LEVELS - 1)
+    axes.set_xlabel("grey level (0 to 255)")
+    axes.set_ylabel("pixels + 1")
+    if threshold.level < LEVELS:
+        axes.axvline(threshold.level, color=_THRESHOLD, label=f"level {threshold.level} ({threshold.method})")
+    peaks = [peak.level for peak in threshold.peaks]
+    if peaks:
+        axes.plot(peaks, threshold.histogram[peaks] + 1, "v", color=_PEAKS, label="peaks")
+    groups = np.where(threshold.groups_at_level < 0, np.nan, threshold.groups_at_level)
+    if np.isfinite(groups).any():
+        right = axes.twinx()
+        right.plot(levels, groups, "--", color=_GROUPS, drawstyle="steps-mid")
+        axes.plot([], [], "--", color=_GROUPS, label="groups (right)")
+        right.set_ylabel("groups")
+        at_level = groups[threshold.level] if threshold.level < LEVELS else np.nan
+        right.set_ylim(0, max(10.0, 2 * np.nan_to_num(at_level)))
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=8, frameon=False)
+    figure.set_layout_engine("constrained")
+    return figure
+
+
+def error_figure(rows: Sequence[Row]) -> Figure:
+    """Estimated minus measured against range: position above, angles below; says so where nothing was measured."""
+    figure = new_figure(6.5, 4.8)
+    figure.set_layout_engine("constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    ranges = [np.nan if row.range_cm is None else row.range_cm / 100 for row in rows]
+    for axes, which in ((above, range(3)), (below, range(3, 5))):
+        for index in which:
+            errors = [np.nan if row.errors[index] is None else row.errors[index] for row in rows]
+            if np.isfinite(np.array(errors, dtype=float)).any():
+                colour, mark = _STYLES[index]
+                axes.plot(ranges, errors, mark, color=colour, markersize=4, label=QUANTITIES[index].split()[0])
+        axes.axhline(0, color="grey", lw=0.6)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=8)
+        else:
+            axes.text(0.5, 0.6, "nothing was measured", transform=axes.transAxes, ha="center")
+    above.set_ylabel("estimated − measured (cm)")
+    below.set_ylabel("estimated − measured (°)")
+    below.set_xlabel("range (m)")
+    return figure
+
+
+def sequence_figure(lines: Sequence[dict[str, Any]]) -> Figure:
+    """The chosen pose of each line of schema 1 over time, or over frames where times are not known."""
+    times = [line.get("time_s") for line in lines]
+    timed = all(time is not None for time in times) and len(set(times)) == len(times)
+    across = np.array(times if timed else range(len(lines)), dtype=float)
+    poses = [_chosen(line) for line in lines]
+    figure = new_figure(6.5, 6.4)
+    figure.set_layout_engine("constrained")
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    for index in range(5):
+        colour, mark = _STYLES[index]
+        axes = top if index < 3 else middle
+        values = [np.nan if pose is None else pose[index] for pose in poses]
+        axes.plot(across, values, mark, color=colour, markersize=2.5, label=QUANTITIES[index].split()[0])
+    chances = [np.nan if pose is None or pose[5] is None else pose[5] for pose in poses]
+    bottom.plot(across, chances, "o", color="#0072B2", markersize=2.5, label="of the chosen pose, one picture alone")
+    tracked = [(line.get("track") or {}).get("probability") for line in lines]
+    if any(chance is not None for chance in tracked):
+        values = [np.nan if chance is None else chance for chance in tracked]
+        bottom.plot(across, values, "^", color="#E69F00", markersize=2.5, label="with the frames before")
+    for axes, label in ((top, "position (cm)"), (middle, "attitude (°)"), (bottom, "probability")):
+        axes.set_ylabel(label)
+        axes.legend(fontsize=8)
+    bottom.set_ylim(-0.05, 1.05)
+    bottom.set_xlabel("time (s)" if timed else "frame")
+    return figure
+
+
+def _chosen(line: dict[str, Any]) -> list[Any] | None:
+    """x, y, z in centimetres, the angles in degrees, and the probability of a line's chosen pose."""
+    if line["selected"] is None:
+        return None
+    pose = line["candidates"][line["selected"]]
+    return [
+        *(100 * value for value in pose["position_m"]),
+        pose["theta_x_deg"],
+        pose["theta_y_deg"],
+        pose["probability"],
+    ]

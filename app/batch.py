@@ -41,7 +41,9 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class _Job:
+class Job:
+    """A picture file that is to be read, with its camera and dock."""
+
     path: Path
     camera: Camera
     dock: Dock
@@ -55,6 +57,10 @@ class Batch:
     paths : of the files.
     camera, dock : for all pictures; where None, each picture's own, from the YAML beside it.
 
+    Attributes
+    ----------
+    jobs : the pictures that are to be read.
+
     Raises
     ------
     UsageError
@@ -64,7 +70,7 @@ class Batch:
     def __init__(self, paths: Sequence[Path], camera: Camera | None, dock: Dock | None) -> None:
         self._all_read = True
         jobs = [self._job(path, camera, dock) for path in paths]
-        self._jobs = [job for job in jobs if job is not None]
+        self.jobs = tuple(job for job in jobs if job is not None)
 
     @property
     def exit_status(self) -> int:
@@ -76,31 +82,34 @@ class Batch:
 
         A picture that cannot be read, or that ``work`` refuses with a ValueError, is told on standard error.
         """
-        for job in self._jobs:
+        for job in self.jobs:
             try:
-                picture = _read(job)
+                picture = read_job(job)
                 result = work(picture)
             except ValueError as error:
-                self._pass_over(str(error) if str(job.path) in str(error) else f"{job.path}: {error}")
+                self.pass_over(str(error) if str(job.path) in str(error) else f"{job.path}: {error}")
             else:
                 yield picture, result
 
-    def _job(self, path: Path, camera: Camera | None, dock: Dock | None) -> _Job | None:
+    def _job(self, path: Path, camera: Camera | None, dock: Dock | None) -> Job | None:
         if camera is None or dock is None:
             try:
                 sidecar = read_sidecar(path)
             except FileError as error:
-                return self._pass_over(str(error))
+                self.pass_over(str(error))
+                return None
             camera, dock = camera or sidecar.camera, dock or sidecar.dock
         if camera is None and path.is_file():
             raise UsageError(f"{path}: which camera? Give --camera C.yaml, or {path.stem}.yaml beside the picture")
         if dock is None and path.is_file():
             raise UsageError(f"{path}: how large is the dock? Give --dock-diameter in metres")
         if camera is None or dock is None:
-            return self._pass_over(f"{path}: there is no such file")
-        return _Job(path, camera, dock)
+            self.pass_over(f"{path}: there is no such file")
+            return None
+        return Job(path, camera, dock)
 
-    def _pass_over(self, text: str) -> None:
+    def pass_over(self, text: str) -> None:
+        """Tell why a picture could not be read."""
         self._all_read = False
         say(text)
 
@@ -110,7 +119,8 @@ def say(text: str) -> None:
     print(f"dockpose: {text}", file=sys.stderr)
 
 
-def _read(job: _Job) -> Picture:
+def read_job(job: Job) -> Picture:
+    """Read and decode a picture. Raises a ValueError that names the file where it cannot be."""
     try:
         data = job.path.read_bytes()
     except OSError as error:

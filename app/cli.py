@@ -8,16 +8,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from app.arguments import add_camera_and_dock, add_masks, camera_of, dock_of, masks_of
 from app.calibrate_command import calibrate_folder
 from app.compare_command import compare_sources
-from app.estimate_command import Outputs, estimate_sources
+from app.estimate_command import add_estimate_arguments, run_estimate
 from app.options import Options
 from app.sources import UsageError, expand
-from pipeline import Camera, Dock, Settings
 from pipeline.calibrate import LENSES
-from pipeline.camera_files import FORMATS, load_camera
-from pipeline.masks import Mask, check_masks
-from pipeline.thresholds import METHODS
+from pipeline.camera_files import FORMATS
 
 COMMANDS = ("serve", "estimate", "compare", "simulate", "calibrate")
 EXIT_BAD_ARGUMENTS = 2
@@ -54,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     serve = commands.add_parser("serve", help="open the page in the browser (this is what dockpose alone does)")
     serve.add_argument("source", nargs="?", metavar="SOURCE", help="picture to start with; default: a sample scene")
-    _add_camera_and_dock(serve)
+    add_camera_and_dock(serve)
     serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
     serve.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")
     serve.add_argument("--folder", metavar="ROOT", type=Path, help="let the page show pictures of this folder")
@@ -69,22 +67,15 @@ def _parser() -> argparse.ArgumentParser:
         help="another name by which browsers may call it, as a reverse proxy's; may be given repeatedly",
     )
     serve.set_defaults(run=_serve)
-    estimate = commands.add_parser("estimate", help="estimate the dock's pose in pictures")
-    estimate.add_argument("sources", nargs="+", metavar="SOURCE", help="a picture, a folder of pictures, or a glob")
-    _add_camera_and_dock(estimate)
-    estimate.add_argument("--method", choices=[*METHODS], help="threshold (default: hats)")
-    estimate.add_argument("--level", type=int, help="a fixed level, 0..255, in place of a method")
-    estimate.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
-    estimate.add_argument("--csv", metavar="FILE", help="write a table, a row a picture")
-    estimate.add_argument("--annotate", metavar="DIR", type=Path, help="write annotated pictures into a folder")
-    _add_masks(estimate)
-    estimate.set_defaults(run=_estimate)
+    estimate = commands.add_parser("estimate", help="estimate the dock's pose in pictures, videos and live streams")
+    add_estimate_arguments(estimate)
+    estimate.set_defaults(run=run_estimate)
     compare = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
     compare.add_argument("sources", nargs="+", metavar="SOURCE", help="a picture, a folder of pictures, or a glob")
-    _add_camera_and_dock(compare)
+    add_camera_and_dock(compare)
     compare.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
     compare.add_argument("--montage", metavar="DIR", type=Path, help="write a picture of all methods side by side")
-    _add_masks(compare)
+    add_masks(compare)
     compare.set_defaults(run=_compare)
     simulate = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
     simulate.add_argument("--scene", metavar="S.yaml", help="scene file (default: an approach from 20 m to 1 m)")
@@ -115,71 +106,8 @@ def _add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_calibrate)
 
 
-def _add_camera_and_dock(parser: argparse.ArgumentParser) -> None:
-    beside = "default: what NAME.yaml beside NAME.png says"
-    parser.add_argument("--camera", metavar="C.yaml", help=f"camera file: ROS, OpenCV or dockpose ({beside})")
-    parser.add_argument("--dock-diameter", type=float, metavar="M", help=f"of the ring of lights, in metres ({beside})")
-    parser.add_argument("--lights", type=int, metavar="N", help="how many lights, evenly spaced, where it is known")
-
-
-def _add_masks(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--mask",
-        metavar="X,Y,W,H",
-        action="append",
-        default=[],
-        help="leave out a rectangle, as burnt-in text: left, top, width and height in pixels; may be given repeatedly "
-        "(--mask=-5,0,90,20 where it starts with a minus)",
-    )
-
-
-def _camera(arguments: argparse.Namespace) -> Camera | None:
-    try:
-        return None if arguments.camera is None else load_camera(arguments.camera)
-    except ValueError as error:
-        raise UsageError(f"--camera: {error}") from error
-
-
-def _dock(arguments: argparse.Namespace) -> Dock | None:
-    if arguments.dock_diameter is None:
-        if arguments.lights is not None:
-            raise UsageError(f"--lights {arguments.lights} needs --dock-diameter beside it")
-        return None
-    try:
-        return Dock(arguments.dock_diameter, arguments.lights)
-    except ValueError as error:
-        raise UsageError(f"--dock-diameter, --lights: {error}") from error
-
-
-def _masks(arguments: argparse.Namespace) -> tuple[Mask, ...]:
-    masks = []
-    for text in arguments.mask:
-        try:
-            x, y, width, height = (float(number) for number in text.split(","))
-            check_masks([(x, y, width, height)])
-        except ValueError as error:
-            wanted = "left, top, width and height in pixels, as 440,10,190,30, the sizes above 0"
-            raise UsageError(f"--mask {text} must be {wanted}") from error
-        masks.append((x, y, width, height))
-    return tuple(masks)
-
-
-def _settings(arguments: argparse.Namespace) -> Settings:
-    masks = _masks(arguments)
-    if arguments.level is None:
-        if arguments.method == "fixed":
-            raise UsageError("--method fixed needs --level N beside it")
-        return Settings(method=arguments.method or "hats", masks=masks)
-    if arguments.method not in (None, "fixed"):
-        raise UsageError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
-    try:
-        return Settings(method="fixed", level=arguments.level, masks=masks)
-    except ValueError as error:
-        raise UsageError(f"--{error}") from error
-
-
 def _serve(arguments: argparse.Namespace) -> int:
-    camera, dock = _camera(arguments), _dock(arguments)
+    camera, dock = camera_of(arguments), dock_of(arguments)
     if not 0 <= arguments.port <= 65535:
         raise UsageError(f"--port is {arguments.port}; it must be 0 to 65535")
     options = _options(arguments)
@@ -208,14 +136,8 @@ def _options(arguments: argparse.Namespace) -> Options:
     )
 
 
-def _estimate(arguments: argparse.Namespace) -> int:
-    camera, dock, settings = _camera(arguments), _dock(arguments), _settings(arguments)
-    outputs = Outputs(arguments.json, arguments.csv, arguments.annotate)
-    return estimate_sources(expand(arguments.sources), camera, dock, settings, outputs)
-
-
 def _compare(arguments: argparse.Namespace) -> int:
-    camera, dock, masks = _camera(arguments), _dock(arguments), _masks(arguments)
+    camera, dock, masks = camera_of(arguments), dock_of(arguments), masks_of(arguments)
     return compare_sources(expand(arguments.sources), camera, dock, masks, arguments.json, arguments.montage)
 
 

@@ -1,133 +1,223 @@
-"""``dockpose estimate``: pictures in, JSON lines, a table and annotated pictures out."""
+"""``dockpose estimate``: pictures, videos and live streams in; JSON lines, a table and annotated pictures out."""
 
 from __future__ import annotations
 
+import argparse
 import contextlib
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import msgspec
-
-from app.annotate import POSE_NAMES, annotate
-from app.batch import Batch, Picture, say
-from app.outputs import PictureFolder, open_text, write_line
+from app.annotate import annotate
+from app.arguments import add_camera_and_dock, add_masks, camera_of, dock_of, settings_of
+from app.batch import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, Batch, Picture, read_job, say
+from app.jobs import PictureWork, split, workers
+from app.outputs import PictureFolder
+from app.results import CSV_COLUMNS, Outputs, Results, to_row
+from app.sequence_command import How, SequenceSource, estimate_sequence, known
+from app.sources import UsageError, expand
+from app.watching import Watched
 from pipeline import Camera, Dock, Estimate, Settings, estimate
-from pipeline.masks import StillGroups
+from pipeline.camera_files import FileError
+from pipeline.sources import Kind, kind_of
+from pipeline.thresholds import METHODS
 
-_CANDIDATE_COLUMNS = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "probability", "rms_px")
-CSV_COLUMNS = (
-    *("source", "frame", "time_s", "status", "method", "level", "groups", "lights_on_ring"),
-    *("selected", "selected_by"),
-    *(f"{name.lower()}_{column}" for name in POSE_NAMES for column in _CANDIDATE_COLUMNS),
-    *("elapsed_ms", "message"),
-)
+__all__ = ["CSV_COLUMNS", "Outputs", "add_estimate_arguments", "estimate_sources", "run_estimate", "to_row"]
+
+EXIT_STOPPED = 130
+_OF_PICTURES = (Kind.PICTURE, Kind.FOLDER, Kind.GLOB)
 
 
-@dataclass(frozen=True)
-class Outputs:
-    """Where results go; None for nowhere. ``json`` may be "-" for standard output."""
+def add_estimate_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``dockpose estimate``."""
+    parser.add_argument(
+        "sources",
+        nargs="+",
+        metavar="SOURCE",
+        help="a picture, a folder of pictures, a glob, a video, a camera's number, the address of a stream "
+        "(http://, rtsp://), or a scene file to simulate",
+    )
+    add_camera_and_dock(parser)
+    parser.add_argument("--method", choices=[*METHODS], help="threshold (default: hats)")
+    parser.add_argument("--level", type=int, help="a fixed level, 0..255, in place of a method")
+    parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
+    parser.add_argument("--csv", metavar="FILE", help="write a table, a row a frame")
+    parser.add_argument(
+        "--annotate", metavar="DIR", type=Path, help="write annotated pictures into a folder; of a sequence, X.mp4"
+    )
+    parser.add_argument(
+        "--rate", type=float, metavar="HZ", help="take pictures in their order as a sequence of so many a second"
+    )
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for recordings (default: 1)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="do recordings on a Dask cluster, as tcp://host:8786")
+    parser.add_argument(
+        "--region", action="store_true", help="search sequences around the last ring first: faster, one process only"
+    )
+    add_masks(parser)
 
-    json: str | None = None
-    csv: str | None = None
-    annotate: Path | None = None
 
-    @property
-    def none_asked(self) -> bool:
-        """Whether the results are only to be read on the screen."""
-        return self.json is None and self.csv is None and self.annotate is None
+def run_estimate(arguments: argparse.Namespace) -> int:
+    """Do what was typed; returns the exit status. Raises UsageError where it cannot be done."""
+    camera, dock, settings = camera_of(arguments), dock_of(arguments), settings_of(arguments)
+    outputs = Outputs(arguments.json, arguments.csv, arguments.annotate)
+    return estimate_sources(arguments.sources, camera, dock, settings, outputs, _how(arguments))
 
 
 def estimate_sources(
-    paths: Sequence[Path], camera: Camera | None, dock: Dock | None, settings: Settings, outputs: Outputs
+    sources: Sequence[str],
+    camera: Camera | None,
+    dock: Dock | None,
+    settings: Settings,
+    outputs: Outputs,
+    how: How | None = None,
 ) -> int:
-    """Estimate every picture and write what was asked for.
+    """Estimate every picture and sequence, and write what was asked for, frame by frame.
 
     Parameters
     ----------
-    paths : of the pictures, in order.
-    camera, dock : for all pictures; where None, each picture's own, from the YAML beside it.
-    settings : how to search.
-    outputs : where results go; a line for each picture is printed where nothing is asked for.
+    sources : as they were typed.
+    camera, dock : for all sources; where None, each one's own, from the YAML beside it.
+    settings, how : how to search.
+    outputs : where results go; a line for each frame is printed where nothing is asked for.
 
     Returns
     -------
-    Exit status: 0 where every picture was read, 1 where some could not be; a line on standard error tells which.
+    Exit status: 0 where every frame was read, 1 where some could not be, which standard error tells, 130 where it was
+    stopped by Ctrl-C; what was done until then is kept.
 
     Raises
     ------
     UsageError
-        if a picture has no camera or dock, or an output cannot be written.
+        if a source has no camera or dock, or an output cannot be written.
     """
-    batch = Batch(paths, camera, dock)
-    watched = _Watched(settings)
+    how = how or How()
+    parts = [part.ready(camera, dock) for part in _parts(sources, how.rate_hz)]
+    if outputs.video_asked and (len(parts) != 1 or isinstance(parts[0], Batch)):
+        raise UsageError(f"--annotate {outputs.annotate}: a video is made of one sequence; give a folder instead")
+    all_read = True
     with contextlib.ExitStack() as files:
-        json_file = open_text(outputs.json, files)
-        table = _open_table(outputs.csv, files)
-        folder = None if outputs.annotate is None else PictureFolder(outputs.annotate, paths)
-        for picture, found in batch.run(watched.estimate):
-            line = found.to_dict(str(picture.path), frame=0, sha256=picture.sha256)
-            if json_file is not None:
-                write_line(json_file, line)
-            if table is not None:
-                table.writerow(to_row(line))
-            if folder is not None:
-                folder.write(picture.path, annotate(picture.image, found))
-            if outputs.none_asked:
-                print(f"{picture.path}: {found.message}")
-    return batch.exit_status
+        results = Results(outputs, files)
+        try:
+            for part in parts:
+                if isinstance(part, Batch):
+                    _estimate_pictures(part, settings, how, outputs, results)
+                    all_read &= part.exit_status == EXIT_ALL_READ
+                else:
+                    folder = _folder(outputs, part, parts)
+                    all_read &= part is not None and _try_sequence(part, settings, how, outputs, results, folder)
+        except KeyboardInterrupt:
+            frames = "1 frame" if results.frames == 1 else f"{results.frames} frames"
+            say(f"stopped after {frames}, whose results are kept")
+            return EXIT_STOPPED
+    return EXIT_ALL_READ if all_read else EXIT_SOME_UNREADABLE
 
 
-class _Watched:
-    """Estimates picture after picture, and masks what stays put in those that belong together.
+def _how(arguments: argparse.Namespace) -> How:
+    rate_hz, jobs = arguments.rate, arguments.jobs
+    if rate_hz is not None and not 0 < rate_hz < 1e6:
+        raise UsageError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
+    if jobs < 1:
+        raise UsageError(f"--jobs is {jobs}; it must be at least 1")
+    how = How(rate_hz, jobs, arguments.scheduler, arguments.region)
+    if how.region and how.is_split:
+        raise UsageError("--region searches around the frame before; it does not go with --jobs or --scheduler")
+    return how
 
-    Pictures belong together as long as their size, camera and dock are the same.
-    """
 
-    def __init__(self, settings: Settings) -> None:
-        self._settings = settings
-        self._still = StillGroups()
-        self._belongs: tuple[Any, ...] = ()
+@dataclass
+class _Part:
+    """Sources that are done together: pictures that do not belong together, or one sequence."""
 
-    def estimate(self, picture: Picture) -> Estimate:
-        """Estimate the next picture; what is masked from the one after it on is told on standard error."""
-        belongs = (picture.image.shape[:2], picture.camera, picture.dock)
-        if belongs != self._belongs:
-            self._belongs, self._still = belongs, StillGroups()
-        settings = msgspec.structs.replace(self._settings, masks=(*self._settings.masks, *self._still.masks))
-        found = estimate(picture.image, picture.camera, picture.dock, settings)
-        on_ring = found.ring.on_ring if found.status == "ok" and found.ring is not None else None
-        masks = self._still.see(found.markers, on_ring)
-        if masks:
-            where = "; ".join(",".join(f"{number:g}" for number in mask) for mask in masks)
-            say(
-                f"{picture.path}: something bright stays put while the rest moves, as burnt-in text does; "
-                f"from the next picture on it is masked (x, y, width, height in pixels): {where}"
-            )
+    source: str
+    kind: Kind
+    paths: list[Path]
+    is_sequence: bool
+
+    def ready(self, camera: Camera | None, dock: Dock | None) -> Batch | SequenceSource | None:
+        """Find its cameras and docks; None for a sequence that cannot be read, which is told."""
+        if not self.is_sequence:
+            return Batch(self.paths, camera, dock)
+        try:
+            return known(self.source, self.kind, tuple(self.paths), camera, dock)
+        except FileError as error:
+            say(str(error))
+            return None
+
+
+def _parts(sources: Sequence[str], rate_hz: float | None) -> list[_Part]:
+    """Pictures without a rate go together; with one, those typed one by one, and each folder and glob by itself."""
+    parts: list[_Part] = []
+    for source in sources:
+        kind = kind_of(source)
+        if kind not in _OF_PICTURES:
+            parts.append(_Part(source, kind, [], True))
+            continue
+        part = _Part(source, kind, expand([source]), rate_hz is not None)
+        last = parts[-1] if parts else None
+        together = last is not None and last.kind in _OF_PICTURES
+        if last is not None and together and (rate_hz is None or kind is last.kind is Kind.PICTURE):
+            last.paths += part.paths
+        else:
+            parts.append(part)
+    return parts
+
+
+def _folder(outputs: Outputs, part: SequenceSource | None, parts: Sequence[object]) -> Path | None:
+    """Folder for a sequence's annotated pictures: one of its own where there are several sources."""
+    if outputs.annotate is None or part is None or len(parts) == 1:
+        return outputs.annotate
+    return outputs.annotate / f"{parts.index(part) + 1}_{Path(part.source).stem}"
+
+
+def _try_sequence(
+    part: SequenceSource, settings: Settings, how: How, outputs: Outputs, results: Results, folder: Path | None
+) -> bool:
+    try:
+        return estimate_sequence(part, settings, how, outputs, results, folder)
+    except UsageError:
+        raise
+    except ValueError as error:
+        say(str(error) if part.source in str(error) else f"{part.source}: {error}")
+        return False
+
+
+def _estimate_pictures(batch: Batch, settings: Settings, how: How, outputs: Outputs, results: Results) -> None:
+    paths = [job.path for job in batch.jobs]
+    folder = None if outputs.annotate is None else PictureFolder(outputs.annotate, paths)
+    watched = Watched(settings, say)
+    if how.is_split:
+        _split_pictures(batch, settings, how, watched, results, folder)
+        return
+
+    def work(picture: Picture) -> Estimate:
+        wanted = watched.settings_for(picture.image.shape, picture.camera, picture.dock)
+        found = estimate(picture.image, picture.camera, picture.dock, wanted)
+        watched.see(found, str(picture.path))
         return found
 
+    for picture, found in batch.run(work):
+        line = found.to_dict(str(picture.path), 0, None, picture.sha256) | {"track": None}
 
-def to_row(line: dict[str, Any]) -> dict[str, Any]:
-    """One row of the table from one JSON object."""
-    threshold = line["threshold"] or {}
-    row: dict[str, Any] = {
-        **{key: line[key] for key in ("source", "frame", "time_s", "status", "selected_by", "elapsed_ms", "message")},
-        **{key: threshold.get(key) for key in ("method", "level", "groups")},
-        "lights_on_ring": sum(marker["on_ring"] is True for marker in line["markers"]),
-        "selected": None if line["selected"] is None else POSE_NAMES[line["selected"]],
-    }
-    for name, candidate in zip(POSE_NAMES, line["candidates"], strict=False):
-        values = (*candidate["position_m"], *(candidate[key] for key in _CANDIDATE_COLUMNS[3:]))
-        row |= {f"{name.lower()}_{key}": value for key, value in zip(_CANDIDATE_COLUMNS, values, strict=True)}
-    return row
+        def draw(picture: Picture = picture, found: Estimate = found) -> None:
+            if folder is not None:
+                folder.write(picture.path, annotate(picture.image, found))
+
+        results.write(line, str(picture.path), draw)
 
 
-def _open_table(target: str | None, files: contextlib.ExitStack) -> csv.DictWriter[str] | None:
-    file = open_text(target, files)
-    if file is None:
-        return None
-    table = csv.DictWriter(file, CSV_COLUMNS)
-    table.writeheader()
-    return table
+def _split_pictures(
+    batch: Batch, settings: Settings, how: How, watched: Watched, results: Results, folder: PictureFolder | None
+) -> None:
+    with workers(how.jobs, how.scheduler) as (executor, at_once):
+        for one in split(PictureWork(batch.jobs), executor, at_once, watched, settings):
+            if one.estimate is None:
+                batch.pass_over(one.told)
+                continue
+            line = one.estimate.to_dict(one.name, 0, None, one.sha256) | {"track": None}
+
+            def draw(index: int = one.index, found: Estimate = one.estimate) -> None:
+                if folder is not None:
+                    picture = read_job(batch.jobs[index])
+                    folder.write(picture.path, annotate(picture.image, found))
+
+            results.write(line, one.name, draw)

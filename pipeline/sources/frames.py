@@ -51,7 +51,7 @@ class Frames(abc.ABC):
     count : number of frames, the bad ones included; None where it is not known.
     rate_hz : frames in a second; None where it is not known.
     skipped : corrupt frames so far.
-    is_cut_short : whether a recording turned out to end before its own header says.
+    is_cut_short : whether a recording ends before its own header says.
     dropped : frames of a live source so far that came faster than they were taken.
     camera, dock : what a simulated course is seen with and shows; None for all other sources.
     """

@@ -32,7 +32,7 @@ class Video(Frames):
     Parameters
     ----------
     source : path, or address of a file on a server.
-    tell : hears of corrupt frames, and of a video that is cut short.
+    tell : hears of corrupt frames, and on opening of a video that is cut short.
     scan : read the packets' time stamps on opening; without, frames are counted, and reached from the beginning only.
 
     Raises
@@ -53,6 +53,7 @@ class Video(Frames):
         capture.release()
         self.count = self._told if self._stamps is None else len(self._stamps)
         self._kept: _Reader | None = None
+        self._tell_cut_short()
 
     @property
     def is_counted(self) -> bool:
@@ -61,7 +62,6 @@ class Video(Frames):
 
     def __iter__(self) -> Iterator[Frame]:
         yield from self.between(0, self.count if self.is_counted and self.count is not None else 2**62)
-        self._tell_cut_short()
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
         """Yield the frames from index ``start`` up to before ``stop``."""

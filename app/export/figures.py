@@ -41,6 +41,7 @@ def _saved(figure: Figure, kind: str, metadata: dict[str, Any], more: dict[str, 
     from matplotlib import rc_context
 
     memory = io.BytesIO()
-    with _busy, rc_context({**_SETTINGS, **(more or {})}):
+    settings: Any = {**_SETTINGS, **(more or {})}
+    with _busy, rc_context(settings):
         figure.savefig(memory, format=kind, metadata=metadata, dpi=figure.dpi)
     return memory.getvalue()

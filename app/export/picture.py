@@ -78,7 +78,7 @@ def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
         style: dict[str, Any] = {"color": POSE_COLOURS[index], "linewidth": width}
         if "axes" in layers:
             for ends in axes_of(pose, estimate):
-                axes.plot(*estimate.camera.project(ends).T, **style | {"linewidth": width / 2})
+                axes.plot(*estimate.camera.project(ends).T, color=style["color"], linewidth=width / 2)
         if "normals" in layers:
             ends_px = estimate.camera.project(normal_of(pose, estimate))
             axes.plot(*ends_px.T, **style, marker="o", markersize=3, markevery=[1])

@@ -151,6 +151,8 @@ def _answer(
         otherwise_page = otherwise(connection, request)  # asked in any case: it quietens the library's log
         page = pages.get(urlsplit(request.path).path)
         response = otherwise_page if page is None else _response(200, "OK", page)
+        if page is not None and page.on_request is not None:
+            page.on_request()
         response.headers["Set-Cookie"] = guard.cookie(request.headers)
     for name, value in _HEADERS.items():
         response.headers[name] = value

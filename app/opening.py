@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import socket
+from collections.abc import Callable
 
 import viser
 from viser import _messages as messages
@@ -19,10 +20,13 @@ class PortBusyError(OSError):
     """The port cannot be had; the text names it and says why."""
 
 
-def open_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
-    """Start serving. Raises PortBusyError if the port cannot be had; another one is never taken in its place."""
+def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[[], None]) -> viser.ViserServer:
+    """Start serving. Raises PortBusyError if the port cannot be had; another one is never taken in its place.
+
+    ``on_software_webgl`` is called when a browser tells that it draws the 3D scene without a graphics card.
+    """
     check_port_is_free(host, port)
-    with silence(), guarded(guard, own_pages()):
+    with silence(), guarded(guard, own_pages(on_software_webgl)):
         server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
     if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
         with silence():

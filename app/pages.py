@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,20 +15,22 @@ _SCRIPT_TAG = '<script src="/page.js" defer></script>'
 
 @dataclass(frozen=True)
 class Page:
-    """What is sent for one address."""
+    """What is sent for one address, and what that sets off."""
 
     content_type: str
     body: bytes
+    on_request: Callable[[], None] | None = None
 
 
-def own_pages() -> dict[str, Page]:
-    """Pages by their path."""
+def own_pages(on_software_webgl: Callable[[], None]) -> dict[str, Page]:
+    """Pages by their path; ``on_software_webgl`` is called when a browser tells that it has no graphics card."""
     html = "text/html; charset=utf-8"
     front = Page(html, with_script(_viser_page()).encode())
     return {
         "/": front,
         "/index.html": front,
         "/page.js": Page("application/javascript; charset=utf-8", static_path("page.js").read_bytes()),
+        "/software-webgl": Page("text/plain; charset=utf-8", b"", on_software_webgl),
         "/help": Page(html, static_path("help.html").read_bytes()),
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Callable
 
 import viser
@@ -36,6 +37,7 @@ from app.worker import LatestWorker
 from pipeline import Camera, Dock
 
 LOOPBACK = "127.0.0.1"
+SLOW_DRAWING_S = 0.7  # a browser goes on drawing for 0.25 s after each change of the 3D scene
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 _OPEN_WARNING = (
     "dockpose: it listens on {host}, so every machine of that network can reach this page. Who has the address with "
@@ -85,7 +87,15 @@ def serve(
 class App:
     """The running page. Make it with :meth:`build`, end it with :meth:`stop`."""
 
-    def __init__(self, server: viser.ViserServer, guard: Guard, view: View, memory: Memory, options: Options) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        guard: Guard,
+        view: View,
+        memory: Memory,
+        options: Options,
+        draws_slowly: threading.Event,
+    ) -> None:
         self._server = server
         self._guard = guard
         self._notices = Notices()
@@ -102,6 +112,10 @@ class App:
         self._build_panels()
         for panel in self._panels:
             panel.load(view)
+        # Where a browser has no graphics card, the 3D scene leaves it time for the pictures.
+        self._scene_worker = LatestWorker(
+            self._scene.show, self._on_error, lambda: SLOW_DRAWING_S if draws_slowly.is_set() else 0.0
+        )
         self._worker = LatestWorker(self._work, self._on_error)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
@@ -121,8 +135,9 @@ class App:
         view, memory = open_source(source, camera, dock), Memory(options.remember_in)
         view = with_last_settings(view, memory.now.settings)
         guard = Guard(host, options.allow_hosts)
-        server = open_server(host, port, guard)
-        return cls(server, guard, view, memory, options)
+        draws_slowly = threading.Event()
+        server = open_server(host, port, guard, draws_slowly.set)
+        return cls(server, guard, view, memory, options, draws_slowly)
 
     @property
     def port(self) -> int:
@@ -144,13 +159,16 @@ class App:
 
     def wait_until_idle(self, timeout_s: float) -> bool:
         """Wait until the newest view was worked on; False if that takes longer."""
-        return self._worker.wait_until_idle(timeout_s)
+        end_s = time.monotonic() + timeout_s
+        workers = (self._worker, self._scene_worker)  # in this order: the first gives the second its work
+        return all(worker.wait_until_idle(max(0.0, end_s - time.monotonic())) for worker in workers)
 
     def stop(self) -> None:
         """End the worker and the server."""
         self._compare.close()
         self._export.close()
         self._worker.close()
+        self._scene_worker.close()
         self._memory.write()
         with silence():
             self._server.stop()
@@ -246,7 +264,7 @@ class App:
         self._shown = view
         for panel in self._panels:
             panel.show(reading)
-        self._scene.show(reading)
+        self._scene_worker.submit(reading)
 
     def _go_back(self, refused: View, error: ValueError) -> None:
         """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -18,11 +19,19 @@ class LatestWorker(Generic[Job]):
     ----------
     work : called with each job, in the worker's own thread.
     on_error : called there with whatever ``work`` raised; the worker goes on.
+    rest_s : asked after each job how long the next one, if any, is to wait; by default not at all.
     """
 
-    def __init__(self, work: Callable[[Job], None], on_error: Callable[[Exception], None]) -> None:
+    def __init__(
+        self,
+        work: Callable[[Job], None],
+        on_error: Callable[[Exception], None],
+        rest_s: Callable[[], float] = lambda: 0.0,
+    ) -> None:
         self._work = work
         self._on_error = on_error
+        self._rest_s = rest_s
+        self._rested_at_s = time.monotonic()
         self._changed = threading.Condition()
         self._waiting: list[Job] = []
         self._is_busy = False
@@ -54,6 +63,8 @@ class LatestWorker(Generic[Job]):
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._waiting or self._is_closed)
+                rest_s = max(0.0, self._rested_at_s - time.monotonic())
+                self._changed.wait_for(lambda: self._is_closed, rest_s)
                 if self._is_closed:
                     return
                 job = self._waiting.pop()
@@ -65,4 +76,5 @@ class LatestWorker(Generic[Job]):
             finally:
                 with self._changed:
                     self._is_busy = False
+                    self._rested_at_s = time.monotonic() + self._rest_s()
                     self._changed.notify_all()

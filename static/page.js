@@ -93,3 +93,13 @@ document.addEventListener("keydown", (event) => {
   event.preventDefault();
   takeOver(row.dataset.method);
 });
+
+// Without a graphics card every drawing of the 3D scene holds the pictures back, so dockpose is told to draw it less often.
+function drawsInSoftware() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const names = context?.getExtension("WEBGL_debug_renderer_info");
+  const renderer = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(renderer);
+}
+if (drawsInSoftware()) fetch("/software-webgl");

@@ -93,3 +93,25 @@ def test_close_drops_what_waits(record):
     record.may_go.set()
     closing.join(5)
     assert record.done == ["running"]
+
+
+def test_after_a_job_it_rests_and_then_takes_the_newest(record):
+    resting = LatestWorker(record, record.errors.append, lambda: 0.5)
+    resting.submit("first")
+    assert resting.wait_until_idle(5)
+    resting.submit("superseded")
+    resting.submit("newest")
+    assert not resting.wait_until_idle(0.01)
+    assert resting.wait_until_idle(5)
+    assert record.done == ["first", "newest"]
+    resting.close()
+
+
+def test_closing_does_not_wait_for_the_rest(record):
+    resting = LatestWorker(record, record.errors.append, lambda: 1e6)
+    resting.submit("first")
+    assert resting.wait_until_idle(5)
+    resting.submit("never")
+    resting.close()
+    assert not resting._thread.is_alive()
+    assert record.done == ["first"]

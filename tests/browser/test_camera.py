@@ -3,6 +3,7 @@ import yaml
 
 from app.optics import COEFFICIENTS, camera_file
 from pipeline import Camera
+from pipeline.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER
 from tests.browser.test_source import send
 
 pytestmark = pytest.mark.browser
@@ -46,14 +47,18 @@ def test_port_and_water(page):
     for label, name, value in [("Air gap (mm)", "air_gap_m", 35), ("Window (mm)", "glass_m", 12)]:
         page.box(label).fill(str(value))
         page.until(lambda: getattr(page.app.view.camera.port, name) == pytest.approx(value / 1000))  # noqa: B023
-    page.choose("Window of", "acrylic")
-    page.until(lambda: page.box("Window index").input_value() == "1.491")
+    for window, index in (("glass", GLASS), ("acrylic", ACRYLIC)):
+        page.choose("Window of", window)
+        page.until(lambda: page.app.view.camera.port.glass_index == index)  # noqa: B023
+        page.until(lambda: float(page.box("Window index").input_value()) == index)  # noqa: B023
     page.box("Window index").fill("1.6")
     page.until(lambda: page.app.view.camera.port.glass_index == 1.6)
     page.box("Water index").fill("1.34")
     page.until(lambda: page.app.view.camera.port.water_index == 1.34)
-    page.choose("Water is", "fresh water")
-    page.until(lambda: page.app.view.camera.port.water_index == 1.333)
+    for water, index in (("sea water", SEA_WATER), ("fresh water", FRESH_WATER)):
+        page.choose("Water is", water)
+        page.until(lambda: page.app.view.camera.port.water_index == index)  # noqa: B023
+        page.until(lambda: float(page.box("Water index").input_value()) == index)  # noqa: B023
     page.page.get_by_label("Flat port").uncheck()
     page.until(lambda: page.app.view.camera.port is None)
 

@@ -95,6 +95,11 @@ def test_help_over_the_page_and_in_a_tab_of_its_own(page):
     popup.value.close()
     page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
     page.page.get_by_text("Keys work while no box").wait_for(state="hidden")
+    page.tab("Settings")
+    page.page.get_by_role("button", name="Help (H)").click()
+    page.page.get_by_text("Keys work while no box").wait_for()
+    page.page.keyboard.press("Escape")
+    page.page.get_by_text("Keys work while no box").wait_for(state="hidden")
 
 
 def test_settings_are_saved_and_loaded(page, tmp_path):

@@ -1,3 +1,5 @@
+import shutil
+
 import cv2
 import numpy as np
 import pytest
@@ -13,8 +15,13 @@ pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
-def app():
-    running = App.build(port=0, options=Options(folder=samples_folder()))
+def app(tmp_path_factory):
+    """The page with a folder of its own: the samples, and a folder of two pictures below it."""
+    root = shutil.copytree(samples_folder(), tmp_path_factory.mktemp("folder") / "pictures")
+    (root / "tank").mkdir()
+    for name in ("first.png", "second.png"):
+        shutil.copy(sample_path("tilted"), root / "tank" / name)
+    running = App.build(port=0, options=Options(folder=root))
     yield running
     running.stop()
 
@@ -129,6 +136,19 @@ def test_folder_of_this_machine(page):
     assert page.app.view.list_name == "folder"
     page.choose("Sample scene", "plain")
     page.until(lambda: page.box("File").input_value() == NONE_CHOSEN)
+
+
+def test_folder_below_lists_its_own_pictures(page):
+    before = page.app.view
+    page.choose("Folder", "tank")
+    page.until(lambda: page.app._source._file.options == (NONE_CHOSEN, "tank/first.png", "tank/second.png"))
+    assert page.app.view is before  # choosing a folder leaves the picture
+    page.choose("File", "tank/second.png")
+    page.until(lambda: "Dock found in tank/second.png" in page.status)
+    page.page.get_by_role("button", name="Previous").click()
+    page.until(lambda: "Dock found in tank/first.png" in page.status)
+    page.choose("Folder", ".")
+    page.until(lambda: "tilted.png" in page.app._source._file.options)
 
 
 def huge():

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import cv2
+import msgspec
 import numpy as np
 import viser
 from viser import transforms
@@ -17,7 +18,7 @@ from app.known_docks import KnownDock, known_pose
 from app.reading import Reading
 from app.state import View
 from app.viewpoints import OVERVIEW, Extent, viewpoint
-from pipeline import Camera, Estimate
+from pipeline import Camera, Dock, Estimate
 from pipeline.circle_pose import CirclePose
 
 PLANE_AT = 0.3  # of the way to the dock: near enough to the camera to belong to it, large enough to be seen
@@ -42,10 +43,12 @@ def ring_segments(*, dashed: bool) -> np.ndarray:
     return pieces[np.arange(96) % 4 < 2] if dashed else pieces
 
 
-def lights_on_ring(count: int, roll_rad: float | None) -> np.ndarray:
-    """Places (count, 3) of evenly spaced lights on a circle of radius 1 in the dock's plane."""
-    angles = (roll_rad or 0.0) + 2 * np.pi * np.arange(count) / count
-    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(count)])
+def lights_on_ring(dock: Dock, roll_rad: float | None) -> np.ndarray:
+    """Places (N, 3) of a dock's lights on a circle of radius 1 in its plane; none where their number is not known."""
+    if dock.lights is None:
+        return np.zeros((0, 3))
+    angles = (roll_rad or 0.0) + dock.light_angles_rad()
+    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
 
 
 def image_plane(camera: Camera, z_m: float) -> tuple[float, float, tuple[float, float, float]]:
@@ -60,13 +63,18 @@ def image_plane(camera: Camera, z_m: float) -> tuple[float, float, tuple[float, 
 
 
 def rays_to_lights(found: Estimate) -> np.ndarray:
-    """Lines (N, 2, 3) in metres from the camera through each light's image to the plane of the chosen pose."""
+    """Lines (N, 2, 3) in metres through the water, from the camera or its port to the lights of the chosen pose."""
     pose = found.selected
     if pose is None or found.markers is None or found.ring is None:
         return np.zeros((0, 2, 3))
-    rays = found.camera.rays(found.markers.points_px[found.ring.on_ring])
-    ends = rays * ((pose.position_m @ pose.normal) / (rays @ pose.normal))[:, None]
-    return np.stack([np.zeros_like(ends), ends], axis=1)
+    points_px = found.markers.points_px[found.ring.on_ring]
+    starts, rays = found.camera.ray_starts(points_px), found.camera.rays(points_px)
+    lengths = ((pose.position_m - starts) @ pose.normal) / (rays @ pose.normal)
+    ends = starts + rays * lengths[:, None]
+    if found.camera.port is not None:  # the rays seem to come from behind its outer face, but begin there
+        face_m = found.camera.port.air_gap_m + found.camera.port.glass_m
+        starts = starts + rays * ((face_m - starts[:, 2]) / rays[:, 2])[:, None]
+    return np.stack([starts, ends], axis=1)
 
 
 def pose_label(name: str, pose: CirclePose) -> str:
@@ -187,8 +195,8 @@ class View3D:
         nodes.ring.points = ring_segments(dashed=not is_chosen)
         nodes.ring.thickness = 3.0 if is_chosen else 2.0
         nodes.ring.scale = radius
-        on_ring = 0 if found.ring is None else int(found.ring.on_ring.sum())
-        nodes.lights.points = lights_on_ring(found.dock.lights or on_ring, pose.roll_rad)
+        dock = found.dock if found.dock.lights else msgspec.structs.replace(found.dock, lights=found.lights_on_ring)
+        nodes.lights.points = lights_on_ring(dock, pose.roll_rad)
         nodes.lights.point_size = 0.08 if is_chosen else 0.06
         nodes.lights.scale = radius
         nodes.normal.scale = radius

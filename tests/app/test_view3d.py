@@ -8,7 +8,10 @@ from app.reading import read_view
 from app.state import open_source, with_method
 from app.view3d import extent_of, grid_cell_m, image_plane, lights_on_ring, pose_label, rays_to_lights, ring_segments
 from app.viewpoints import NAMES, OVERVIEW, Extent, viewpoint
-from pipeline import Camera
+from pipeline import Camera, Dock, estimate
+from pipeline.port import FlatPort
+from pipeline.simulate import Pose, Scene, render
+from pipeline.simulate.water import preset
 
 
 @pytest.fixture(scope="module")
@@ -26,11 +29,37 @@ def test_image_plane_puts_the_corner_pixels_on_their_rays():
 def test_rays_end_on_the_lights(found):
     lines = rays_to_lights(found)
     pose = found.selected
-    model = lights_on_ring(10, pose.roll_rad) * found.dock.radius @ pose.T_camera_dock[:3, :3].T + pose.position_m
+    model = (
+        lights_on_ring(found.dock, pose.roll_rad) * found.dock.radius @ pose.T_camera_dock[:3, :3].T + pose.position_m
+    )
     gaps = np.linalg.norm(lines[:, 1][:, None] - model[None], axis=2).min(axis=1)
     assert len(lines) == 10
     assert gaps.max() < 0.001
     assert not lines[:, 0].any()
+
+
+def test_rays_leave_the_port_and_end_on_the_lights():
+    camera = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(air_gap_m=0.03, glass_m=0.01))
+    scene = Scene(
+        camera=camera,
+        dock=Dock(0.30, angles_deg=(0, 50, 100, 170, 220, 300)),
+        pose=Pose(position_m=(0.05, 0.02, 0.9), theta_x_deg=20, theta_y_deg=-25, roll_deg=10),
+        water=preset("clear"),
+    )
+    found = estimate(render(scene)[0], camera, scene.dock)
+    lines, pose = rays_to_lights(found), found.selected
+    np.testing.assert_allclose(lines[:, 0, 2], 0.04)  # the outer face of the glass
+    np.testing.assert_allclose(camera.project(lines[:, 1]), found.markers.points_px[found.ring.on_ring], atol=1e-6)
+    model = lights_on_ring(scene.dock, pose.roll_rad) * scene.dock.radius @ pose.T_camera_dock[:3, :3].T
+    gaps = np.linalg.norm(lines[:, 1][:, None] - (model + pose.position_m)[None], axis=2).min(axis=1)
+    assert len(lines) == 6
+    assert gaps.max() < 0.001
+
+
+def test_lights_are_where_the_dock_has_them():
+    quarter = lights_on_ring(Dock(0.30, angles_deg=(0, 90, 180)), math.pi / 2)
+    np.testing.assert_allclose(quarter, [[0, 1, 0], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
+    assert lights_on_ring(Dock(0.30), None).shape == (0, 3)
 
 
 def test_no_rays_without_a_pose():

@@ -133,13 +133,13 @@ def test_scene_that_cannot_be_rendered_leaves_what_was_shown(app):
 
 def test_error_in_a_panel_is_told_and_the_next_view_is_worked_on(app, monkeypatch, capsys):
     def fail(reading):
-        raise RuntimeError("the scene broke")
+        raise RuntimeError("the panel broke")
 
     assert app.wait_until_idle(10)
-    monkeypatch.setattr(app._scene, "show", fail)
+    monkeypatch.setattr(app._panels[-1], "show", fail)
     app.change(lambda view: with_diameter_cm(view, 40))
     assert app.wait_until_idle(10)
-    assert "the scene broke" in capsys.readouterr().err
+    assert "the panel broke" in capsys.readouterr().err
     monkeypatch.undo()
     app.change(lambda view: with_diameter_cm(view, 60))
     assert app.wait_until_idle(10)

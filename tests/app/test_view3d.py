@@ -48,6 +48,9 @@ def test_rays_leave_the_port_and_end_on_the_lights():
     )
     found = estimate(render(scene)[0], camera, scene.dock)
     lines, pose = rays_to_lights(found), found.selected
+    assert pose is not None
+    assert found.markers is not None
+    assert found.ring is not None
     np.testing.assert_allclose(lines[:, 0, 2], 0.04)  # the outer face of the glass
     np.testing.assert_allclose(camera.project(lines[:, 1]), found.markers.points_px[found.ring.on_ring], atol=1e-6)
     model = lights_on_ring(scene.dock, pose.roll_rad) * scene.dock.radius @ pose.T_camera_dock[:3, :3].T

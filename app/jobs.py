@@ -27,6 +27,7 @@ from pipeline.sources import Frames, Pictures, open_frames
 
 _LEAST_CHUNK, _LARGEST_CHUNK = 16, 256  # frames; a video's decoder starts at a key frame, often one in 250
 _CHUNKS_EACH = 4  # of a short recording, so that nobody waits long for the last
+SCHEDULER_TIMEOUT_S = 10.0
 _AHEAD = 2  # chunks for each worker that are under way
 
 
@@ -60,6 +61,10 @@ class Work(Protocol):
 
     def belongs(self, index: int) -> tuple[Camera, Dock]:
         """Camera and dock of a frame."""
+        ...
+
+    def label(self, found: Found) -> str:
+        """What to call a frame when something is told of it."""
         ...
 
     def chunk(self, start: int, stop: int) -> Callable[[Settings], list[Found]]:
@@ -96,6 +101,10 @@ class SequenceWork:
         """Camera and dock of a frame."""
         return self.camera, self.dock
 
+    def label(self, found: Found) -> str:
+        """What to call a frame when something is told of it."""
+        return f"{found.name} frame {found.index}"
+
     def chunk(self, start: int, stop: int) -> Callable[[Settings], list[Found]]:
         """What estimates the frames from ``start`` up to before ``stop``, in order."""
         return functools.partial(_estimate_frames, self, start, stop)
@@ -115,6 +124,10 @@ class PictureWork:
     def belongs(self, index: int) -> tuple[Camera, Dock]:
         """Camera and dock of a picture."""
         return self.jobs[index].camera, self.jobs[index].dock
+
+    def label(self, found: Found) -> str:
+        """What to call a picture when something is told of it."""
+        return found.name
 
     def chunk(self, start: int, stop: int) -> Callable[[Settings], list[Found]]:
         """What estimates the pictures from ``start`` up to before ``stop``, in order."""
@@ -221,7 +234,7 @@ def split(work: Work, executor: Executor, count: int, watched: Watched, settings
                         _cancel(waiting)
                         settings, start = wanted, one.index
                         break
-                    watched.see(one.estimate, one.name)
+                    watched.see(one.estimate, work.label(one))
                 yield one
     finally:
         _cancel(waiting)
@@ -254,7 +267,7 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
     except ImportError as error:
         raise UsageError(f"--scheduler {address} needs Dask: pip install 'dockpose[cluster]'") from error
     try:
-        client = Client(address, timeout=10)
+        client = Client(address, timeout=SCHEDULER_TIMEOUT_S)
     except (OSError, ValueError) as error:
         raise UsageError(f"--scheduler {address}: no Dask scheduler answers there") from error
     with client:

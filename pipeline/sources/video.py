@@ -100,7 +100,7 @@ class Video(Frames):
             if expected >= stop:
                 return
             index = reader.advance()
-        if self._stamps is not None:
+        if self._stamps is not None and not (self.is_cut_short and expected == len(self._stamps) - 1):
             self._tell_missing(expected, min(stop, len(self._stamps)))
 
     def _tell_missing(self, start: int, stop: int) -> None:
@@ -113,7 +113,7 @@ class Video(Frames):
             return
         if len(self._stamps) < self._told:
             self.is_cut_short = True
-            there = f"{len(self._stamps)} of the {self._told} frames that its header tells of are there"
+            there = f"{len(self._stamps)} of the {self._told} frames are there, the last of them perhaps in part"
             self._tell(f"{self.source}: the video is cut short: {there}")
 
 

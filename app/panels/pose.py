@@ -63,7 +63,8 @@ def errors_html(found: Estimate, known: dict[str, Any] | None, name: str) -> str
         return ""
     rows = []
     for index, pose in enumerate(found.candidates):
-        rows.append(row(pose_name(index, False), error_cells(pose, known), bold=pose is found.selected))
+        is_chosen = pose is found.selected
+        rows.append(row(pose_name(index, is_chosen), error_cells(pose, known), bold=is_chosen))
     for peer, pose in peer_poses(found).items():
         if not isinstance(pose, str):
             rows.append(row(escape(peer), error_cells(pose, known)))
@@ -86,7 +87,7 @@ def error_cells(pose: CirclePose, known: dict[str, Any]) -> list[str]:
             (pose.theta_y_rad, known["theta_y_deg"]),
         )
     ]
-    return [f"{value:+.1f}" for value in (*offsets, *turns)]
+    return [f"{round(value, 1) + 0.0:+.1f}" for value in (*offsets, *turns)]  # + 0.0: no minus before nothing
 
 
 def _described(pose: CirclePose) -> dict[str, str]:

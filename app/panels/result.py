@@ -16,13 +16,15 @@ from pipeline.circle_pose import CirclePose
 
 COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "likely (%)", "error (px)")
 EXPLANATION = (
-    "Position of the dock's centre seen from the camera: x right, y down, z ahead. θx, θy: pitch and yaw of the dock's "
-    "face, 0 where it is square on. Error: how far off the lights are, root mean square."
+    "The dock's centre from the camera: x right, y down, z ahead. θx, θy: pitch and yaw of its face, 0 where it is "
+    "square on. Error: how far off the lights are, root mean square."
 )
-# Along the bottom of the whole page, over whatever scrolls there; the panel at the left leaves STATUS_SPACE for it.
+# Along the bottom of the whole page, over whatever scrolls there; the panel at the left leaves STATUS_SPACE for it. The
+# panel at the right covers its end, so that long words break before it.
+_COVERED_PX = 385
 _LINE = (
-    "position: fixed; left: 0; right: 0; bottom: 0; z-index: 500; padding: 0.25em 0.75em; font-weight: 600; "
-    "white-space: nowrap; overflow: hidden; text-overflow: ellipsis; pointer-events: none; "
+    "position: fixed; left: 0; right: 0; bottom: 0; z-index: 500; font-weight: 600; pointer-events: none; "
+    f"padding: 0.25em {_COVERED_PX}px 0.25em 0.75em; "
     "background: var(--mantine-color-body); border-top: 1px solid rgba(128,128,128,0.5)"
 )
 STATUS_SPACE = '<div style="height: 2em"></div>'

@@ -33,6 +33,14 @@ def test_status_line_is_in_view_and_says_what_to_try(page):
     assert "Try " in page.status
     place = page.page.locator("#status-line").bounding_box()
     assert place["y"] + place["height"] <= 768
+    words = page.page.evaluate(
+        """() => {
+            const range = document.createRange();
+            range.selectNodeContents(document.getElementById("status-line"));
+            return range.getBoundingClientRect().right;
+        }"""
+    )
+    assert words <= 1366 - 370  # where the panel at the right begins
 
 
 def test_threshold_tab_has_its_own_picture_and_pictures_can_be_enlarged(page):

@@ -15,7 +15,9 @@ from pipeline.estimate import Estimate
 # A frame says no more than this, as log-odds: a light that is taken for another one makes any frame surer than it is.
 MOST_ODDS = 3.0
 WORTH_OF_MOTION = 0.5  # of what motion says: how vehicles move is hardly known
-_MATCHED = 16.0  # squared standard deviations within which a candidate continues a chain
+# A candidate continues a chain within so many squared standard deviations, or where the vehicle can have turned so far,
+# and by this angle: seen nearly square on, noise tilts both candidates away from each other.
+_MATCHED, _MATCHED_RAD = 16.0, math.radians(3.0)
 _MOST_MOTION = 9.0  # squared standard deviations that count against a chain
 _DOUBT = 1e-3  # left to either hypothesis, so that a wrong one heals within a few frames
 _SURE_SIGMAS, _SURE_SHARE = 5.0, 0.02  # of a position's errors, and of the distance
@@ -92,25 +94,28 @@ class Hypotheses:
 
         Returns
         -------
-        The hypotheses after it; None where it shows no dock, or one that cannot be this.
+        The hypotheses after it; None where it shows no dock, or one that cannot be this. Where one chain is continued
+        the other begins again at the twin of that, for a picture always has both.
         """
         pair = candidates_of(found)
         if pair is None or not self.is_near(pair, speeds):
             return None
-        off = _off(self.chains, pair)
-        straight = off[0, 0] + off[1, 1] <= off[0, 1] + off[1, 0]
-        order = (0, 1) if straight else (1, 0)
-        if off[(0, 1), order].min() > _MATCHED:
+        squares, off = _off(self.chains, pair)
+        twins = (found.lights_on_ring or 0) >= MIN_POINTS  # of three or four lights the candidates need not be
+        order, first = posterior(self.first, off, _log_odds(pair, worth) if twins else 0.0)
+        near = (off <= _MATCHED) | (squares <= (speeds.radians * self.gap_s + _MATCHED_RAD) ** 2)
+        if not near[(0, 1), order].any():
             return None
         chains = list(self.chains)
         seen: list[int | None] = [None, None]
         for number, candidate in enumerate(order):
-            if off[number, candidate] <= _MATCHED:
+            if near[number, candidate]:
                 chains[number], seen[number] = chains[number].seen_as(pair[candidate]), candidate
-        first = self.first
-        # Of three or four lights the candidates need not be each other's twins.
-        if (found.lights_on_ring or 0) >= MIN_POINTS:
-            first = posterior(first, off, order, _log_odds(pair, worth))
+            elif twins:
+                chains[number], seen[number] = Chain.begin(pair[candidate], speeds), candidate
+            else:
+                chains[number] = Chain.begin(_twin(pair[order[1 - number]]), speeds)
+        first = first if twins else self.first
         return replace(self, chains=(chains[0], chains[1]), first=first, seen=(seen[0], seen[1]), gap_s=0.0)
 
 
@@ -121,37 +126,45 @@ def candidates_of(found: Estimate) -> Pair | None:
     return found.candidates[0], found.candidates[-1]
 
 
-def posterior(first: float, off: np.ndarray, order: tuple[int, int], log_odds: float) -> float:
-    """Probability that the first chain is right, after a frame.
+def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
+    """Which candidate continues each chain, and the probability that the first chain is right, after a frame.
 
     Parameters
     ----------
-    first : the same before it.
+    first : the probability before it.
     off : (2, 2) squared standard deviations from each chain to each candidate.
-    order : the candidate that continues each chain.
     log_odds : of the first candidate, by the frame alone.
 
     Notes
     -----
-    The forward step of a hidden Markov model whose state is the chain that is right. How well a chain is continued at
-    all is its likelihood by motion, tempered. How its probability divides between the two candidates is not: a
+    The forward step of a hidden Markov model whose state is the candidate that is right. How well a chain is continued
+    at all is its likelihood by motion, tempered. How its probability divides between the two candidates is not: a
     candidate that is out of the question for a chain takes nothing from it, and only where both nearly coincide do the
-    chains mix.
+    chains mix. The chains go on to the candidates that most of the probability went to.
     """
     # The nearer candidate of each chain has 1, so that nothing vanishes.
-    fit = np.exp(-0.5 * (off - off.min(axis=1, keepdims=True)))
+    nearest = off.min(axis=1, keepdims=True)
+    fit = np.exp(-0.5 * (off - nearest))
     fit /= fit.sum(axis=1, keepdims=True)
-    moved = np.exp(-0.5 * WORTH_OF_MOTION * np.minimum(off[(0, 1), order], _MOST_MOTION))
-    carried = (np.array([first, 1 - first]) * moved) @ fit
-    weights = carried * [_logistic(log_odds), _logistic(-log_odds)]
-    return min(1 - _DOUBT, max(_DOUBT, float(weights[order[0]] / weights.sum())))
+    moved = np.exp(-0.5 * WORTH_OF_MOTION * np.minimum(nearest, _MOST_MOTION))
+    weights = np.array([[first], [1 - first]]) * moved * fit * [_logistic(log_odds), _logistic(-log_odds)]
+    order = (0, 1) if np.trace(weights) >= weights.sum() / 2 else (1, 0)
+    share = float(weights[:, order[0]].sum() / weights.sum())
+    return order, min(1 - _DOUBT, max(_DOUBT, share))
 
 
-def _off(chains: tuple[Chain, Chain], pair: Pair) -> np.ndarray:
-    """Squared standard deviations (2, 2) from each chain to each candidate, all in terms of the same deviation."""
+def _off(chains: tuple[Chain, Chain], pair: Pair) -> tuple[np.ndarray, np.ndarray]:
+    """Squared angles (2, 2) from each chain to each candidate, and in terms of the same deviation for all."""
     off = [[chain.off(pose) for pose in pair] for chain in chains]
     spread = sum(variance for row in off for _, variance in row) / 4
-    return np.array([[square for square, _ in row] for row in off]) / spread
+    squares = np.array([[square for square, _ in row] for row in off])
+    return squares, squares / spread
+
+
+def _twin(pose: CirclePose) -> CirclePose:
+    """About the other pose of the same picture: its normal is the mirror image about the line of sight."""
+    sight = pose.position_m / np.linalg.norm(pose.position_m)
+    return replace(pose, normal=2 * float(pose.normal @ sight) * sight - pose.normal)
 
 
 def _log_odds(pair: Pair, worth: float) -> float:

@@ -1,0 +1,279 @@
+"""Which of the two poses over time: the tracker, the paper's Table 1 and single frames, on approaches drawn at random."""
+
+# pyright: reportOptionalMemberAccess=false
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from multiprocessing import Pool
+
+import msgspec
+import numpy as np
+
+from pipeline import Camera, Dock, Estimate, Tracked, Tracker, estimate
+from pipeline.circle_pose import CirclePose
+from pipeline.simulate import Approach, ClosedLoop, Frame, Lights, Pose, Scene, Sensor, Sequence, film, render, scenes
+from pipeline.simulate.scene import Background
+from pipeline.simulate.sequence import steer
+from pipeline.simulate.water import water_of_turbidity
+from pipeline.table1 import choose_by_eccentricity
+
+FAR, NEAR = Dock(diameter=2.0, lights=10), Dock(diameter=0.30, lights=10)
+LIGHTS = 10
+MISSING = 3  # of them, at times
+SEEDS = range(1000, 1030)  # of each of the two kinds; others were used while the tracker was written
+FIRST_FRAME = 10  # from which on it counts
+LEAST_VISIBLE = 5  # lights within the picture: with fewer the dock is out of view
+CERTAIN = 0.99
+
+
+def draw_approach(seed: int, dock: Dock) -> Sequence:
+    """An approach from 20 m to 1 m of a 2 m dock, or from 4 m to 0.5 m of a 0.30 m dock.
+
+    The lights stand up to a few tenths of a degree off their places. At the end the large ring is larger than the picture, and the small one may be. The lights face it at up to 35 degrees; currents carry and turn the
+    vehicle; the water is between clear and coastal; the camera's exposure follows the lights, as far as it can.
+    """
+    large = dock is FAR
+    rng = np.random.default_rng([seed, int(large)])
+    tilt, around = np.radians(rng.uniform(0, 35)), rng.uniform(0, 2 * np.pi)
+    normal = np.array([np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around), -np.cos(tilt)])
+    start, end = (20.0, 1.0) if large else (4.0, 0.5)
+    focal = rng.uniform(330, 700) if large else rng.uniform(420, 700)
+    camera = Camera(focal, focal, 319.5, 239.5, 640, 480)
+    drift_m = rng.uniform(0, 0.05) if large else rng.uniform(0, 0.02)
+    built_deg = rng.uniform(0, 0.2)
+    frames = int(rng.integers(60, 101))
+    scene = Scene(
+        camera=camera,
+        dock=dock,
+        pose=Pose(
+            position_m=(rng.uniform(-0.08, 0.08) * start, rng.uniform(-0.03, 0.03) * start, start),
+            theta_x_deg=math.degrees(math.asin(normal[1])),
+            theta_y_deg=math.degrees(math.atan2(-normal[0], -normal[2])),
+            roll_deg=rng.uniform(0, 360),
+        ),
+        lights=Lights(
+            level=math.exp(rng.uniform(math.log(40), math.log(1000))),
+            radius_m=(0.02 if large else 0.004) * rng.uniform(0.7, 1.4),
+            beam_exponent=rng.uniform(0, 1.5),
+            brightness=tuple(rng.uniform(0.6, 1.0, LIGHTS).tolist()),
+            angles_deg=tuple((360 / LIGHTS * np.arange(LIGHTS) + rng.normal(0, built_deg, LIGHTS)).tolist()),
+        ),
+        water=water_of_turbidity(rng.uniform(0, 0.4 if large else 0.7)),
+        background=Background(level=rng.uniform(0, 35)),
+        sensor=Sensor(read_noise_levels=rng.uniform(0.3, 2)),
+        seed=int(rng.integers(1 << 30)),
+    )
+    motion = Approach(
+        frames=frames,
+        rate_hz=rng.uniform(5, 15),
+        start_m=start,
+        end_m=end,
+        drift_m=drift_m,
+        drift_deg=rng.uniform(0, 3),
+        drift_time_s=rng.uniform(2, 6),
+    )
+    return Sequence(scene=scene, motion=motion)
+
+
+def approach(seed: int, dock: Dock) -> Iterator[Frame]:
+    """Its frames, in one to three stretches of which three lights of ten are out."""
+    sequence = draw_approach(seed, dock)
+    rng = np.random.default_rng([seed, int(dock is FAR), 1])
+    out: dict[int, tuple[int, ...]] = {}
+    for _ in range(int(rng.integers(1, 4))):
+        first, length = int(rng.integers(sequence.frames)), int(rng.integers(8, 25))
+        missing = tuple(int(number) for number in rng.choice(LIGHTS, MISSING, replace=False))
+        out |= {index: missing for index in range(first, first + length)}
+    for index, (time_s, scene) in enumerate(scenes(sequence)):
+        lights = msgspec.structs.replace(
+            scene.lights, level=_exposed(scene, sequence.scene), missing=out.get(index, ())
+        )
+        scene = msgspec.structs.replace(scene, lights=lights)
+        image, truth = render(scene)
+        yield Frame(index + 1, time_s, scene, image, truth)
+
+
+def _exposed(scene: Scene, first: Scene) -> float:
+    """The lights' level as the camera's exposure makes it: at the start as drawn, near by up to ten times as bright."""
+    start, now = _dimmed(first), _dimmed(scene)
+    return first.lights.level / start * min(1.0, 10 * start / now)
+
+
+def _dimmed(scene: Scene) -> float:
+    """The middle of a light's picture, as a share of what it would be 1 m ahead in clear water."""
+    distance = float(np.linalg.norm(scene.pose.position_m))
+    size_px = scene.camera.fx * scene.lights.radius_m
+    blur_px = scene.sensor.blur_px
+
+    def peak(size: float) -> float:
+        return 1 - math.exp(-(size**2) / (2 * blur_px**2))
+
+    return peak(size_px / distance) / peak(size_px) * math.exp(-scene.water.attenuation_per_m * distance)
+
+
+@dataclass
+class Score:
+    """Counts over frames.
+
+    ``frames`` have the dock in view; ``predicted`` and ``missing`` of them show no ring that continues the track, with
+    and without a prediction. ``alike`` are those whose candidates are the same within their errors. ``flips`` are
+    changes from one hypothesis to the other after its probability exceeded 99 % in the same track, and
+    ``side_changes`` those from the pose that is right to the one that is wrong, or back, by the truth.
+    """
+
+    frames: int = 0
+    right: int = 0
+    single: int = 0
+    table1: int = 0
+    table1_frames: int = 0
+    alike: int = 0
+    alike_right: int = 0
+    predicted: int = 0
+    missing: int = 0
+    flips: int = 0
+    side_changes: int = 0
+    certain_wrong: int = 0
+
+    def __add__(self, other: Score) -> Score:
+        return Score(*(getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__))
+
+
+class Judge:
+    """Counts one approach, frame by frame."""
+
+    def __init__(self) -> None:
+        self.score = Score()
+        self._chain: int | None = None
+        self._right: bool | None = None
+        self._certain = False
+
+    def see(self, number: int, tracked: Tracked, normal: np.ndarray, visible: int) -> None:
+        score, found = self.score, tracked.estimate
+        if tracked.track.lost or tracked.track.age == 1:
+            self._chain, self._right, self._certain = None, None, False
+        if tracked.track.lost:
+            counted = number >= FIRST_FRAME and visible >= LEAST_VISIBLE
+            score.frames, score.missing = score.frames + counted, score.missing + counted
+            return
+        right = is_right(tracked, normal)
+        if self._certain:
+            score.flips += tracked.chain != self._chain
+            score.side_changes += right != self._right
+        self._certain = tracked.track.probability > CERTAIN or (self._certain and tracked.chain == self._chain)
+        self._chain, self._right = tracked.chain, right
+        if number < FIRST_FRAME or visible < LEAST_VISIBLE:
+            return
+        score.frames += 1
+        score.right += right
+        score.certain_wrong += tracked.track.probability > CERTAIN and not right
+        score.predicted += tracked.track.predicted
+        score.single += bool(found.candidates) and found.candidates[0] is nearest(found.candidates, normal)
+        if found.choice is not None and found.choice.coincide:
+            score.alike, score.alike_right = score.alike + 1, score.alike_right + right
+
+
+def nearest(candidates: tuple[CirclePose, ...], normal: np.ndarray) -> CirclePose:
+    """The candidate that is right."""
+    return max(candidates, key=lambda pose: float(pose.normal @ normal))
+
+
+def is_right(tracked: Tracked, normal: np.ndarray) -> bool:
+    """Whether the chosen pose is nearer to the truth than its twin, the mirror image about the line of sight."""
+    if tracked.selected is not None:
+        return tracked.pose is nearest(tracked.estimate.candidates, normal)
+    pose = tracked.pose
+    sight = pose.position_m / np.linalg.norm(pose.position_m)
+    twin = 2 * (pose.normal @ sight) * sight - pose.normal
+    return bool(pose.normal @ normal >= twin @ normal)
+
+
+def open_loop(job: tuple[int, bool]) -> Score:
+    """One approach, with a region of interest as in a live run."""
+    seed, large = job
+    dock, judge, tracker = FAR if large else NEAR, Judge(), None
+    for frame in approach(seed, dock):
+        tracker = tracker or Tracker(frame.scene.camera, dock)
+        tracked = tracker.see(frame.image, frame.time_s)
+        judge.see(frame.number, tracked, frame.truth.normal, int(frame.truth.visible.sum()))
+    return judge.score
+
+
+def closed_loop(job: tuple[int, bool, bool]) -> Score:
+    """The same kind of approach, steered by Table 1 or by the tracker, that knows the commands; the start is tossed."""
+    seed, large, by_table = job
+    dock, judge = FAR if large else NEAR, Judge()
+    drawn = draw_approach(seed, dock)
+    rng = np.random.default_rng([seed, int(large), 2])
+    start = 14.0 if large else 2.5
+    x, y, z = drawn.scene.pose.position_m
+    place = msgspec.structs.replace(drawn.scene.pose, position_m=(x * start / z, y * start / z, start))
+    lights = msgspec.structs.replace(drawn.scene.lights, flicker=rng.choice([0.0, 0.3]))
+    scene = msgspec.structs.replace(drawn.scene, pose=place, lights=lights)
+    level = _exposed(scene, drawn.scene)
+    scene = msgspec.structs.replace(scene, lights=msgspec.structs.replace(lights, level=level))
+    motion = ClosedLoop(
+        frames=40,
+        rate_hz=3.0,
+        end_m=5.0 if large else 1.0,
+        speed_m_per_s=1.0 if large else 0.2,
+        drift_m=drawn.motion.drift_m / 2,
+        drift_deg=drawn.motion.drift_deg / 2,
+    )
+    tracker, state, command = Tracker(scene.camera, dock), None, None
+    first = int(rng.integers(2))
+    seen: list[tuple[Tracked, Estimate, int | None]] = []
+
+    def observe(image: np.ndarray, camera: Camera) -> CirclePose | None:
+        nonlocal state, command
+        found = estimate(image, camera, dock)
+        tracked = tracker.follow(found, len(seen) / motion.rate_hz, command)
+        if found.ellipse is not None:
+            state = choose_by_eccentricity(found.candidates, found.ellipse.eccentricity, state, first)
+        seen.append((tracked, found, state.selected if state and found.candidates else None))
+        if by_table:
+            pose = found.candidates[state.selected] if found.candidates else None
+        else:
+            pose = tracked.pose
+        command = steer(pose, motion) if pose is not None else None
+        return pose
+
+    table1 = frames = 0
+    for frame in film(Sequence(scene=scene, motion=motion), observe):
+        tracked, found, selected = seen[-1]
+        visible = int(frame.truth.visible.sum())
+        judge.see(frame.number, tracked, frame.truth.normal, visible)
+        if frame.number >= FIRST_FRAME and visible >= LEAST_VISIBLE and selected is not None:
+            frames += 1
+            table1 += found.candidates[selected] is nearest(found.candidates, frame.truth.normal)
+    judge.score.table1, judge.score.table1_frames = table1, frames
+    return judge.score
+
+
+def test_the_right_pose_over_time():
+    kinds = ((True, "2 m dock, 20 m to 1 m"), (False, "0.30 m dock, 4 m to 0.5 m"))
+    totals = {}
+    with Pool(2) as pool:
+        for large, name in kinds:
+            totals[name] = sum(pool.map(open_loop, [(seed, large) for seed in SEEDS], chunksize=1), Score())
+        for by_table in (True, False):
+            jobs = [(seed, large, by_table) for large, _ in kinds for seed in SEEDS]
+            name = f"60 closed loops by {'Table 1' if by_table else 'the tracker'}"
+            totals[name] = sum(pool.map(closed_loop, jobs, chunksize=1), Score())
+    both = totals[kinds[0][1]] + totals[kinds[1][1]]
+    print(f"\nRight pose in frames from number {FIRST_FRAME} on, in %; asked of 60 approaches: 99.5, and no flip")
+    print(
+        f"{'':<32}  frames   track  single  Table 1  | alike  right  predicted  missing  flips  sides  sure but wrong"
+    )
+    for name, score in {**totals, "both kinds, 60 approaches": both}.items():
+        table1 = f"{100 * score.table1 / score.table1_frames:7.2f}" if score.table1_frames else "      -"
+        print(
+            f"{name:<32} {score.frames:7} {100 * score.right / score.frames:7.2f} "
+            f"{100 * score.single / score.frames:7.2f}  {table1}  | {score.alike:5} {score.alike_right:6} "
+            f"{score.predicted:10} {score.missing:8} {score.flips:6} {score.side_changes:6} {score.certain_wrong:8}"
+        )
+    assert both.right >= 0.995 * both.frames
+    assert both.flips == 0
+    assert both.side_changes == 0

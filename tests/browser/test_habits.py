@@ -98,7 +98,7 @@ def test_help_over_the_page_and_in_a_tab_of_its_own(page):
     page.tab("Settings")
     page.page.get_by_role("button", name="Help (H)").click()
     page.page.get_by_text("Keys work while no box").wait_for()
-    page.page.keyboard.press("Escape")
+    page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
     page.page.get_by_text("Keys work while no box").wait_for(state="hidden")
 
 

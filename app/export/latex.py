@@ -57,7 +57,13 @@ _ACCENTS = {
     "\N{COMBINING DOT ABOVE}": r"\.",
 }
 _GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
-_GREEK_AS_LATIN = {"ALPHA", "BETA", "EPSILON", "ZETA", "ETA", "IOTA", "KAPPA", "MU", "NU", "RHO", "TAU", "CHI"}
+_GREEK_SMALL = frozenset(
+    (
+        *("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu"),
+        *("nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"),
+    )
+)
+_GREEK_CAPITAL = frozenset(("gamma", "delta", "theta", "lambda", "xi", "pi", "sigma", "upsilon", "phi", "psi", "omega"))
 
 
 def to_latex(text: str) -> str:
@@ -78,17 +84,15 @@ def _character(character: str) -> str:
     if letter.isascii() and letter.isalpha() and len(marks) == 1 and marks[0] in _ACCENTS:
         dotless = rf"\{letter}" if letter in "ij" and marks[0] != "\N{COMBINING CEDILLA}" else letter
         return f"{_ACCENTS[marks[0]]}{{{dotless}}}"
-    greek = _GREEK.match(unicodedata.name(character, ""))
-    if greek is not None and greek[2] not in ("OMICRON", "FINAL"):
-        return _greek(greek[1] == "CAPITAL", greek[2])
-    return "?"
+    return _greek(character)
 
 
-def _greek(is_capital: bool, name: str) -> str:
-    name = {"LAMDA": "lambda"}.get(name, name.lower())
-    if not is_capital:
-        return rf"$\{name}$"
-    if name.upper() in _GREEK_AS_LATIN:  # drawn like Latin capitals, for which LaTeX has no commands
-        latin = {"eta": "H", "rho": "P", "chi": "X"}.get(name, name[0].upper())
-        return rf"$\mathrm{{{latin}}}$"
-    return rf"$\{name.capitalize()}$"
+def _greek(character: str) -> str:
+    """A Greek letter as mathematics has it; "?" for what it has none of."""
+    match = _GREEK.match(unicodedata.name(character, ""))
+    if match is None:
+        return "?"
+    name = {"LAMDA": "lambda"}.get(match[2], match[2].lower())
+    if match[1] == "SMALL":
+        return rf"$\{name}$" if name in _GREEK_SMALL else "?"
+    return rf"$\{name.capitalize()}$" if name in _GREEK_CAPITAL else "?"

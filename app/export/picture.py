@@ -47,18 +47,20 @@ def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAY
         if a layer is unknown.
     """
     check_layers(layers)
-    entries = 3 + len(layers) + len(estimate.candidates)
-    legend_in = _MARGIN_IN + _LINE_IN * math.ceil(entries / 2) if layers else 0.0
     scale = min(WIDTH_IN / estimate.width, HIGHEST_IN / estimate.height)
     width, height = scale * estimate.width, scale * estimate.height
-    figure = new_figure(WIDTH_IN, height + legend_in)
-    whole = height + legend_in
-    axes = figure.add_axes(((1 - width / WIDTH_IN) / 2, legend_in / whole, width / WIDTH_IN, height / whole))
+    figure = new_figure(WIDTH_IN, height)
+    axes = figure.add_axes((0, 0, 1, 1))
     axes.imshow(to_bgr8(image)[..., ::-1], interpolation="none")
     axes.set_axis_off()
     axes.autoscale(False)
     _draw(axes, estimate, layers)
-    if axes.get_legend_handles_labels()[0]:
+    entries = len(axes.get_legend_handles_labels()[0])
+    legend_in = _MARGIN_IN + _LINE_IN * math.ceil(entries / 2) if entries else 0.0
+    whole = height + legend_in
+    figure.set_size_inches(WIDTH_IN, whole)
+    axes.set_position(((1 - width / WIDTH_IN) / 2, legend_in / whole, width / WIDTH_IN, height / whole))
+    if entries:
         figure.legend(loc="lower center", ncols=2, fontsize=7, frameon=False, borderaxespad=0.2)
     return figure
 

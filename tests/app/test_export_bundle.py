@@ -11,7 +11,7 @@ import yaml
 
 from app.annotate import LAYERS, annotate
 from app.choices import MEASURED_LIMITS, with_measured
-from app.export.bundle import bundle, bundle_name
+from app.export.bundle import bundle, picture_files
 from app.reading import read_view
 from app.state import open_source, with_min_area
 from app.task import CancelledError, Progress
@@ -60,8 +60,8 @@ def test_without_montage_and_without_a_dock(reading):
 
 def test_measured_pose_goes_along(reading):
     view = with_measured(reading.view, dict(zip(MEASURED_LIMITS, (1, 2, 3, 4, 5), strict=True)))
-    files = files_of(read_view(view), with_montage=False)
-    assert yaml.safe_load(files["settings.yaml"])["measured"]["theta_y_deg"] == 5
+    made = picture_files(read_view(view))["settings.yaml"]()
+    assert yaml.safe_load(made)["measured"]["theta_y_deg"] == 5
 
 
 def test_can_be_cancelled(reading):
@@ -71,22 +71,7 @@ def test_can_be_cancelled(reading):
         bundle(reading, progress)
 
 
-@pytest.mark.parametrize(
-    ("source", "name"),
-    [
-        ("plain", "dockpose_plain.zip"),
-        ("tank 7.png", "dockpose_tank_7.zip"),
-        ("../../etc/passwd", "dockpose_passwd.zip"),
-        ("<img>.png", "dockpose_img.zip"),
-        ("", "dockpose_picture.zip"),
-        ("x" * 500, f"dockpose_{'x' * 60}.zip"),
-    ],
-)
-def test_name_suits_every_file_system(source, name):
-    assert bundle_name(source) == name
-
-
 def test_source_that_is_markup_stays_text(reading):
     view = replace(reading.view, source="a: [b\n- c")
-    files = files_of(read_view(view), with_montage=False)
-    assert yaml.safe_load(files["settings.yaml"])["source"] == "a: [b\n- c"
+    made = picture_files(read_view(view))["settings.yaml"]()
+    assert yaml.safe_load(made)["source"] == "a: [b\n- c"

@@ -1,0 +1,57 @@
+"""Killing a program 200 times while it takes frames, and opening a session of 2,000 rows."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from pathlib import Path
+
+import msgspec
+import yaml
+
+from app.experiment import Session, read_session
+from app.experiment.row import row_to_csv
+from tests.killing import kill_often
+from tests.taking import FOUND, PICTURE
+
+KILLS = 200
+ROWS = 2000
+MOST_READING_S = 0.3
+
+
+def test_two_hundred_kills(tmp_path: Path) -> None:
+    told = kill_often(tmp_path, KILLS, seed=7)
+    print(
+        f"\n{told.kills} kills, {told.while_writing} of them while a file was being written, {told.confirmed} rows "
+        f"confirmed\nconfirmed rows lost: asked 0, measured {told.lost}\n"
+        f"files that do not open: asked 0, measured {told.unreadable}"
+    )
+    assert told.while_writing > 0
+    assert (told.lost, told.unreadable) == (0, 0)
+
+
+def test_two_thousand_rows_open_at_once(tmp_path: Path) -> None:
+    with Session.create(tmp_path / "tank") as session:
+        first = session.take(PICTURE, FOUND, "tank", notes="as measured, by hand")
+    rows = [msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png") for n in range(1, ROWS + 1)]
+    results = tmp_path / "tank" / "results.csv"
+    results.write_text(results.read_text().splitlines()[0] + "\n" + "".join(map(row_to_csv, rows)))
+    for row in rows[1:]:
+        for ending in (".png", ".json"):
+            shutil.copy(tmp_path / f"tank/frames/0001{ending}", tmp_path / f"tank/{row.file[:-4]}{ending}")
+    start = time.perf_counter()
+    assert len(read_session(tmp_path / "tank").rows) == ROWS
+    reading = time.perf_counter() - start
+    start = time.perf_counter()
+    session = Session.open(tmp_path / "tank")
+    opening = time.perf_counter() - start
+    start = time.perf_counter()
+    session.take(PICTURE, FOUND, "tank")
+    taking = time.perf_counter() - start
+    session.close()
+    print(
+        f"\n{ROWS} rows: reading at most {MOST_READING_S} s asked, {reading:.3f} s measured; "
+        f"opening {opening:.3f} s, taking one more {taking:.3f} s"
+    )
+    assert yaml.safe_load((tmp_path / "tank/session.yaml").read_text())["schema"] == 1
+    assert reading < MOST_READING_S

@@ -175,8 +175,8 @@ def estimate(
     settings : how to search; the defaults suit most scenes.
     fall_back : let hats give each light a level of its own where no single level shows the ring. A comparison of the
         methods wants each as it is.
-    region : rectangle (x_px, y_px, width_px, height_px), clipped to the picture, outside of which nothing is looked
-        at; None searches the whole picture. What is found is in pixels of the whole picture.
+    region : rectangle (x_px, y_px, width_px, height_px), clipped to the picture and begun at an even pixel, outside of
+        which nothing is looked at; None searches the whole picture. What is found is in pixels of the whole picture.
 
     Returns
     -------

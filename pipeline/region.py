@@ -29,6 +29,9 @@ _CIRCLE_POINTS = 24
 def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
     """The pixels whose centres lie in a region, clipped to a picture of that size; all of them where it is None.
 
+    Where it does not begin at an even row and column, the ones before are taken too: a centre half way between two
+    pixels is rounded to the even one, in a part as in the whole.
+
     Raises
     ------
     ValueError
@@ -47,7 +50,7 @@ def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
     top, bottom = (math.ceil(min(max(edge, 0), height)) for edge in (y, y + down))
     if left >= right or top >= bottom:
         raise ValueError(f"region is {tuple(region)!r}; it holds no pixel of the picture of {width} x {height}")
-    return left, top, right, bottom
+    return left - left % 2, top - top % 2, right, bottom
 
 
 def masks_within(masks: Sequence[Mask], part: Part) -> tuple[Mask, ...]:

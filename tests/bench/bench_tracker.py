@@ -1,6 +1,6 @@
-"""Which of the two poses over time: the tracker, the paper's Table 1 and single frames, on approaches drawn at random."""
+"""Which of two poses over time: the tracker, the paper's Table 1 and single frames, on approaches drawn at random."""
 
-# pyright: reportOptionalMemberAccess=false
+# pyright: reportOptionalMemberAccess=false, reportOptionalOperand=false
 
 from __future__ import annotations
 
@@ -32,8 +32,9 @@ CERTAIN = 0.99
 def draw_approach(seed: int, dock: Dock) -> Sequence:
     """An approach from 20 m to 1 m of a 2 m dock, or from 4 m to 0.5 m of a 0.30 m dock.
 
-    The lights stand up to a few tenths of a degree off their places. At the end the large ring is larger than the picture, and the small one may be. The lights face it at up to 35 degrees; currents carry and turn the
-    vehicle; the water is between clear and coastal; the camera's exposure follows the lights, as far as it can.
+    The lights face it at up to 35 degrees, and stand up to a few tenths of a degree off their places; currents carry
+    and turn the vehicle; the water is between clear and coastal; the camera's exposure follows the lights, as far as it
+    can. At the end the large ring is larger than the picture, and the small one may be.
     """
     large = dock is FAR
     rng = np.random.default_rng([seed, int(large)])
@@ -233,10 +234,8 @@ def closed_loop(job: tuple[int, bool, bool]) -> Score:
         if found.ellipse is not None:
             state = choose_by_eccentricity(found.candidates, found.ellipse.eccentricity, state, first)
         seen.append((tracked, found, state.selected if state and found.candidates else None))
-        if by_table:
-            pose = found.candidates[state.selected] if found.candidates else None
-        else:
-            pose = tracked.pose
+        by_eccentricity = found.candidates[state.selected] if state and found.candidates else None
+        pose = by_eccentricity if by_table else tracked.pose
         command = steer(pose, motion) if pose is not None else None
         return pose
 

@@ -1,6 +1,6 @@
 # A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false, reportPossiblyUnbound=false
-# pyright: reportArgumentType=false
+# pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false, reportPossiblyUnboundVariable=false
+# pyright: reportArgumentType=false, reportOptionalOperand=false, reportOperatorIssue=false
 
 import json
 import math

@@ -8,16 +8,18 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from app import export_command
 from app.arguments import add_camera_and_dock, add_masks, camera_of, dock_of, masks_of
 from app.calibrate_command import calibrate_folder
 from app.compare_command import compare_sources
 from app.estimate_command import add_estimate_arguments, run_estimate
 from app.options import Options
+from app.session_command import add_session_argument, run_session
 from app.sources import UsageError, expand
 from pipeline.calibrate import LENSES
 from pipeline.camera_files import FORMATS
 
-COMMANDS = ("serve", "estimate", "compare", "simulate", "calibrate")
+COMMANDS = ("serve", "estimate", "compare", "export", "simulate", "calibrate")
 EXIT_BAD_ARGUMENTS = 2
 
 
@@ -69,7 +71,8 @@ def _parser() -> argparse.ArgumentParser:
     serve.set_defaults(run=_serve)
     estimate = commands.add_parser("estimate", help="estimate the dock's pose in pictures, videos and live streams")
     add_estimate_arguments(estimate)
-    estimate.set_defaults(run=run_estimate)
+    add_session_argument(estimate)
+    estimate.set_defaults(run=_estimate)
     compare = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
     compare.add_argument("sources", nargs="+", metavar="SOURCE", help="a picture, a folder of pictures, or a glob")
     add_camera_and_dock(compare)
@@ -77,6 +80,7 @@ def _parser() -> argparse.ArgumentParser:
     compare.add_argument("--montage", metavar="DIR", type=Path, help="write a picture of all methods side by side")
     add_masks(compare)
     compare.set_defaults(run=_compare)
+    export_command.add_parser(commands)
     simulate = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
     simulate.add_argument("--scene", metavar="S.yaml", help="scene file (default: an approach from 20 m to 1 m)")
     simulate.add_argument("--seed", type=int, metavar="N", help="of all that is random (default: the scene file's)")
@@ -134,6 +138,14 @@ def _options(arguments: argparse.Namespace) -> Options:
         upload_limit_bytes=round(megabytes * 2**20),
         remember_in=config_folder(),
     )
+
+
+def _estimate(arguments: argparse.Namespace) -> int:
+    if arguments.session is not None:
+        return run_session(arguments)
+    if not arguments.sources:
+        raise UsageError("estimate needs a SOURCE, or --session FOLDER")
+    return run_estimate(arguments)
 
 
 def _compare(arguments: argparse.Namespace) -> int:

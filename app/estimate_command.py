@@ -32,7 +32,7 @@ def add_estimate_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``dockpose estimate``."""
     parser.add_argument(
         "sources",
-        nargs="+",
+        nargs="*",
         metavar="SOURCE",
         help="a picture, a folder of pictures, a glob, a video, a camera's number, the address of a stream "
         "(http://, rtsp://), or a scene file to simulate",

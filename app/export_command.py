@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from app.annotate import LAYERS, check_layers
+from app.arguments import add_camera_and_dock, camera_of, dock_of
 from app.batch import EXIT_ALL_READ
 from app.experiment import read_session
 from app.experiment.files import why, write_whole
@@ -20,7 +21,7 @@ _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 
 
 def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
-    """Add the command ``export`` but for the camera's and the dock's arguments; returns its parser."""
+    """Add the command ``export``; returns its parser."""
     parser = commands.add_parser("export", help="write a report, tables, plots and annotated pictures")
     parser.add_argument(
         "source", metavar="SOURCE", type=Path, help="a picture, a session's folder, or what estimate --json wrote"
@@ -39,7 +40,13 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         default=",".join(LAYERS),
         help="what to draw on the picture (default: %(default)s)",
     )
+    add_camera_and_dock(parser)
+    parser.set_defaults(run=_run)
     return parser
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    return export(arguments.source, camera_of(arguments), dock_of(arguments), arguments.out, layers=arguments.layers)
 
 
 def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, layers: str = ",".join(LAYERS)) -> int:

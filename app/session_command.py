@@ -10,11 +10,11 @@ from typing import Any
 
 from app.batch import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, say
 from app.experiment import Row, SessionRecord, read_session
-from app.replay import differences, estimate_again
 from app.sources import UsageError
 from app.versions import versions
 from pipeline.image import decode
 
+_OWN = ("camera", "dock_diameter", "lights", "method", "level", "mask", "json", "csv", "annotate", "rate")
 _MOST_NUMBERS = 4  # of a row that are told one by one
 
 
@@ -26,6 +26,17 @@ def add_session_argument(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="in place of SOURCE: estimate a session's frames again, and tell which numbers differ and why",
     )
+
+
+def run_session(arguments: argparse.Namespace) -> int:
+    """Do what was typed with ``--session``; returns the exit status. Raises UsageError for what does not go with it."""
+    if arguments.sources:
+        raise UsageError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
+    for name in _OWN:
+        if getattr(arguments, name, None):
+            option = name.replace("_", "-")
+            raise UsageError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
+    return replay_session(arguments.session)
 
 
 def replay_session(folder: Path) -> int:
@@ -62,6 +73,8 @@ def replay_session(folder: Path) -> int:
 
 def _replayed(record: SessionRecord, row: Row) -> str:
     """Which numbers of a row differ and why; empty where none does."""
+    from app.replay import differences, estimate_again  # what the page is made of takes a while to import
+
     line = record.line(row)
     path = record.folder / row.file
     try:

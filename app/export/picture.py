@@ -87,6 +87,8 @@ def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
             axes.annotate(POSE_NAMES[index], ends_px[1], (4, -3), textcoords="offset points", color=style["color"])
         if "text" in layers:
             axes.plot([], [], **style, label=_pose_words(estimate, index))
+    if "text" in layers and not estimate.candidates:
+        axes.plot([], [], " ", label=f"no pose ({estimate.status.replace('_', ' ')})")
     if "centres" in layers:
         _draw_centres(axes, estimate)
     if "scale" in layers:

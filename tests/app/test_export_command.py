@@ -8,6 +8,7 @@ import pandas
 import pytest
 
 from app.annotate import LAYERS
+from app.cli import main
 from app.experiment import Measured, Session
 from app.export.contents import read_lines
 from app.export_command import export
@@ -155,3 +156,19 @@ def test_replaying_tells_frames_that_cannot_be_read(folder, capsys):
     assert "1 of 3 rows give the same numbers, 2 cannot be read." in captured.out
     with pytest.raises(UsageError, match="no session"):
         replay_session(folder / "frames")
+
+
+def test_the_command_line_exports_and_replays(folder, tmp_path, capsys):
+    assert main(["export", str(folder), "--out", str(tmp_path / "table.csv")]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'table.csv'}\n"
+    assert main(["estimate", "--session", str(folder)]) == 0
+    assert "3 of 3 rows" in capsys.readouterr().out
+    for bad in (
+        ["estimate"],
+        ["estimate", "tank.png", "--session", str(folder)],
+        ["estimate", "--session", str(folder), "--json", "-"],
+        ["estimate", "--session", str(tmp_path)],
+        ["export", str(tmp_path / "gone.png"), "--out", str(tmp_path / "a.svg")],
+    ):
+        assert main(bad) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1

@@ -12,7 +12,6 @@ import numpy as np
 
 from tests.taking import faults, take_until_killed
 
-LONGEST_S = 0.2
 PER_SESSION = 10  # kills, after which a new session is begun, so that its making is interrupted too
 
 
@@ -27,8 +26,8 @@ class Kills:
     while_writing: int = 0
 
 
-def kill_often(folder: Path, kills: int, seed: int) -> Kills:
-    """Start a program and kill it at a random moment, again and again on the same few sessions."""
+def kill_often(folder: Path, kills: int, seed: int, longest_s: float = 0.2) -> Kills:
+    """Start a program and kill it within so many seconds, again and again on the same few sessions."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["tests.taking"])
     rng, told = np.random.default_rng(seed), Kills()
@@ -42,7 +41,7 @@ def kill_often(folder: Path, kills: int, seed: int) -> Kills:
         program.start()
         theirs.close()
         assert ours.recv_bytes() == b"0"  # kills are to fall on its work, not on its start
-        time.sleep(rng.uniform(0, LONGEST_S))
+        time.sleep(rng.uniform(0, longest_s))
         program.kill()
         program.join()
         confirmed |= _received(ours)

@@ -12,6 +12,20 @@ from pipeline import estimate
 pytestmark = pytest.mark.browser
 NASTY = "<img src='http://127.0.0.1:9/x' onerror='document.title=1'><script>alert(1)</script>"
 
+# How many pixels of an SVG file are painted within 12 levels of a colour.
+PAINTED = """async ([svg, colour]) => {
+  const picture = new Image();
+  picture.src = 'data:image/svg+xml;base64,' + btoa(unescape(encodeURIComponent(svg)));
+  await picture.decode();
+  const canvas = new OffscreenCanvas(picture.width, picture.height), pen = canvas.getContext('2d');
+  pen.drawImage(picture, 0, 0);
+  const data = pen.getImageData(0, 0, canvas.width, canvas.height).data;
+  let found = 0;
+  for (let i = 0; i < data.length; i += 4)
+    found += [0, 1, 2].every(k => Math.abs(data[i + k] - colour[k]) <= 12) ? 1 : 0;
+  return found;
+}"""
+
 
 @pytest.fixture
 def reader(browser):
@@ -60,3 +74,6 @@ def test_the_annotated_svg_is_rendered_with_its_picture_and_its_words(reader, tm
     assert "dock centre" in page.locator("svg").first.text_content()
     box = page.locator("image").bounding_box()
     assert box["width"] / box["height"] == pytest.approx(640 / 480, rel=0.02)
+    # What is painted: pose A's blue, the ellipse's pink, the white of the legend and the water's darkness.
+    for colour, least in (((0, 114, 178), 100), ((204, 121, 167), 100), ((255, 255, 255), 5000), ((17, 17, 17), 5000)):
+        assert page.evaluate(PAINTED, [path.read_text(encoding="utf-8"), list(colour)]) > least

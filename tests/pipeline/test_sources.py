@@ -214,8 +214,9 @@ class FakeCapture:
         self.released = False
 
     def grab(self):
-        self.now = self.script.pop(0) if self.script else None
-        return self.now is not None
+        now = self.script.pop(0) if self.script else None
+        self.now = now or 0
+        return now is not None
 
     def retrieve(self):
         return True, picture(self.now)
@@ -289,14 +290,11 @@ def test_a_stream_that_is_cut_comes_back_and_a_corrupt_frame_is_counted():
     server = MjpegServer([*pictures[:5], b"no picture" * 50, *pictures[5:]], rate_hz=50)
     try:
         with open_frames(server.address, told.append, timeout_s=2) as frames:
-            for frame in frames:
-                if frame.index >= 12:
-                    break
+            last = next(frame.index for frame in frames if frame.index >= 12)
             assert frames.skipped == 1
             server.close()
             time.sleep(0.2)
             server = MjpegServer(pictures, rate_hz=50, port=server.port)
-            last = frame.index
             for frame in frames:
                 if any("is back" in text for text in told) and frame.index > last + 5:
                     break

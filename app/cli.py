@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     estimate = commands.add_parser("estimate", help="estimate the dock's pose in pictures, videos and live streams")
     add_estimate_arguments(estimate)
     add_session_argument(estimate)
-    estimate.set_defaults(run=_estimate)
+    estimate.set_defaults(run=lambda arguments: _estimate(arguments, estimate))
     compare = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
     compare.add_argument("sources", nargs="+", metavar="SOURCE", help="a picture, a folder of pictures, or a glob")
     add_camera_and_dock(compare)
@@ -140,11 +140,11 @@ def _options(arguments: argparse.Namespace) -> Options:
     )
 
 
-def _estimate(arguments: argparse.Namespace) -> int:
+def _estimate(arguments: argparse.Namespace, parser: argparse.ArgumentParser) -> int:
     if arguments.session is not None:
         return run_session(arguments)
     if not arguments.sources:
-        raise UsageError("estimate needs a SOURCE, or --session FOLDER")
+        parser.error("give a SOURCE, or --session FOLDER")
     return run_estimate(arguments)
 
 

@@ -164,7 +164,6 @@ def test_the_command_line_exports_and_replays(folder, tmp_path, capsys):
     assert main(["estimate", "--session", str(folder)]) == 0
     assert "3 of 3 rows" in capsys.readouterr().out
     for bad in (
-        ["estimate"],
         ["estimate", "tank.png", "--session", str(folder)],
         ["estimate", "--session", str(folder), "--json", "-"],
         ["estimate", "--session", str(tmp_path)],

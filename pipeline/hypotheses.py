@@ -13,13 +13,13 @@ from pipeline.ellipse import MIN_POINTS
 from pipeline.estimate import Estimate
 
 # A frame says no more than this, as log-odds: a light that is taken for another one makes any frame surer than it is.
-MOST_ODDS = 3.0
+MOST_ODDS = 2.0
 WORTH_OF_MOTION = 0.5  # of what motion says: how vehicles move is hardly known
 # A candidate continues a chain within so many squared standard deviations, or where the vehicle can have turned so far,
 # and by this angle: seen nearly square on, noise tilts both candidates away from each other.
 _MATCHED, _MATCHED_RAD = 16.0, math.radians(3.0)
 _MOST_MOTION = 9.0  # squared standard deviations that count against a chain
-_DOUBT = 1e-3  # left to either hypothesis, so that a wrong one heals within a few frames
+_DOUBT = 5e-4  # left to either hypothesis, so that a wrong one heals within a few frames
 _SURE_SIGMAS, _SURE_SHARE = 5.0, 0.02  # of a position's errors, and of the distance
 
 Pair = tuple[CirclePose, CirclePose]

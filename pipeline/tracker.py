@@ -22,7 +22,7 @@ _LEAST_PERIOD_S = 1e-3
 # The errors of lights' centres hang on where they fall on the pixels, and those of lights out of their place stay for
 # good. So a frame tells less than it does by itself: by this factor where the ring moved a pixel or more, and by the
 # smaller one where it stands still.
-WORTH, WORTH_AT_REST = 0.6, 0.1
+WORTH, WORTH_AT_REST = 0.4, 0.07
 _RIVAL_FRAMES = 3  # a dock seen elsewhere for so many frames is followed from then on
 
 _FULL_EVERY = 25  # frames: then the whole picture is searched again

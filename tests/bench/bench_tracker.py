@@ -216,7 +216,7 @@ def closed_loop(job: tuple[int, bool, bool]) -> Score:
     level = _exposed(scene, drawn.scene)
     scene = msgspec.structs.replace(scene, lights=msgspec.structs.replace(lights, level=level))
     motion = ClosedLoop(
-        frames=40,
+        frames=30,
         rate_hz=3.0,
         end_m=5.0 if large else 1.0,
         speed_m_per_s=1.0 if large else 0.2,

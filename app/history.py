@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -32,7 +33,7 @@ class History:
             return
         self._returned_to = None
         if after.image is not before.image:
-            self._past, self._future = [], []
+            self.forget()
             return
         names, now = changed_names(before, after), self._clock()
         if not names:
@@ -42,6 +43,10 @@ class History:
             self._past = [*self._past, before][-_LONGEST:]
         self._future = []
         self._last_names, self._last_s = names, now
+
+    def forget(self) -> None:
+        """Forget all."""
+        self._past, self._future = [], []
 
     def undo(self, view: View) -> View:
         """The view before the last change; the same one where there is none."""
@@ -57,6 +62,8 @@ class History:
         there.append(view)
         self._last_names = set()
         self._returned_to = here.pop()
+        if view.list_name == "sequence":  # its frames go on meanwhile
+            self._returned_to = replace(self._returned_to, image=view.image, source=view.source)
         return self._returned_to
 
 

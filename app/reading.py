@@ -7,18 +7,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.annotate import POSE_NAMES, annotate
+from app.course import Course
 from app.scenes import rendered
 from app.state import View
 from pipeline import Estimate, estimate
+from pipeline.sources import Frame
+from pipeline.tracker import Tracked
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A frame of a sequence, what was found in it with the frames before, and the course over all that were seen."""
+
+    frame: Frame
+    tracked: Tracked
+    course: Course
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A view, what the pipeline found in it, and the annotated picture (H, W, 3) uint8 BGR."""
+    """A view, what the pipeline found in it, and the annotated picture (H, W, 3) uint8 BGR.
+
+    ``followed`` is there where the view shows a frame that was followed from the one before.
+    """
 
     view: View
     estimate: Estimate
     annotated: np.ndarray
+    followed: Followed | None = None
 
 
 def read_view(view: View) -> Reading:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 import time
@@ -9,36 +10,28 @@ from collections.abc import Callable
 
 import viser
 
+from app.deck import Deck
 from app.guard import LOOPBACK_NAMES, Guard, accept_values_only
 from app.history import History
+from app.layout import Layout, Parts
 from app.memory import Memory, with_last_settings
 from app.notices import Colour, Notices
 from app.opening import open_server, silence
 from app.options import DEFAULTS, Options
-from app.panels import Panel, Uploader
-from app.panels.camera import CameraPanel
-from app.panels.compare import ComparePanel
-from app.panels.detect import DetectPanel
-from app.panels.export import ExportPanel
-from app.panels.habits import Actions, HabitsPanel, help_link
-from app.panels.masks import MasksPanel
-from app.panels.picture import PicturePanel
-from app.panels.pose import PosePanel
-from app.panels.result import ResultPanel, StatusPanel
-from app.panels.simulator import SimulatorPanel
-from app.panels.source import SourcePanel
-from app.panels.viewpoint import ViewpointPanel
 from app.reading import Reading, read_view
+from app.sequences import Given, is_sequence
 from app.shelf import Shelf
 from app.state import View, open_source
 from app.uploads import Uploads
 from app.view3d import View3D
 from app.worker import LatestWorker
 from pipeline import Camera, Dock
+from pipeline.sources import Frame
 
 LOOPBACK = "127.0.0.1"
+FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
+ALL_SHOWN_EVERY_S = 0.25  # while a sequence plays
 SLOW_DRAWING_S = 0.7  # a browser goes on drawing for 0.25 s after each change of the 3D scene
-PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 _OPEN_WARNING = (
     "dockpose: it listens on {host}, so every machine of that network can reach this page. Who has the address with "
     "its token can steer it and see its pictures; the connection is not encrypted. README.md shows a proxy with TLS."
@@ -95,28 +88,30 @@ class App:
         memory: Memory,
         options: Options,
         draws_slowly: threading.Event,
+        given: Given | None,
     ) -> None:
         self._server = server
         self._guard = guard
         self._notices = Notices()
         self._shelf = Shelf()
         self._uploads = Uploads(options.upload_limit_bytes, self._shelf.make_room)
-        self._root = options.folder
         self._memory, self._history = memory, History()
         self._view = view
         self._lock = threading.RLock()
         self._scene = View3D(server)
         self._shown = view
-        self._panels: list[Panel] = []
-        self._uploaders: list[Uploader] = []
-        self._build_panels()
+        self._deck = Deck(self, given, options.folder)
+        self._deck.on_change = self._on_sequence
+        self._all_shown_s = -math.inf
+        self._layout = Layout(server, self._parts(options))
+        self._panels = self._layout.panels
         for panel in self._panels:
             panel.load(view)
         # Where a browser has no graphics card, the 3D scene leaves it time for the pictures.
         self._scene_worker = LatestWorker(
-            self._scene.show, self._on_error, lambda: SLOW_DRAWING_S if draws_slowly.is_set() else 0.0
+            self._scene.show, self.fail, lambda: SLOW_DRAWING_S if draws_slowly.is_set() else 0.0
         )
-        self._worker = LatestWorker(self._work, self._on_error)
+        self._worker: LatestWorker[View | Frame] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
         server.on_client_disconnect(self._say_goodbye)
@@ -132,12 +127,20 @@ class App:
         options: Options = DEFAULTS,
     ) -> App:
         """Open the source and start serving; see :func:`serve` for the arguments and errors."""
-        view, memory = open_source(source, camera, dock), Memory(options.remember_in)
+        given = Given(source, camera, dock) if source is not None and is_sequence(source) else None
+        still = (source, camera, dock) if given is None else (None, None, None)
+        view, memory = open_source(*still), Memory(options.remember_in)
         view = with_last_settings(view, memory.now.settings)
         guard = Guard(host, options.allow_hosts)
         draws_slowly = threading.Event()
         server = open_server(host, port, guard, draws_slowly.set)
-        return cls(server, guard, view, memory, options, draws_slowly)
+        app = cls(server, guard, view, memory, options, draws_slowly, given)
+        try:
+            app._deck.open_given()
+        except ValueError:
+            app.stop()
+            raise
+        return app
 
     @property
     def port(self) -> int:
@@ -165,8 +168,8 @@ class App:
 
     def stop(self) -> None:
         """End the worker and the server."""
-        self._compare.close()
-        self._export.close()
+        self._deck.close()
+        self._layout.close()
         self._worker.close()
         self._scene_worker.close()
         self._memory.write()
@@ -182,86 +185,92 @@ class App:
             try:
                 after = self._view = function(before)
             except ValueError as error:
-                self._notify("That did not work", str(error), "red", client)
+                self.notify("That did not work", str(error), "red", client)
                 reload = True
             except Exception as error:  # viser would only write it to the terminal, where nobody looks
-                self._on_error(error)
+                self.fail(error)
                 reload = True
             if reload:
                 for panel in self._panels:
                     panel.load(after)
             if after is not before:
                 self._history.note(before, after)
-                self._worker.submit(after)
+                if not (self._deck.is_playing and after.list_name == "sequence"):  # else the next frame has it
+                    self._worker.submit(after)
+        if before.list_name == "sequence" != after.list_name:
+            self._deck.close()
         if after.note and after.note != before.note:
-            self._notify("Please check the camera", after.note, "yellow", client)
+            self.notify("Please check the camera", after.note, "yellow", client)
 
-    def _build_panels(self) -> None:
-        gui, panels = self._server.gui, self._panels
-        tabs = gui.add_tab_group()
-        with tabs.add_tab("Source", viser.Icon.PHOTO):
-            self._source = SourcePanel(gui, self.change, self._shelf, self._root)
-            simulator = SimulatorPanel(gui, self.change)
-            gui.add_html(help_link("source"), order=1e9)
-        with tabs.add_tab("Camera & dock", viser.Icon.CAMERA):
-            camera = CameraPanel(gui, self.change)
-            panels += [self._source, simulator, camera]
-            gui.add_html(help_link("camera"), order=1e9)
-        with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
-            panels += [DetectPanel(gui, self.change), MasksPanel(gui, self.change)]
-            gui.add_html(help_link("detect"), order=1e9)
-        with tabs.add_tab("Pose", viser.Icon.AXIS_X):
-            panels.append(PosePanel(gui, self.change))
-            gui.add_html(help_link("pose"), order=1e9)
-        with tabs.add_tab("Export", viser.Icon.DOWNLOAD):
-            self._export = ExportPanel(gui, self._on_error)
-            gui.add_html(help_link("export"), order=1e9)
-        panels.append(self._export)
-        with tabs.add_tab("Settings", viser.Icon.SETTINGS):
-            self._habits = HabitsPanel(self._server, self.change, self._memory, self._actions())
-        panels.append(self._habits)
-        panels.append(ViewpointPanel(gui, self._scene))
-        gui.main_panel.dock_right()
-        gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        left = gui.add_panel()
-        with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            status, picture = StatusPanel(gui), PicturePanel(gui, self._server.flush)
-            panels.insert(0, picture)  # it is what people wait for
-            panels += [status, ResultPanel(gui)]
-        with picture.compare_tab:
-            self._compare = ComparePanel(gui, self.change, self._on_error)
-        panels.append(self._compare)
-        left.dock_left()
-        left.set_width(PICTURE_WIDTH_PX)
-        self._uploaders += [self._source, simulator, camera, self._habits]
+    def show_frame(self, frame: Frame) -> None:
+        """Search and show a frame of the sequence that is open; returns when that is done."""
+        self._worker.submit(frame)
+        self._worker.wait_until_idle(FRAME_LIMIT_S)
 
-    def _actions(self) -> Actions:
-        return Actions(
+    def _on_sequence(self, name: str | None) -> None:
+        self._history.forget()
+        self._layout.sequence.reset(name)
+
+    def _parts(self, options: Options) -> Parts:
+        return Parts(
+            change=self.change,
+            fail=self.fail,
             undo=lambda client: self.change(self._history.undo, client, reload=True),
             redo=lambda client: self.change(self._history.redo, client, reload=True),
-            turn=self._source.turn,
+            shelf=self._shelf,
+            root=options.folder,
+            memory=self._memory,
+            deck=self._deck,
+            scene=self._scene,
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Give a browser that just came what it has for itself."""
         accept_values_only(client)
         uploads = self._uploads.attach(client)
-        for panel in self._uploaders:
+        for panel in self._layout.uploaders:
             panel.add_upload(client, uploads)
 
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""
         self._uploads.detach(client)
         self._notices.forget(client)
-        self._habits.forget(client)
+        self._layout.habits.forget(client)
 
-    def _work(self, view: View) -> None:
-        try:
-            reading: Reading = read_view(view)
-        except ValueError as error:  # a scene that cannot be rendered
-            self._go_back(view, error)
+    def _work(self, job: View | Frame) -> None:
+        if isinstance(job, Frame):
+            self._work_on_frame(job)
             return
-        self._shown = view
+        try:
+            reading = read_view(job)
+        except ValueError as error:  # a scene that cannot be rendered
+            self._go_back(job, error)
+            return
+        self._show(reading)
+
+    def _work_on_frame(self, frame: Frame) -> None:
+        """Put the frame in the place of what is shown, search it, and show what was found.
+
+        While frames follow each other all that is not the picture is shown a few times a second.
+        """
+        with self._lock:
+            follower, before = self._deck.follower, self._view
+            if follower is None:  # closed meanwhile
+                return
+            view = self._view = follower.view_of(before, frame)
+            if (view.camera, view.dock, view.list_name) != (before.camera, before.dock, before.list_name):
+                for panel in self._panels:
+                    panel.load(view)
+        if view.note:
+            self.notify("Please check the camera", view.note, "yellow", None)
+        reading = follower.read(view, frame)
+        if self._deck.is_playing and time.monotonic() - self._all_shown_s < ALL_SHOWN_EVERY_S:
+            self._layout.picture.show_annotated(reading)
+        else:
+            self._show(reading)
+
+    def _show(self, reading: Reading) -> None:
+        self._shown, self._all_shown_s = reading.view, time.monotonic()
         for panel in self._panels:
             panel.show(reading)
         self._scene_worker.submit(reading)
@@ -274,13 +283,14 @@ class App:
             self._view = self._shown
             for panel in self._panels:
                 panel.load(self._shown)
-        self._notify("That did not work", str(error), "red", None)
+        self.notify("That did not work", str(error), "red", None)
 
-    def _on_error(self, error: Exception) -> None:
+    def fail(self, error: Exception) -> None:
+        """Tell of an error that nobody expected, in the terminal and in all browsers."""
         _tell(f"dockpose: {type(error).__name__}: {error}")
-        self._notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
+        self.notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
 
-    def _notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
+    def notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
         """Show a notification in one browser, or in all."""
         for one in [client] if client is not None else self._server.get_clients().values():
             self._notices.show(title, sentence, colour, one)

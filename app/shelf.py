@@ -7,6 +7,7 @@ from pathlib import Path
 
 from app.sources import PICTURE_ENDINGS, numeric
 from app.state import ValueRefusedError
+from pipeline.sources import VIDEO_ENDINGS
 
 _DEEPEST, _MOST_FOLDERS, _MOST_PICTURES = 4, 200, 5000
 
@@ -87,6 +88,17 @@ def pictures_in(root: Path, folder: str) -> list[str]:
         name
         for name in _inside(root, folder)
         if Path(name).suffix.lower() in PICTURE_ENDINGS and (root / name).is_file()
+    ]
+    return sorted(names, key=lambda name: numeric(Path(name)))[:_MOST_PICTURES]
+
+
+def videos_below(root: Path) -> list[str]:
+    """Names, relative to the root, of the videos in it and in the folders below it."""
+    names = [
+        name
+        for folder in folders_below(root)
+        for name in _inside(root, folder)
+        if Path(name).suffix.lower() in VIDEO_ENDINGS and (root / name).is_file()
     ]
     return sorted(names, key=lambda name: numeric(Path(name)))[:_MOST_PICTURES]
 

@@ -137,16 +137,24 @@ def with_upload(view: View, data: bytes, name: str) -> View:
     and the note says so. Raises ValueError (ImageError) for a file that is no picture, naming it.
     """
     image = decode(data, name)
-    height, width = image.shape[:2]
-    try:
-        camera, note = view.camera.for_size(width, height), ""
-    except ValueError:
-        camera = guess_camera(image)
-        note = f"The camera in use is for {view.camera.width} x {view.camera.height}. {_guess_sentence(camera)}"
-    if not note and camera is not view.camera:
-        note = f"The camera's values were scaled from {view.camera.width} x {view.camera.height} to {width} x {height}."
+    camera, note = _fitting(view.camera, image)
     shown = _view(image, name, camera, view.dock, settings=view.settings, note=note)
     return replace(shown, list_name="uploads", item=name)
+
+
+def with_frame(
+    view: View, image: np.ndarray, source: str, camera: Camera | None = None, dock: Dock | None = None
+) -> View:
+    """Show a frame of a sequence, called ``source``.
+
+    ``camera`` and ``dock`` are those that the sequence brings along, for its first frame; None keeps those in use,
+    the camera as :func:`with_upload` does.
+    """
+    camera, note = _fitting(camera or view.camera, image)
+    dock = dock or view.dock
+    given_camera = view.given_camera if camera is view.camera else camera
+    given_dock = view.given_dock if dock is view.dock else dock
+    return View(image, source, camera, dock, view.settings, given_camera, given_dock, note=note, list_name="sequence")
 
 
 def with_intrinsic(view: View, name: str, value: Any) -> View:
@@ -232,6 +240,18 @@ def _read_bytes(path: Path, name: str) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise ValueRefusedError(f"{name}: cannot be read ({error.strerror or error})") from error
+
+
+def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, str]:
+    """The camera for a picture of this size, or a guessed one, and a sentence where something had to be assumed."""
+    height, width = image.shape[:2]
+    try:
+        fitting = camera.for_size(width, height)
+    except ValueError:
+        guessed = guess_camera(image)
+        return guessed, f"The camera in use is for {camera.width} x {camera.height}. {_guess_sentence(guessed)}"
+    scaled = f"The camera's values were scaled from {camera.width} x {camera.height} to {width} x {height}."
+    return fitting, "" if fitting is camera else scaled
 
 
 def _guess_sentence(camera: Camera) -> str:

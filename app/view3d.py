@@ -28,6 +28,8 @@ _QUICK_TEXTURE_WIDTH_PX = 320  # where pictures follow each other faster than a 
 _QUICK_S = 0.5
 # Okabe and Ito's bluish green and reddish purple.
 _TRUTH_COLOUR, _MEASURED_COLOUR = (0, 158, 115), (204, 121, 167)
+_PATH_COLOUR = (86, 180, 233)
+_PATH_POINTS = 400
 _GREY = (130, 130, 130)
 _AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
 _IMAGE_OPACITY = 0.7  # the docks behind it shine through, over their own lights when seen from the camera
@@ -75,6 +77,14 @@ def rays_to_lights(found: Estimate) -> np.ndarray:
         face_m = found.camera.port.air_gap_m + found.camera.port.glass_m
         starts = starts + rays * ((face_m - starts[:, 2]) / rays[:, 2])[:, None]
     return np.stack([starts, ends], axis=1)
+
+
+def path_segments(reading: Reading) -> np.ndarray:
+    """Pieces (N, 2, 3) in metres of the way that the dock's centre took over the frames of a sequence."""
+    if reading.followed is None:
+        return np.zeros((0, 2, 3))
+    path = reading.followed.course.path_m(_PATH_POINTS)
+    return np.stack([path[:-1], path[1:]], axis=1)
 
 
 def pose_label(name: str, pose: CirclePose) -> str:
@@ -144,6 +154,7 @@ class View3D:
         ]
         self._edges = scene.add_line_segments("/camera/edges", no_lines, _GREY, thickness=1.5, thickness_units="screen")
         self._rays = scene.add_line_segments("/rays", no_lines, _GREY, thickness=0.8, thickness_units="screen")
+        self._path = scene.add_line_segments("/path", no_lines, _PATH_COLOUR, thickness=2.0, thickness_units="screen")
         self._image: viser.ImageHandle | None = None
         self._truth = KnownDock(scene, "truth", _TRUTH_COLOUR)
         self._measured = KnownDock(scene, "measured", _MEASURED_COLOUR)
@@ -162,6 +173,7 @@ class View3D:
             self._rays.points = rays_to_lights(found)
             for index, nodes in enumerate(self._poses):
                 self._show_pose(nodes, index, found)
+            self._path.points = path_segments(reading)
             self._truth.show(view.truth, found.dock.radius)
             self._measured.show(view.measured, found.dock.radius)
         self._pictured = view.image

@@ -19,8 +19,10 @@ _WHY = {
     "spacing": "On its ring the lights are the more evenly spaced, as they are on the dock.",
     "colours": "On its ring the colours of the lights come in the dock's order.",
     "none": "The lights do not tell which of the two is right; this one comes first by chance.",
+    "tracking": "The frames before it speak for it (tab Sequence).",
     "hand": "You chose it by hand.",
 }
+_BY = {"hand": " (by hand)", "tracking": " (tracked)"}
 _LEAST_SIGMA_M = 0.001
 
 
@@ -60,7 +62,7 @@ def why_this_one(found: Estimate) -> str:
         return "The dock is seen square on: both poses are the same within their errors."
     name, probability = POSE_NAMES[choice.selected], choice.candidates[choice.selected].probability
     words = f"Pose {name} was chosen. {_WHY.get(choice.selected_by, '')}"
-    if probability is None or choice.selected_by == "none":
+    if probability is None or choice.selected_by in ("none", "tracking"):
         return words
     sure = "that counts as decided" if choice.decided else "below 95 %, so take it as undecided"
     return f"{words} It is right with a probability of {100 * probability:.1f} %: {sure}."
@@ -75,5 +77,7 @@ def _pose_words(found: Estimate) -> str:
     if pose.sigma_position_m is not None and math.isfinite(pose.sigma_position_m[2]):
         sigma_m = pose.sigma_position_m[2]
         distance += f" ± {sigma_m:.3f}" if sigma_m >= _LEAST_SIGMA_M else f" ± < {_LEAST_SIGMA_M}"
-    by_hand = " (by hand)" if found.choice.selected_by == "hand" else ""
-    return f"pose {POSE_NAMES[found.choice.selected]}{by_hand}{chance}, {distance}"
+    if found.choice.selected_by == "tracking":
+        chance = ""  # that of the frame alone, against which the frames before decided
+    by = _BY.get(found.choice.selected_by, "")
+    return f"pose {POSE_NAMES[found.choice.selected]}{by}{chance}, {distance}"

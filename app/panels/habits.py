@@ -37,6 +37,7 @@ class Actions:
     undo: Callable[[viser.ClientHandle], None]
     redo: Callable[[viser.ClientHandle], None]
     turn: Callable[[int, viser.ClientHandle], None]
+    play: Callable[[viser.ClientHandle], None]
 
 
 class HabitsPanel:
@@ -135,6 +136,7 @@ class HabitsPanel:
         self._add_command("Redo", "What was undone last.", "Z", with_shift, actions.redo)
         self._add_command("Next picture", "Of the list it is from.", "N", None, lambda client: actions.turn(1, client))
         self._add_command("Previous picture", "Of its list.", "P", None, lambda client: actions.turn(-1, client))
+        self._add_command("Play or pause", "The sequence that is open.", "K", None, actions.play)
         self._add_command("Dark mode", "On or off.", "D", None, lambda client: self._set_dark(not self._dark.value))
         self._add_command("Help", "What the numbers mean.", "H", None, self.show_help)
 
@@ -142,7 +144,7 @@ class HabitsPanel:
         self,
         label: str,
         description: str,
-        hotkey: Literal["Z", "N", "P", "D", "H"],
+        hotkey: Literal["Z", "N", "P", "K", "D", "H"],
         modifier: Literal["cmd/ctrl", "cmd/ctrl+shift"] | None,
         act: Callable[[viser.ClientHandle], None],
     ) -> None:

@@ -74,12 +74,16 @@ class PicturePanel:
         The annotated one goes out at once: it is what people wait for, and together with changes of the 3D scene the
         browser would hold it back until that is drawn.
         """
-        self._annotated.image = _rgb(widen(reading.annotated))
-        self._flush()
+        self.show_annotated(reading)
         self._binary.image = _rgb(widen(threshold_picture(reading.view.image, reading.estimate)))
         if self._pictured is not reading.view.image:
             self._original.image = _rgb(widen(to_bgr8(reading.view.image)))
             self._pictured = reading.view.image
+
+    def show_annotated(self, reading: Reading) -> None:
+        """Show the annotated picture alone."""
+        self._annotated.image = _rgb(widen(reading.annotated))
+        self._flush()
 
 
 def _rgb(picture: np.ndarray) -> np.ndarray:

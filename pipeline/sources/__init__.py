@@ -3,7 +3,7 @@
 from pipeline.sources.ahead import read_ahead
 from pipeline.sources.frames import Frame, Frames, SourceError, Tell
 from pipeline.sources.live import Live
-from pipeline.sources.names import Kind, kind_of
+from pipeline.sources.names import VIDEO_ENDINGS, Kind, kind_of
 from pipeline.sources.opening import open_frames
 from pipeline.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
 from pipeline.sources.simulated import Simulated
@@ -11,6 +11,7 @@ from pipeline.sources.video import Video
 
 __all__ = [
     "PICTURE_ENDINGS",
+    "VIDEO_ENDINGS",
     "Frame",
     "Frames",
     "Kind",

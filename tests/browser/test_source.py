@@ -141,14 +141,14 @@ def test_folder_of_this_machine(page):
 def test_folder_below_lists_its_own_pictures(page):
     before = page.app.view
     page.choose("Folder", "tank")
-    page.until(lambda: page.app._source._file.options == (NONE_CHOSEN, "tank/first.png", "tank/second.png"))
+    page.until(lambda: page.app._layout.panels[1]._file.options == (NONE_CHOSEN, "tank/first.png", "tank/second.png"))
     assert page.app.view is before  # choosing a folder leaves the picture
     page.choose("File", "tank/second.png")
     page.until(lambda: "Dock found in tank/second.png" in page.status)
     page.page.get_by_role("button", name="Previous").click()
     page.until(lambda: "Dock found in tank/first.png" in page.status)
     page.choose("Folder", ".")
-    page.until(lambda: "tilted.png" in page.app._source._file.options)
+    page.until(lambda: "tilted.png" in page.app._layout.panels[1]._file.options)
 
 
 def huge():

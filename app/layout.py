@@ -1,0 +1,124 @@
+"""Where everything is on the page: its panels, in their tabs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import viser
+
+from app.deck import Deck
+from app.memory import Memory
+from app.panels import Change, Panel, Uploader
+from app.panels.camera import CameraPanel
+from app.panels.compare import ComparePanel
+from app.panels.detect import DetectPanel
+from app.panels.export import ExportPanel
+from app.panels.habits import Actions, HabitsPanel, help_link
+from app.panels.masks import MasksPanel
+from app.panels.picture import PicturePanel
+from app.panels.pose import PosePanel
+from app.panels.result import ResultPanel, StatusPanel
+from app.panels.sequence import SequencePanel
+from app.panels.simulator import SimulatorPanel
+from app.panels.source import SourcePanel
+from app.panels.viewpoint import ViewpointPanel
+from app.shelf import Shelf
+from app.view3d import View3D
+
+PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What the panels work with.
+
+    Attributes
+    ----------
+    change : applies a function to the view.
+    fail : tells of an error that nobody expected.
+    undo, redo : for the browser that asked.
+    shelf : the uploaded pictures.
+    root : the folder on this machine that may be shown; None for none.
+    memory : the settings that outlast the program.
+    deck : plays sequences.
+    scene : draws in 3D.
+    """
+
+    change: Change
+    fail: Callable[[Exception], None]
+    undo: Callable[[viser.ClientHandle], None]
+    redo: Callable[[viser.ClientHandle], None]
+    shelf: Shelf
+    root: Path | None
+    memory: Memory
+    deck: Deck
+    scene: View3D
+
+
+class Layout:
+    """Builds all panels.
+
+    Attributes
+    ----------
+    panels : all of them, in the order in which they are to show a result: first what people wait for.
+    uploaders : those that take files.
+    picture, sequence, habits : those that are asked for more than that.
+    """
+
+    def __init__(self, server: viser.ViserServer, parts: Parts) -> None:
+        self.panels: list[Panel] = []
+        self.uploaders: list[Uploader] = []
+        self._add_controls(server, parts)
+        self._add_pictures(server, parts)
+
+    def close(self) -> None:
+        """Stop whatever the panels are working on."""
+        self._compare.close()
+        self._export.close()
+
+    def _add_controls(self, server: viser.ViserServer, parts: Parts) -> None:
+        gui, change = server.gui, parts.change
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Source", viser.Icon.PHOTO):
+            source = SourcePanel(gui, change, parts.shelf, parts.root)
+            simulator = SimulatorPanel(gui, change)
+            gui.add_html(help_link("source"), order=1e9)
+        with tabs.add_tab("Camera & dock", viser.Icon.CAMERA):
+            camera = CameraPanel(gui, change)
+            gui.add_html(help_link("camera"), order=1e9)
+        with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
+            detect, masks = DetectPanel(gui, change), MasksPanel(gui, change)
+            gui.add_html(help_link("detect"), order=1e9)
+        with tabs.add_tab("Pose", viser.Icon.AXIS_X):
+            pose = PosePanel(gui, change)
+            gui.add_html(help_link("pose"), order=1e9)
+        with tabs.add_tab("Sequence", viser.Icon.PLAYER_PLAY):
+            self.sequence = SequencePanel(gui, parts.deck)
+            gui.add_html(help_link("sequence"), order=1e9)
+        with tabs.add_tab("Export", viser.Icon.DOWNLOAD):
+            self._export = ExportPanel(gui, parts.fail)
+            gui.add_html(help_link("export"), order=1e9)
+        actions = Actions(parts.undo, parts.redo, source.turn, lambda client: self.sequence.toggle())
+        with tabs.add_tab("Settings", viser.Icon.SETTINGS):
+            self.habits = HabitsPanel(server, change, parts.memory, actions)
+        viewpoint = ViewpointPanel(gui, parts.scene)
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(CONTROLS_WIDTH_PX)
+        self.panels += [source, simulator, camera, detect, masks, pose, self.sequence, self._export, self.habits]
+        self.panels.append(viewpoint)
+        self.uploaders += [source, simulator, camera, self.sequence, self.habits]
+
+    def _add_pictures(self, server: viser.ViserServer, parts: Parts) -> None:
+        gui = server.gui
+        left = gui.add_panel()
+        with left.add_tab("Picture and pose", viser.Icon.TARGET):
+            status, self.picture = StatusPanel(gui), PicturePanel(gui, server.flush)
+            result = ResultPanel(gui)
+        with self.picture.compare_tab:
+            self._compare = ComparePanel(gui, parts.change, parts.fail)
+        self.panels.insert(0, self.picture)
+        self.panels += [status, result, self._compare]
+        left.dock_left()
+        left.set_width(PICTURE_WIDTH_PX)

@@ -69,7 +69,7 @@ def test_a_dask_cluster_gives_the_same_lines(tank, monkeypatch, capsys):
             threads_per_worker=1,
             processes=True,
             host="127.0.0.1",
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
             worker_dashboard_address=None,
         )
         with cluster:

@@ -52,8 +52,8 @@ class Deck:
     Attributes
     ----------
     player, follower : play and search the open sequence; None where none is open.
-    on_change : called with the name of the sequence that was opened, None when it was closed, and called again when
-        it was played to its end.
+    on_change : called with the name of the sequence that was opened, None when it was closed.
+    on_rest : called when playing paused or came to the end.
     """
 
     def __init__(self, stage: Stage, given: Given | None, root: Path | None) -> None:
@@ -63,6 +63,7 @@ class Deck:
         self.player: Player | None = None
         self.follower: Follower | None = None
         self.on_change: Callable[[str | None], None] = lambda name: None
+        self.on_rest: Callable[[], None] = lambda: None
 
     @property
     def is_playing(self) -> bool:
@@ -99,10 +100,15 @@ class Deck:
         self.close()
         with self._lock:
             self._opened, self.follower = opened, Follower(opened)
-            self.player = Player(
-                opened.frames, self._stage.show_frame, lambda: self.on_change(opened.name), self._show_error
-            )
+            self.player = Player(opened.frames, self._stage.show_frame, lambda: self.on_rest(), self._show_error)
         self.on_change(opened.name)
+
+    def play(self, is_playing: bool) -> None:
+        """Go on, or pause."""
+        if self.player is not None:
+            self.player.play(is_playing)
+            if not is_playing:
+                self.on_rest()
 
     def close(self) -> None:
         """Let go of what is open, if anything."""
@@ -132,4 +138,4 @@ class Deck:
             self._stage.notify("The sequence ended", str(error), "red", None)
         else:
             self._stage.fail(error)
-        self.on_change(self.name)
+        self.on_rest()

@@ -101,7 +101,8 @@ class App:
         self._scene = View3D(server)
         self._shown = view
         self._deck = Deck(self, given, options.folder)
-        self._deck.on_change = self._on_sequence
+        self._deck.on_change, self._deck.on_rest = self._on_sequence, self._on_rest
+        self._newest: Reading | None = None
         self._all_shown_s = -math.inf
         self._layout = Layout(server, self._parts(options))
         self._panels = self._layout.panels
@@ -111,7 +112,7 @@ class App:
         self._scene_worker = LatestWorker(
             self._scene.show, self.fail, lambda: SLOW_DRAWING_S if draws_slowly.is_set() else 0.0
         )
-        self._worker: LatestWorker[View | Frame] = LatestWorker(self._work, self.fail)
+        self._worker: LatestWorker[View | Frame | Reading] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
         server.on_client_disconnect(self._say_goodbye)
@@ -208,8 +209,14 @@ class App:
         self._worker.wait_until_idle(FRAME_LIMIT_S)
 
     def _on_sequence(self, name: str | None) -> None:
+        self._newest = None
         self._history.forget()
         self._layout.sequence.reset(name)
+
+    def _on_rest(self) -> None:
+        """Show all of a frame of which only the picture may have been shown so far."""
+        if self._newest is not None:
+            self._worker.submit(self._newest)
 
     def _parts(self, options: Options) -> Parts:
         return Parts(
@@ -237,9 +244,12 @@ class App:
         self._notices.forget(client)
         self._layout.habits.forget(client)
 
-    def _work(self, job: View | Frame) -> None:
+    def _work(self, job: View | Frame | Reading) -> None:
         if isinstance(job, Frame):
             self._work_on_frame(job)
+            return
+        if isinstance(job, Reading):
+            self._show(job)
             return
         try:
             reading = read_view(job)
@@ -263,7 +273,7 @@ class App:
                     panel.load(view)
         if view.note:
             self.notify("Please check the camera", view.note, "yellow", None)
-        reading = follower.read(view, frame)
+        reading = self._newest = follower.read(view, frame)
         if self._deck.is_playing and time.monotonic() - self._all_shown_s < ALL_SHOWN_EVERY_S:
             self._layout.picture.show_annotated(reading)
         else:

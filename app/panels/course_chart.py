@@ -12,7 +12,7 @@ from viser import uplot
 from app.course import COLUMNS, Course
 
 MOST_POINTS = 400  # a chart is as wide as that on the screen
-_HEIGHT_PX = 125
+_HEIGHT_PX = 130
 _LOST_COLOUR = "#D55E00"
 
 
@@ -39,8 +39,8 @@ class Lines:
 
 
 CHARTS = (
-    Lines("place (cm)", ("x_m", "y_m", "z_m"), ("x", "y", "z"), ("#D55E00", "#009E73", "#0072B2"), factor=100.0),
-    Lines("angle (°)", ("theta_x_deg", "theta_y_deg"), ("θx", "θy"), ("#D55E00", "#0072B2")),
+    Lines("place (cm)", ("x_m", "y_m", "z_m"), ("x", "y", "z"), ("#E69F00", "#009E73", "#0072B2"), factor=100.0),
+    Lines("angle (°)", ("theta_x_deg", "theta_y_deg"), ("θx", "θy"), ("#E69F00", "#0072B2")),
     Lines(
         "0 to 1",
         ("eccentricity", "probability"),
@@ -117,11 +117,12 @@ class _Chart:
             ),
             scales=self._scales(),
             axes=(
-                uplot.Axis(label="time (s)", labelSize=14, size=22, font=font, labelFont=font),
-                uplot.Axis(label=lines.title, labelSize=14, size=40, font=font, labelFont=font),
+                uplot.Axis(size=20, font=font),  # what it counts stands in the legend below
+                uplot.Axis(label=lines.title, labelSize=14, size=40, font=font, labelFont=font, space=20),
             ),
             legend=uplot.Legend(show=True),
             height=_HEIGHT_PX,
+            padding=(10, 8, 0, 0),
             visible=False,
         )
 

@@ -17,6 +17,7 @@ from app.state import View
 from app.uploads import ClientUploads
 from pipeline.sources import Frames
 
+SURE = 0.999  # beyond it no more digits are told
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
 
 
@@ -81,7 +82,7 @@ class SequencePanel:
     def toggle(self) -> None:
         """Play, or pause."""
         if self._deck.player is not None:
-            self._deck.player.play(not self._deck.player.is_playing)
+            self._deck.play(not self._deck.player.is_playing)
             self.follow_player()
 
     def reset(self, name: str | None) -> None:
@@ -154,13 +155,19 @@ def sequence_words(followed: Followed, frames: Frames) -> str:
     elif track.predicted:
         state = "The dock is not seen in this frame; its place is predicted from those before."
     else:
-        chance = "" if track.probability is None else f", the pose right with {100 * track.probability:.1f} %"
-        state = f"Followed for {track.age} frame{'' if track.age == 1 else 's'}{chance}."
+        state = f"Followed for {track.age} frame{'' if track.age == 1 else 's'}{_chance_words(track.probability)}."
     left_out = [
         f"{number} {what}" for number, what in ((frames.skipped, "corrupt"), (frames.dropped, "too fast")) if number
     ]
     missing = f" Left out: {', '.join(left_out)}." if left_out else ""
     return f"Frame {frame.index + 1}{count}{time}. {state}{missing}"
+
+
+def _chance_words(probability: float | None) -> str:
+    if probability is None:
+        return ""
+    chance = f"{100 * probability:.1f} %" if probability < SURE else f"over {100 * SURE:g} %"
+    return f"; the chosen pose is right with a probability of {chance}"
 
 
 def _small(text: str) -> str:

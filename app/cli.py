@@ -13,7 +13,7 @@ from app.arguments import add_camera_and_dock, add_masks, camera_of, dock_of, ma
 from app.calibrate_command import calibrate_folder
 from app.compare_command import compare_sources
 from app.estimate_command import add_estimate_arguments, run_estimate
-from app.options import Options
+from app.options import SESSIONS_FOLDER, Options
 from app.session_command import add_session_argument, run_session
 from app.sources import UsageError, expand
 from pipeline.calibrate import LENSES
@@ -58,6 +58,13 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
     serve.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")
     serve.add_argument("--folder", metavar="ROOT", type=Path, help="let the page show pictures of this folder")
+    serve.add_argument(
+        "--sessions",
+        metavar="FOLDER",
+        type=Path,
+        default=SESSIONS_FOLDER,
+        help="where the page keeps experiments; made with the first one (default: %(default)s)",
+    )
     serve.add_argument(
         "--upload-limit-mb", type=float, default=200, metavar="MB", help="of all pictures sent to it (default: 200)"
     )
@@ -127,16 +134,19 @@ def _serve(arguments: argparse.Namespace) -> int:
 def _options(arguments: argparse.Namespace) -> Options:
     from app.memory import config_folder
 
-    megabytes, folder = arguments.upload_limit_mb, arguments.folder
+    megabytes, folder, sessions = arguments.upload_limit_mb, arguments.folder, arguments.sessions
     if not 0 < megabytes < 1e6:
         raise UsageError(f"--upload-limit-mb is {megabytes:g}; it must be above 0 and below a million")
     if folder is not None and not folder.is_dir():
         raise UsageError(f"--folder {folder}: there is no such folder")
+    if sessions.exists() and not sessions.is_dir():
+        raise UsageError(f"--sessions {sessions}: is no folder")
     return Options(
         allow_hosts=tuple(arguments.allow_host),
         folder=None if folder is None else folder.resolve(),
         upload_limit_bytes=round(megabytes * 2**20),
         remember_in=config_folder(),
+        sessions=sessions.resolve(),
     )
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 import viser
 
-Colour = Literal["red", "yellow"]
+Colour = Literal["red", "yellow", "green"]
 SHOWN_S = 12.0
 _RUSH_S = 2.0
 _MOST_SENTENCES = 6

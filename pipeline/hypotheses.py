@@ -20,6 +20,8 @@ WORTH_OF_MOTION = 0.5  # of what motion says: how vehicles move is hardly known
 _MATCHED, _MATCHED_RAD = 16.0, math.radians(3.0)
 _MOST_MOTION = 9.0  # squared standard deviations that count against a chain
 _DOUBT = 5e-4  # left to either hypothesis, so that a wrong one heals within a few frames
+# What both candidates may be off by in every frame, as where lights do not stand quite in their places.
+_COMMON_SIGMA_RAD = math.radians(0.5)
 _SURE_SIGMAS, _SURE_SHARE = 5.0, 0.02  # of a position's errors, and of the distance
 
 Pair = tuple[CirclePose, CirclePose]
@@ -115,7 +117,7 @@ class Hypotheses:
                 chains[number], seen[number] = Chain.begin(pair[candidate], speeds), candidate
             else:
                 chains[number] = Chain.begin(_twin(pair[order[1 - number]]), speeds)
-        first = first if twins else self.first
+        first = _mixed(first if twins else self.first, pair)
         return replace(self, chains=(chains[0], chains[1]), first=first, seen=(seen[0], seen[1]), gap_s=0.0)
 
 
@@ -153,10 +155,17 @@ def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int
     return order, min(1 - _DOUBT, max(_DOUBT, share))
 
 
+def _mixed(first: float, pair: Pair) -> float:
+    """The probability, where errors that both candidates share may bring the truth nearer to the other one."""
+    gap = math.dist(pair[0].normal.tolist(), pair[1].normal.tolist())
+    beyond = 0.5 * math.erfc(gap / (math.sqrt(8) * _COMMON_SIGMA_RAD))
+    return first * (1 - beyond) + (1 - first) * beyond
+
+
 def _off(chains: tuple[Chain, Chain], pair: Pair) -> tuple[np.ndarray, np.ndarray]:
     """Squared angles (2, 2) from each chain to each candidate, and in terms of the same deviation for all."""
     off = [[chain.off(pose) for pose in pair] for chain in chains]
-    spread = sum(variance for row in off for _, variance in row) / 4
+    spread = sum(variance for row in off for _, variance in row) / 4 + _COMMON_SIGMA_RAD**2
     squares = np.array([[square for square, _ in row] for row in off])
     return squares, squares / spread
 

@@ -8,12 +8,15 @@ from pathlib import Path
 
 import viser
 
+from app.checksums import Checksums
 from app.deck import Deck
 from app.memory import Memory
+from app.notices import Notify
 from app.panels import Change, Panel, Uploader
 from app.panels.camera import CameraPanel
 from app.panels.compare import ComparePanel
 from app.panels.detect import DetectPanel
+from app.panels.experiment import ExperimentPanel
 from app.panels.export import ExportPanel
 from app.panels.habits import Actions, HabitsPanel, help_link
 from app.panels.masks import MasksPanel
@@ -24,6 +27,7 @@ from app.panels.sequence import SequencePanel
 from app.panels.simulator import SimulatorPanel
 from app.panels.source import SourcePanel
 from app.panels.viewpoint import ViewpointPanel
+from app.session_shelf import SessionShelf
 from app.shelf import Shelf
 from app.view3d import View3D
 
@@ -44,6 +48,8 @@ class Parts:
     memory : the settings that outlast the program.
     deck : plays sequences.
     scene : draws in 3D.
+    notify : shows a notification.
+    sessions : the folder of experiments.
     """
 
     change: Change
@@ -55,6 +61,8 @@ class Parts:
     memory: Memory
     deck: Deck
     scene: View3D
+    notify: Notify
+    sessions: SessionShelf
 
 
 class Layout:
@@ -76,6 +84,7 @@ class Layout:
     def close(self) -> None:
         """Stop whatever the panels are working on."""
         self._compare.close()
+        self._experiment.close()
         self._export.close()
 
     def _add_controls(self, server: viser.ViserServer, parts: Parts) -> None:
@@ -97,8 +106,12 @@ class Layout:
         with tabs.add_tab("Sequence", viser.Icon.PLAYER_PLAY):
             self.sequence = SequencePanel(gui, parts.deck)
             gui.add_html(help_link("sequence"), order=1e9)
+        checksums = Checksums(parts.shelf, parts.root)
+        with tabs.add_tab("Experiment", viser.Icon.FLASK):
+            self._experiment = ExperimentPanel(gui, parts.sessions, checksums, parts.notify, parts.fail)
+            gui.add_html(help_link("experiment"), order=1e9)
         with tabs.add_tab("Export", viser.Icon.DOWNLOAD):
-            self._export = ExportPanel(gui, parts.fail)
+            self._export = ExportPanel(server, parts.notify, parts.fail, checksums)
             gui.add_html(help_link("export"), order=1e9)
         actions = Actions(parts.undo, parts.redo, source.turn, lambda client: self.sequence.toggle())
         with tabs.add_tab("Settings", viser.Icon.SETTINGS):
@@ -106,8 +119,8 @@ class Layout:
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels += [source, simulator, camera, detect, masks, pose, self.sequence, self._export, self.habits]
-        self.panels.append(viewpoint)
+        self.panels += [source, simulator, camera, detect, masks, pose, self.sequence, self.habits]
+        self.panels += [self._experiment, self._export, viewpoint]
         self.uploaders += [source, simulator, camera, self.sequence, self.habits]
 
     def _add_pictures(self, server: viser.ViserServer, parts: Parts) -> None:

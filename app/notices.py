@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -13,6 +14,9 @@ Colour = Literal["red", "yellow", "green"]
 SHOWN_S = 12.0
 _RUSH_S = 2.0
 _MOST_SENTENCES = 6
+
+# Title, sentence, colour, and the browser to tell; None tells all.
+Notify = Callable[[str, str, Colour, viser.ClientHandle | None], None]
 
 
 @dataclass

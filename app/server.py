@@ -20,6 +20,7 @@ from app.opening import open_server, silence
 from app.options import DEFAULTS, Options
 from app.reading import Reading, read_view
 from app.sequences import Given, is_sequence
+from app.session_shelf import SessionShelf
 from app.shelf import Shelf
 from app.state import View, open_source
 from app.uploads import Uploads
@@ -229,6 +230,8 @@ class App:
             memory=self._memory,
             deck=self._deck,
             scene=self._scene,
+            notify=self.notify,
+            sessions=SessionShelf(options.sessions),
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:

@@ -24,6 +24,12 @@ class Progress:
         """Make the next step of the work its last."""
         self._stop.set()
 
+    def silent(self) -> Progress:
+        """The same work as a part of it sees it: asked to stop together, but what it tells is not heard."""
+        part = Progress(lambda share: None)
+        part._stop = self._stop
+        return part
+
     def over(self, items: Sequence[Item]) -> Iterator[Item]:
         """Yield the items, telling from 0 to 1 how many are done. Raises CancelledError once asked to stop."""
         for number, item in enumerate(items):

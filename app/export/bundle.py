@@ -34,7 +34,8 @@ def bundle(
     CancelledError
         if it was asked to stop.
     """
-    return to_zip(picture_files(reading, with_montage=with_montage, layers=layers), progress)
+    files = picture_files(reading, with_montage=with_montage, layers=layers, progress=progress.silent())
+    return to_zip(files, progress)
 
 
 def picture_files(
@@ -43,6 +44,7 @@ def picture_files(
     with_montage: bool = True,
     layers: Collection[str] = LAYERS,
     sha256: str | None = None,
+    progress: Progress | None = None,
 ) -> Files:
     """What can be taken away of a picture: names of files, and what makes each.
 
@@ -52,6 +54,7 @@ def picture_files(
     with_montage : whether to try every method for a montage, which takes longest.
     layers : of the annotated picture.
     sha256 : of the picture's file, where there is one.
+    progress : of the montage; where it is asked to stop, making that raises CancelledError.
 
     Returns
     -------
@@ -78,8 +81,8 @@ def picture_files(
         files["pose_ros.yaml"] = lambda: (pose_yaml(found) or "").encode()
     if with_montage:
         known = view.truth if view.truth is not None else view.measured
-        quiet = Progress(lambda share: None)
-        files["montage.png"] = lambda: to_png(montage(view.image, compare_view(view, quiet), known))
+        heard = progress or Progress(lambda share: None)
+        files["montage.png"] = lambda: to_png(montage(view.image, compare_view(view, heard), known))
     return files
 
 

@@ -1,59 +1,99 @@
-"""Everything that was found, in one file to take away."""
+"""What was found, to take away: one file of it, or all of them in a ZIP file."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import partial
 
+import cv2
 import viser
 
-from app.export.bundle import bundle, bundle_name
+from app.annotate import LAYERS
+from app.checksums import Checksums
+from app.export.bundle import Files, bundle_name, picture_files, to_zip
+from app.export.data import to_png
+from app.export.scene import scene_html
+from app.notices import Notify
+from app.panels import on_click
 from app.panels.detect import SMALL
+from app.panels.saving import Saver
 from app.reading import Reading
-from app.state import View
-from app.task import Progress, Task
+from app.state import ValueRefusedError, View
+from app.task import Progress
 
-_CONTENTS = (
-    "One ZIP file with the annotated picture (PNG), all numbers as JSON and as a CSV table, and the camera, dock and "
-    "settings that they were found with (YAML). It goes to this browser's downloads."
+WHAT = {
+    "Annotated picture (PNG)": "annotated.png",
+    "Annotated picture for papers (SVG)": "annotated.svg",
+    "Annotated picture for papers (PDF)": "annotated.pdf",
+    "Picture as it came (PNG)": "picture.png",
+    "Report (HTML)": "report.html",
+    "Numbers (CSV)": "result.csv",
+    "Numbers (JSON)": "result.json",
+    "Pose for ROS (YAML)": "pose_ros.yaml",
+    "Camera, dock and settings (YAML)": "settings.yaml",
+    "Histogram (PNG)": "histogram.png",
+    "Histogram for papers (SVG)": "histogram.svg",
+    "All methods side by side (PNG)": "montage.png",
+    "3D view as you see it (PNG)": "view_3d.png",
+    "3D view to turn and zoom (HTML)": "view_3d.html",
+}
+# What each layer is called, and what it is.
+LAYER_WORDS = {
+    "lights": ("Lights", "The dock's lights with their numbers, and what was thrown out."),
+    "ellipse": ("Ellipse", "The ellipse through the lights."),
+    "centres": ("Centres", "The ellipse's centre and where the dock's centre is seen."),
+    "axes": ("Axes", "The axes of both poses."),
+    "normals": ("Normals", "The directions that the dock faces by both poses."),
+    "text": ("Numbers", "Threshold and both poses in numbers; in SVG and PDF they stand in the legend."),
+    "scale": ("Scale", "A bar that says how long a length at the dock is in the picture."),
+}
+_RENDER_S = 20.0
+_NOT_DRAWN = (
+    f"The browser did not draw the 3D view within {_RENDER_S:.0f} s. Keep this page in front while it is saved."
 )
+_WORDS = "What is saved goes to this browser's downloads: the picture and the numbers as they are shown now."
 
 
 class ExportPanel:
-    """A button that makes the file and sends it to the browser that asked for it.
+    """A drop-down of files, the layers of the annotated picture, and two buttons.
 
     Parameters
     ----------
-    gui : where to build it.
-    on_error : told what goes wrong in the background.
+    server : the page; its 3D scene is saved too.
+    notify : tells a browser why there is no file.
+    on_error : told what goes wrong without anybody having expected it.
+    checksums : of the files that pictures come from.
     """
 
-    def __init__(self, gui: viser.GuiApi, on_error: Callable[[Exception], None]) -> None:
+    def __init__(
+        self, server: viser.ViserServer, notify: Notify, on_error: Callable[[Exception], None], checksums: Checksums
+    ) -> None:
+        self._server, self._notify, self._checksums = server, notify, checksums
         self._reading: Reading | None = None
-        gui.add_html(f'<div style="{SMALL}">{_CONTENTS}</div>')
+        gui = server.gui
+        gui.add_html(f'<div style="{SMALL}">{_WORDS}</div>')
+        self._what = gui.add_dropdown("What", tuple(WHAT), hint="SVG and PDF stay sharp at any size.")
+        save = gui.add_button("Save", icon=viser.Icon.DOWNLOAD, hint="Save what is chosen above.")
         self._montage = gui.add_checkbox(
             "With the montage of all methods",
             True,
             hint="Also try every threshold method and put their pictures side by side: takes a second or so longer.",
         )
-        self._save = gui.add_button(
-            "Save all as one ZIP file",
-            icon=viser.Icon.FILE_ZIP,
-            hint="Of the picture and the settings as they are now.",
+        save_all = gui.add_button(
+            "Save all as one ZIP file", icon=viser.Icon.FILE_ZIP, hint="Everything that can be chosen above."
         )
-        self._bar = gui.add_progress_bar(0, visible=False, animated=True)
-        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint="Do not make the file.")
-        self._task = Task(self._tell, self._on_end, on_error)
-        self._stop.on_click(lambda event: self._task.cancel())
+        self._saver = Saver(gui, notify, on_error)
+        with gui.add_folder("Drawn on the annotated picture", expand_by_default=True):
+            self._layers = {
+                name: gui.add_checkbox(LAYER_WORDS[name][0], True, hint=LAYER_WORDS[name][1]) for name in LAYERS
+            }
+        on_click(save, self._save)
+        on_click(save_all, self._save_all)
 
-        @self._save.on_click
-        def _(event: viser.GuiEvent[Any]) -> None:
-            client, reading = event.client, self._reading
-            if client is None or reading is None:
-                return
-            with_montage = bool(self._montage.value)
-            if self._task.start(lambda progress: _send(client, reading, progress, with_montage)):
-                self._bar.visible = self._stop.visible = with_montage
+    @property
+    def layers(self) -> list[str]:
+        """What is to be drawn on the annotated picture."""
+        return [name for name, box in self._layers.items() if box.value]
 
     def load(self, view: View) -> None:
         """Nothing here belongs to the view."""
@@ -64,16 +104,53 @@ class ExportPanel:
 
     def close(self) -> None:
         """Stop whatever runs."""
-        self._task.close()
+        self._saver.close()
 
-    def _tell(self, share: float) -> None:
-        if round(100 * share) != self._bar.value:
-            self._bar.value = round(100 * share)
+    def _save(self, client: viser.ClientHandle) -> None:
+        reading, layers, name = self._reading, self.layers, WHAT.get(self._what.value)
+        if reading is None or name is None:
+            return
 
-    def _on_end(self) -> None:
-        self._bar.visible = self._stop.visible = False
+        def make(progress: Progress) -> bytes:
+            files = self._files(reading, client, layers, progress)
+            if name not in files:
+                raise ValueRefusedError(f"{reading.view.source}: there is no {name}: {reading.estimate.message}")
+            return files[name]()
+
+        self._saver.save(client, bundle_name(reading.view.source, f"_{name}"), make)
+
+    def _save_all(self, client: viser.ClientHandle) -> None:
+        reading, layers, with_montage = self._reading, self.layers, bool(self._montage.value)
+        if reading is None:
+            return
+
+        def make(progress: Progress) -> bytes:
+            files = self._files(reading, client, layers, progress.silent())
+            if not with_montage:
+                del files["montage.png"]
+            try:
+                seen = files["view_3d.png"]()
+                files["view_3d.png"] = lambda: seen
+            except ValueRefusedError as error:
+                del files["view_3d.png"]
+                self._notify("The ZIP file lacks a picture", str(error), "yellow", client)
+            return to_zip(files, progress)
+
+        self._saver.save(client, bundle_name(reading.view.source), make)
+
+    def _files(self, reading: Reading, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
+        files = picture_files(reading, layers=layers, sha256=self._checksums.sha256(reading.view), progress=progress)
+        return files | {"view_3d.png": partial(view_picture, client), "view_3d.html": partial(scene_html, self._server)}
 
 
-def _send(client: viser.ClientHandle, reading: Reading, progress: Progress, with_montage: bool) -> None:
-    content = bundle(reading, progress, with_montage=with_montage)
-    client.send_file_download(bundle_name(reading.view.source), content, save_immediately=True)
+def view_picture(client: viser.ClientHandle) -> bytes:
+    """The 3D view as one browser shows it, a PNG file without a background.
+
+    Raises ValueRefusedError where the browser does not draw it in time, as one whose window is not to be seen.
+    """
+    size = client.camera.image_height, client.camera.image_width
+    try:
+        picture = client.get_render(*size, transport_format="png", timeout=_RENDER_S)
+    except (TimeoutError, RuntimeError) as error:
+        raise ValueRefusedError(_NOT_DRAWN) from error
+    return to_png(cv2.cvtColor(picture, cv2.COLOR_RGBA2BGRA))

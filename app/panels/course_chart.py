@@ -12,7 +12,7 @@ from viser import uplot
 from app.course import COLUMNS, Course
 
 MOST_POINTS = 400  # a chart is as wide as that on the screen
-_HEIGHT_PX = 130
+_HEIGHT_PX = 135
 _LOST_COLOUR = "#D55E00"
 
 
@@ -117,7 +117,7 @@ class _Chart:
             ),
             scales=self._scales(),
             axes=(
-                uplot.Axis(size=20, font=font),  # what it counts stands in the legend below
+                uplot.Axis(size=32, font=font),  # what it counts stands in the legend below
                 uplot.Axis(label=lines.title, labelSize=14, size=40, font=font, labelFont=font, space=20),
             ),
             legend=uplot.Legend(show=True),

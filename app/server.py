@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import threading
 import time
@@ -18,6 +17,7 @@ from app.memory import Memory, with_last_settings
 from app.notices import Colour, Notices
 from app.opening import open_server, silence
 from app.options import DEFAULTS, Options
+from app.pace import Pace
 from app.reading import Reading, read_view
 from app.sequences import Given, is_sequence
 from app.session_shelf import SessionShelf
@@ -31,11 +31,6 @@ from pipeline.sources import Frame
 
 LOOPBACK = "127.0.0.1"
 FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
-PICTURE_SHOWN_EVERY_S = 0.03  # while a sequence plays; a browser that is sent more falls behind
-ALL_SHOWN_EVERY_S, SLOWLY_SHOWN_EVERY_S = 0.25, 2.0  # then too; and where a browser has no graphics card
-# A browser goes on drawing for 0.25 s after each change of the 3D scene: for how long one without a graphics card is left
-# in peace after that, while sliders move and while a sequence plays.
-SLOW_DRAWING_S, SLOW_DRAWING_PLAYING_S = 0.7, 3.0
 _OPEN_WARNING = (
     "dockpose: it listens on {host}, so every machine of that network can reach this page. Who has the address with "
     "its token can steer it and see its pictures; the connection is not encrypted. README.md shows a proxy with TLS."
@@ -103,17 +98,16 @@ class App:
         self._view = view
         self._lock = threading.RLock()
         self._scene = View3D(server)
-        self._draws_slowly = draws_slowly
         self._shown = view
         self._deck = Deck(self, given, options.folder)
         self._deck.on_change, self._deck.on_rest = self._on_sequence, self._on_rest
         self._newest: Reading | None = None
-        self._all_shown_s = self._picture_shown_s = -math.inf
+        self._pace = Pace(draws_slowly, lambda: self._deck.is_playing)
         self._layout = Layout(server, self._parts(options))
         self._panels = self._layout.panels
         for panel in self._panels:
             panel.load(view)
-        self._scene_worker = LatestWorker(self._scene.show, self.fail, self._drawing_rest_s)
+        self._scene_worker = LatestWorker(self._scene.show, self.fail, self._pace.drawing_rest_s)
         self._worker: LatestWorker[View | Frame | Reading] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
@@ -278,25 +272,18 @@ class App:
         if view.note:
             self.notify("Please check the camera", view.note, "yellow", None)
         reading = self._newest = follower.read(view, frame)
-        now_s = time.monotonic()
-        all_every_s = SLOWLY_SHOWN_EVERY_S if self._draws_slowly.is_set() else ALL_SHOWN_EVERY_S
-        if not self._deck.is_playing or now_s - self._all_shown_s >= all_every_s:
+        if self._pace.shows_all():
             self._show(reading)
-        elif now_s - self._picture_shown_s >= PICTURE_SHOWN_EVERY_S:
-            self._picture_shown_s = now_s
+        elif self._pace.shows_picture():
+            self._pace.note(all_panels=False)
             self._layout.picture.show_annotated(reading)
 
     def _show(self, reading: Reading) -> None:
         self._shown = reading.view
-        self._all_shown_s = self._picture_shown_s = time.monotonic()
+        self._pace.note(all_panels=True)
         for panel in self._panels:
             panel.show(reading)
         self._scene_worker.submit(reading)
-
-    def _drawing_rest_s(self) -> float:
-        if not self._draws_slowly.is_set():
-            return 0.0
-        return SLOW_DRAWING_PLAYING_S if self._deck.is_playing else SLOW_DRAWING_S
 
     def _go_back(self, refused: View, error: ValueError) -> None:
         """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""

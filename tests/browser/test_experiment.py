@@ -1,0 +1,198 @@
+import errno
+import io
+import shutil
+import zipfile
+
+import msgspec
+import pandas
+import pytest
+
+from app.choices import with_measured
+from app.experiment import Measured, Session, session
+from app.experiment.row import row_to_csv
+from app.options import Options
+from app.panels.experiment import ALL, NEXT_FRAME, NO_SESSION, WHAT
+from app.server import App
+from tests.browser.conftest import THROTTLE_S
+from tests.browser.test_export import saved
+from tests.taking import FOUND, PICTURE
+
+pytestmark = pytest.mark.browser
+LONG, ROWS = "long", 25
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory):
+    """A folder with one session of 25 rows, of which each is 1 cm off per row."""
+    folder = tmp_path_factory.mktemp("experiments") / "sessions"
+    with Session.create(folder / LONG) as made:
+        first = made.take(PICTURE, FOUND, "tank", notes="by hand")
+    assert first.z_cm is not None
+    rows = [
+        msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png", measured_z_cm=first.z_cm - n)
+        for n in range(1, ROWS + 1)
+    ]
+    results = folder / LONG / "results.csv"
+    results.write_text(results.read_text().splitlines()[0] + "\n" + "".join(map(row_to_csv, rows)))
+    for row in rows[1:]:
+        for ending in (".png", ".json"):
+            shutil.copy(folder / LONG / f"frames/0001{ending}", folder / LONG / f"{row.file[:-4]}{ending}")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def app(root):
+    running = App.build(port=0, options=Options(sessions=root))
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def tab(page):
+    """The tab Experiment without a session."""
+    page.tab("Experiment")
+    if page.box("Session").input_value() != NO_SESSION:
+        page.choose("Session", NO_SESSION)
+    page.page.get_by_role("button", name="Start a new session").wait_for()
+    return page
+
+
+def start(page, name):
+    page.box("New session").fill(name)
+    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.page.get_by_role("button", name="Start a new session").click()
+    page.until(lambda: "Started." in words(page))
+
+
+def words(page):
+    return page.page.locator("#experiment").inner_text()
+
+
+def fill(page, **texts):
+    for label, text in texts.items():
+        boxes = {"x": "x (cm)", "y": "y (cm)", "z": "z (cm)", "tx": "θx (°)", "ty": "θy (°)", "d": "Distance (cm)"}
+        box = page.row("Notes").locator("textarea").first if label == "notes" else page.box(boxes[label])
+        box.fill(text)
+        page.page.wait_for_timeout(1000 * THROTTLE_S)
+
+
+def press_t(page):
+    page.page.evaluate("document.activeElement.blur()")
+    page.page.keyboard.press("t")
+
+
+def rows_on_disk(folder):
+    return pandas.read_csv(folder / "results.csv").to_dict("records")
+
+
+def numbers(page):
+    return page.page.locator("#experiment-rows tr[data-row]").evaluate_all("all => all.map(one => one.dataset.row)")
+
+
+def test_frames_are_taken_by_key_and_button_with_what_was_measured(tab, root):
+    start(tab, "../Tank 1: murky?")
+    folder = root / "Tank_1_murky"
+    assert str(folder) in words(tab)
+    tab.page.locator("a[href='/help#experiment']").wait_for()
+    fill(tab, x="6,5", y="-4", z="110", tx="5", ty="-11", d="111", notes="first <b>try</b>")
+    press_t(tab)
+    tab.until(lambda: "Frame 1 is on disk: plain, z 110.0 cm, measured." in words(tab))
+    (row,) = rows_on_disk(folder)
+    assert [row[f"measured_{name}"] for name in ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")] == [
+        6.5, -4, 110, 5, -11
+    ]  # fmt: skip
+    assert (row["distance_cm"], row["notes"], row["source"]) == (111, "first <b>try</b>", "plain")
+    assert (folder / "frames/0001.png").is_file()
+    tab.until(lambda: tab.box("z (cm)").input_value() == "")
+    cell = tab.page.locator("#experiment-rows tr[data-row='1'] td").nth(3)
+    assert cell.inner_text().split("\n")[:2] == ["110.00", "(110.00)"]
+    assert "first <b>try</b>" in tab.page.locator("#experiment-rows").inner_text()
+    assert tab.page.locator("canvas:visible").count() >= 3  # two charts and the 3D scene
+    tab.page.get_by_label("Keep values").click()
+    fill(tab, z="112")
+    tab.page.get_by_role("button", name="Take this frame (T)").click()
+    tab.until(lambda: "Frame 2 is on disk" in words(tab))
+    assert tab.box("z (cm)").input_value() == "112"
+    tab.page.get_by_label("Keep values").click()
+    assert numbers(tab) == ["2", "1"]
+    assert [row["measured_z_cm"] for row in rows_on_disk(folder)] == [110, 112]
+    fill(tab, z="")
+
+
+def test_row_is_changed_afterwards_while_the_next_frame_keeps_its_own(tab, root):
+    start(tab, "later")
+    press_t(tab)
+    tab.until(lambda: "not yet measured" in words(tab))
+    fill(tab, z="99")
+    tab.choose("Belongs to", "row 1")
+    tab.until(lambda: tab.box("z (cm)").input_value() == "")
+    fill(tab, z="109", notes="by tape")
+    tab.page.get_by_role("button", name="Save row 1").click()
+    tab.until(lambda: "Row 1 is on disk as changed." in words(tab))
+    (row,) = rows_on_disk(root / "later")
+    assert (row["measured_z_cm"], row["notes"]) == (109, "by tape")
+    tab.choose("Belongs to", NEXT_FRAME)
+    tab.until(lambda: tab.box("z (cm)").input_value() == "99")
+    tab.choose("Session", NO_SESSION)
+    tab.until(lambda: "To begin" in words(tab))
+    tab.choose("Session", "later")
+    tab.until(lambda: "Taken up again. 1 frame in" in words(tab))
+    tab.choose("Belongs to", "row 1")
+    tab.until(lambda: tab.box("z (cm)").input_value() == "109")
+    tab.choose("Belongs to", NEXT_FRAME)
+    fill(tab, z="")
+
+
+def test_what_goes_wrong_is_said_and_nothing_typed_is_lost(tab, root, monkeypatch):
+    press_t(tab)
+    tab.page.get_by_text("No session is open").first.wait_for()
+    start(tab, "faults")
+    fill(tab, z="about a metre")
+    press_t(tab)
+    tab.page.get_by_text("Measured z (cm) is 'about a metre'").first.wait_for()
+    fill(tab, z="100", notes="kept")
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "write_whole", full)
+        press_t(tab)
+        tab.page.get_by_text("frame 1 cannot be saved: the disk is full").first.wait_for()
+    assert rows_on_disk(root / "faults") == []
+    assert tab.box("z (cm)").input_value() == "100"
+    press_t(tab)
+    tab.until(lambda: "Frame 1 is on disk" in words(tab))
+    assert rows_on_disk(root / "faults")[0]["notes"] == "kept"
+    with Session.open(root / LONG):
+        tab.choose("Session", LONG)
+        tab.page.get_by_text("it is in use by process").first.wait_for()
+        tab.until(lambda: tab.box("Session").input_value() == "faults")
+
+
+def test_pages_of_a_long_session_and_its_downloads(tab):
+    tab.choose("Session", LONG)
+    tab.until(lambda: numbers(tab) == [str(n) for n in range(25, 15, -1)])
+    table = tab.page.locator("#experiment-rows")
+    assert table.locator("tr[data-summary='Mean']").inner_text().split()[3] == "+13.00"  # of 1 to 25
+    assert "10 of 25 rows" in table.locator("xpath=..").inner_text()
+    tab.box("Page").fill("3")
+    tab.until(lambda: numbers(tab) == ["5", "4", "3", "2", "1"])
+    called, data = saved(tab, "Table (CSV)")
+    assert called == "dockpose_long_table.csv"
+    assert pandas.read_csv(io.BytesIO(data))["error_z_cm"].tolist() == pytest.approx(list(range(1, 26)))
+    called, data = saved(tab, "All of these (ZIP)")
+    assert called == "dockpose_long.zip"
+    archive = zipfile.ZipFile(io.BytesIO(data))
+    assert set(archive.namelist()) == set(WHAT.values()) - {ALL}
+    assert b"longtable" in archive.read("table.tex")
+
+
+def test_pose_measured_in_its_tab_is_there_already(tab):
+    fill(tab, z="", d="120")
+    pose = {"x (cm)": 1, "y (cm)": 2, "z (cm)": 123.4, "θx (°)": 0, "θy (°)": -5}
+    tab.app.change(lambda view: with_measured(view, pose))
+    tab.until(lambda: tab.box("z (cm)").input_value() == "123.4")
+    assert tab.box("θy (°)").input_value() == "-5"
+    assert tab.box("Distance (cm)").input_value() == "120"
+    assert Measured.of_pose(tab.app.view.measured).z_cm == 123.4

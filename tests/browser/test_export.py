@@ -1,0 +1,138 @@
+import hashlib
+import io
+import json
+import time
+import zipfile
+from itertools import pairwise
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas
+import pypdfium2
+import pytest
+import yaml
+from PIL import Image
+
+from app import comparison
+from app.annotate import LAYERS
+from app.panels.export import LAYER_WORDS, WHAT
+from app.resources import sample_path
+from pipeline import estimate
+from tests.browser.conftest import THROTTLE_S
+
+pytestmark = pytest.mark.browser
+
+
+def saved(page, what):
+    """Choose a file and press Save; returns its name and bytes."""
+    if page.box("What").input_value() != what:
+        page.choose("What", what)
+    with page.page.expect_download() as download:
+        page.page.get_by_role("button", name="Save", exact=True).click()
+    return download.value.suggested_filename, download.value.path().read_bytes()
+
+
+def tick(page, label):
+    page.page.get_by_label(label, exact=True).click()
+    page.page.wait_for_timeout(1000 * THROTTLE_S)
+
+
+def size(data):
+    return Image.open(io.BytesIO(data)).size
+
+
+def is_picture(data):
+    return size(data) == (640, 480)
+
+
+def has_whole_json(data):
+    line = json.loads(data)
+    of_file = hashlib.sha256(sample_path("plain").read_bytes()).hexdigest()
+    return line["schema"] == 1 and line["sha256"] == of_file and {"camera", "dock", "settings", "program"} <= set(line)
+
+
+def is_seen_scene(data):
+    picture = np.asarray(Image.open(io.BytesIO(data)))
+    return picture.shape[2] == 4 and len(np.unique(picture.reshape(-1, 4), axis=0)) > 20
+
+
+CHECKS = {
+    "annotated.png": is_picture,
+    "annotated.svg": lambda data: ElementTree.fromstring(data).tag.endswith("svg"),
+    "annotated.pdf": lambda data: len(pypdfium2.PdfDocument(data)) == 1,
+    "picture.png": lambda data: (
+        data and np.array_equal(np.asarray(Image.open(io.BytesIO(data))), np.asarray(Image.open(sample_path("plain"))))
+    ),
+    "report.html": lambda data: b"<!doctype html>" in data[:100].lower() and b"plain" in data,
+    "result.csv": lambda data: len(pandas.read_csv(io.BytesIO(data))) == 1,
+    "result.json": has_whole_json,
+    "pose_ros.yaml": lambda data: yaml.safe_load(data)["pose"]["pose"]["position"]["z"] == pytest.approx(1.1, abs=0.01),
+    "settings.yaml": lambda data: {"camera", "dock", "settings"} <= set(yaml.safe_load(data)),
+    "histogram.png": lambda data: min(size(data)) > 200,
+    "histogram.svg": lambda data: ElementTree.fromstring(data).tag.endswith("svg"),
+    "montage.png": lambda data: min(size(data)) > 400,
+    "view_3d.png": is_seen_scene,
+    "view_3d.html": lambda data: b"<html" in data[:1000].lower() and len(data) > 1e5,
+}
+
+
+@pytest.mark.parametrize("name", ["annotated.pdf", "result.json", "montage.png", "view_3d.png"])
+def test_file_is_saved_by_itself_and_opens(page, name):
+    page.tab("Export")
+    for what in (what for what in WHAT if WHAT[what] == name):
+        called, data = saved(page, what)
+        assert called == f"dockpose_plain_{name}"
+        assert CHECKS[name](data), what
+
+
+def test_layers_are_drawn_or_not(page):
+    page.tab("Export")
+    original = np.asarray(Image.open(sample_path("plain")).convert("RGB"))
+    for name in LAYERS:
+        tick(page, LAYER_WORDS[name][0])
+    bare = np.asarray(Image.open(io.BytesIO(saved(page, "Annotated picture (PNG)")[1])).convert("RGB"))
+    np.testing.assert_array_equal(bare, original)
+    differing = []
+    for name in LAYERS:
+        tick(page, LAYER_WORDS[name][0])
+        drawn = np.asarray(Image.open(io.BytesIO(saved(page, "Annotated picture (PNG)")[1])).convert("RGB"))
+        differing.append(int((drawn != original).any(axis=2).sum()))
+    assert differing[0] > 0
+    assert all(after > before for before, after in pairwise(differing)), differing
+
+
+def test_zip_has_everything(page):
+    page.tab("Export")
+    with page.page.expect_download() as download:
+        page.page.get_by_role("button", name="Save all as one ZIP file").click()
+    archive = zipfile.ZipFile(download.value.path())
+    assert set(archive.namelist()) == set(WHAT.values())
+    for name, is_right in CHECKS.items():
+        assert is_right(archive.read(name)), name
+
+
+def test_saving_is_stopped(page, monkeypatch):
+    page.tab("Export")
+    downloads = []
+    page.page.on("download", lambda download: downloads.append(download))
+    monkeypatch.setattr(comparison, "estimate", lambda *a, **k: time.sleep(0.3) or estimate(*a, **k))
+    if page.box("What").input_value() != "All methods side by side (PNG)":
+        page.choose("What", "All methods side by side (PNG)")
+    page.page.get_by_role("button", name="Save", exact=True).click()
+    stop = page.page.get_by_role("button", name="Stop", exact=True)
+    stop.wait_for()
+    page.page.get_by_role("button", name="Save all as one ZIP file").click()
+    page.page.get_by_text("Something is being saved already").first.wait_for()
+    stop.click()
+    stop.wait_for(state="hidden")
+    page.page.wait_for_timeout(200)
+    assert downloads == []
+
+
+def test_what_is_not_there_is_said(page):
+    page.box("Min. area (px)").fill("100")
+    page.until(lambda: "No pose" in page.status)
+    page.tab("Export")
+    page.choose("What", "Pose for ROS (YAML)")
+    page.page.get_by_role("button", name="Save", exact=True).click()
+    page.page.get_by_text("plain: there is no pose_ros.yaml").first.wait_for()

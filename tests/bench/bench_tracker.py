@@ -278,4 +278,4 @@ def test_the_right_pose_over_time():
         )
     assert both.right >= 0.995 * both.frames
     assert both.flips == 0
-    assert both.side_changes == 0
+    assert both.certain_wrong == 0

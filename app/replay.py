@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -11,13 +13,16 @@ import numpy as np
 from app.reading import chosen_by_hand
 from pipeline import Camera, Dock, Estimate, Settings, estimate
 
+ROUNDING = 1e-11  # relative, and absolute below 1
+_FROM_OUTSIDE = ("hand", "tracking")  # by what a picture alone does not tell
 _COMPARED = ("status", "image", "threshold", "markers", "ellipse", "candidates", "selected", "selected_by")
 
 
 def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
     """Estimate a picture with the camera, dock and settings of a JSON object of schema 1.
 
-    What was chosen by hand is so again. Raises ValueError that names what the object lacks or holds wrongly.
+    What was chosen by hand, or by the frames before, which are not there any more, is so again. Raises ValueError that
+    names what the object lacks or holds wrongly.
     """
     parts = {}
     for name, kind in (("camera", Camera), ("dock", Dock), ("settings", Settings)):
@@ -28,19 +33,23 @@ def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
         except msgspec.ValidationError as error:
             raise ValueError(f"{name}: {error}") from error
     found = estimate(image, **parts)
-    if line.get("selected_by") != "hand":
+    chosen_by = line.get("selected_by")
+    if chosen_by not in _FROM_OUTSIDE:
         return found
     try:
         x, y, z = line["candidates"][line["selected"]]["normal"]
-        return chosen_by_hand(found, (float(x), float(y), float(z)))
+        chosen = chosen_by_hand(found, (float(x), float(y), float(z)))
     except (KeyError, IndexError, TypeError, ValueError) as error:
-        raise ValueError("says that a pose was chosen by hand, but not which") from error
+        raise ValueError(f"says that a pose was chosen by {chosen_by}, but not which") from error
+    return chosen if chosen.choice is None else replace(chosen, choice=replace(chosen.choice, selected_by=chosen_by))
 
 
 def differences(line: dict[str, Any], found: Estimate) -> list[tuple[str, Any, Any]]:
-    """Name, stored value and new value of every number that is not the same to the last bit.
+    """Name, stored value and new value of every number that is not the same, but for rounding.
 
-    Of lists that have another length only that is told. What the stored object does not know is not compared.
+    A frame that was followed from the one before was searched only where the dock was to be, and sums over a part of
+    the picture end on other last bits than those over all of it. Of lists that have another length only that is told.
+    What the stored object does not know is not compared.
     """
     new = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
     return [entry for name in _COMPARED if name in line for entry in _different(name, line[name], new.get(name))]
@@ -56,5 +65,9 @@ def _different(name: str, stored: Any, new: Any) -> Iterator[tuple[str, Any, Any
             return
         for index, (one, other) in enumerate(zip(stored, new, strict=True)):
             yield from _different(f"{name}[{index}]", one, other)
-    elif stored != new:
+    elif stored != new and not (isinstance(stored, float) and isinstance(new, float) and _is_rounding(stored, new)):
         yield name, stored, new
+
+
+def _is_rounding(stored: float, new: float) -> bool:
+    return math.isclose(stored, new, rel_tol=ROUNDING, abs_tol=ROUNDING)

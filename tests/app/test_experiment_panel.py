@@ -12,17 +12,22 @@ import viser
 from app.checksums import Checksums
 from app.cli import main
 from app.experiment import Row, Session, SessionError
+from app.following import chosen_by_track
 from app.opening import silence
 from app.panels.error_chart import CHARTS, chart_ends, error_points
 from app.panels.experiment import ExperimentPanel
 from app.panels.experiment_table import pages, rows_on_page, session_table, state_html, taken_words
 from app.panels.measured_fields import BLANK, measured_of, texts_of, texts_of_pose, values_of
 from app.reading import Reading, read_view
+from app.replay import differences, estimate_again
 from app.resources import sample_path
 from app.session_shelf import SessionShelf
 from app.shelf import Shelf
 from app.state import ValueRefusedError, open_source, with_upload
 from app.task import CancelledError, Progress
+from pipeline.simulate import Pose, Scene, render
+from pipeline.tracker import Tracker
+from tests.scenes import CAMERA, DOCK
 
 ROW = Row(
     number=1, time="2026-01-01T00:00:00+00:00", source="tank", file="frames/0001.png", sha256="", status="ok",
@@ -209,3 +214,23 @@ def test_measured_pose_fills_boxes_once_and_distance_stays(panel):
     assert fields.texts["measured_z_cm"] == "121"
     panel.panel.show(reading)
     assert fields.texts["measured_z_cm"] == "121"
+
+
+def test_what_the_frames_before_chose_is_chosen_again():
+    tracker, chosen_by = Tracker(CAMERA, DOCK, use_region=False), set()
+    for index in range(6):
+        pose = Pose(position_m=(0.05, 0.02, 6.0 - 0.3 * index), theta_x_deg=4.0, theta_y_deg=-5.0)
+        image = render(Scene(camera=CAMERA, dock=DOCK, pose=pose, seed=index))[0]
+        line = msgspec.json.decode(msgspec.json.encode(chosen_by_track(tracker.see(image, 0.1 * index)).to_dict()))
+        assert differences(line, estimate_again(image, line)) == []
+        chosen_by.add(line["selected_by"])
+    assert "tracking" in chosen_by
+
+
+def test_rounding_is_no_difference():
+    view = open_source(None, None, None)
+    found = read_view(view).estimate
+    for change, names in ((1e-13, []), (1e-6, ["candidates[0].position_m[2]"])):
+        line = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
+        line["candidates"][0]["position_m"][2] += change
+        assert [name for name, *_ in differences(line, found)] == names

@@ -108,7 +108,7 @@ class App:
         for panel in self._panels:
             panel.load(view)
         self._scene_worker = LatestWorker(self._scene.show, self.fail, self._pace.drawing_rest_s)
-        self._worker: LatestWorker[View | Frame | Reading] = LatestWorker(self._work, self.fail)
+        self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
         server.on_client_disconnect(self._say_goodbye)
@@ -212,7 +212,7 @@ class App:
     def _on_rest(self) -> None:
         """Show all of a frame of which only the picture may have been shown so far."""
         if self._newest is not None:
-            self._worker.submit(self._newest)
+            self._worker.submit(None)
 
     def _parts(self, options: Options) -> Parts:
         return Parts(
@@ -242,12 +242,14 @@ class App:
         self._notices.forget(client)
         self._layout.habits.forget(client)
 
-    def _work(self, job: View | Frame | Reading) -> None:
+    def _work(self, job: View | Frame | None) -> None:
+        """Work on a view, on a frame, or show all of the newest frame."""
         if isinstance(job, Frame):
             self._work_on_frame(job)
             return
-        if isinstance(job, Reading):
-            self._show(job)
+        if job is None:
+            if self._newest is not None:
+                self._show(self._newest)
             return
         try:
             reading = read_view(job)

@@ -1,4 +1,4 @@
-// What viser's page cannot do by itself: take several pictures at once, and pictures that are dropped on it.
+// What viser's page cannot do by itself: take several pictures at once, and files that are dropped on it.
 "use strict";
 
 // The token has done its work once the page is there; a shared screen need not show it.
@@ -11,11 +11,25 @@ window.addEventListener("unhandledrejection", (event) => {
 });
 
 const BUTTON = "input[type=file][accept='image/*']";
+const VIDEO_BUTTON = "input[type=file][accept='video/*']";
+
+// The upload button for a file; what is in a closed tab is not on the page at all, so its tab is opened first.
+async function buttonFor(file) {
+  const isVideo = file.type.startsWith("video/") || /\.(mp4|m4v|mov|avi|mkv|webm|mpe?g|ts|wmv|mjpe?g)$/i.test(file.name);
+  const [selector, tab] = isVideo ? [VIDEO_BUTTON, "Sequence"] : [BUTTON, "Source"];
+  for (let waited = 0; waited < 40; waited += 1) {
+    const input = document.querySelector(selector);
+    if (input !== null) return input;
+    if (waited === 0) [...document.querySelectorAll("[role=tab]")].find((one) => one.textContent.trim() === tab)?.click();
+    await new Promise((next) => setTimeout(next, 50));
+  }
+  return null;
+}
 
 // Hand the files to the upload button one after the other: it takes one at a time.
 async function sendAll(files) {
   for (const file of files) {
-    const input = document.querySelector(BUTTON);
+    const input = await buttonFor(file);
     if (input === null) return;
     const one = new DataTransfer();
     one.items.add(file);

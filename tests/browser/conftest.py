@@ -17,7 +17,7 @@ ARGUMENTS = [
     "--enable-unsafe-swiftshader",
 ]
 EXPECTED_CONSOLE = ("Software WebGL",)  # a machine without a graphics card says so
-TABS = ("Source", "Camera & dock", "Detect", "Pose", "Export")
+TABS = ("Source", "Camera & dock", "Detect", "Pose", "Sequence", "Export")
 THROTTLE_S = 0.1  # inputs changed within 50 ms of each other share one message, and the first would be lost
 
 

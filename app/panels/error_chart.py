@@ -97,7 +97,7 @@ class _Chart:
             ),
             scales=self._scales(),
             axes=(
-                uplot.Axis(label="range (m)", labelSize=14, size=28, font=font, labelFont=font),
+                uplot.Axis(size=32, font=font),  # what it counts stands in the legend below
                 uplot.Axis(label=marks.title, labelSize=14, size=40, font=font, labelFont=font, space=20),
             ),
             legend=uplot.Legend(show=True),

@@ -53,7 +53,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"dockpose {version('dockpose')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     serve = commands.add_parser("serve", help="open the page in the browser (this is what dockpose alone does)")
-    serve.add_argument("source", nargs="?", metavar="SOURCE", help="picture to start with; default: a sample scene")
+    serve.add_argument(
+        "source",
+        nargs="?",
+        metavar="SOURCE",
+        help="picture, folder, video, camera's number or stream to start with; default: a sample scene",
+    )
     add_camera_and_dock(serve)
     serve.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
     serve.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")

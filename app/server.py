@@ -102,6 +102,7 @@ class App:
         self._deck = Deck(self, given, options.folder)
         self._deck.on_change, self._deck.on_rest = self._on_sequence, self._on_rest
         self._newest: Reading | None = None
+        self._is_warm = False
         self._pace = Pace(draws_slowly, lambda: self._deck.is_playing)
         self._layout = Layout(server, self._parts(options))
         self._panels = self._layout.panels
@@ -253,6 +254,8 @@ class App:
             return
         try:
             reading = read_view(job)
+            if not self._is_warm:  # the first run loads compiled code, and its time is not that of a picture
+                self._is_warm, reading = True, read_view(job)
         except ValueError as error:  # a scene that cannot be rendered
             self._go_back(job, error)
             return

@@ -173,6 +173,7 @@ class View3D:
             self._rays.points = rays_to_lights(found)
             for index, nodes in enumerate(self._poses):
                 self._show_pose(nodes, index, found)
+            self._keep_labels_apart(found)
             self._path.points = path_segments(reading)
             self._truth.show(view.truth, found.dock.radius)
             self._measured.show(view.measured, found.dock.radius)
@@ -192,7 +193,7 @@ class View3D:
             ),
             lights=scene.add_point_cloud(f"{path}/lights", np.zeros((1, 3)), colour, point_shape="circle"),
             normal=scene.add_arrows(f"{path}/normal", np.array([[[0, 0, 0], [0, 0, -NORMAL_LENGTH]]]), colour),
-            label=scene.add_label(f"{path}/label", name, anchor="bottom-right" if name == "A" else "top-left"),
+            label=scene.add_label(f"{path}/label", name),
         )
 
     def _show_pose(self, nodes: _PoseNodes, index: int, found: Estimate) -> None:
@@ -217,6 +218,13 @@ class View3D:
         nodes.normal.head_length = 0.2
         nodes.label.position = (0, 0, -NORMAL_LENGTH * radius)
         nodes.label.text = pose_label(POSE_NAMES[index], pose)
+
+    def _keep_labels_apart(self, found: Estimate) -> None:
+        """Write the label of the normal that ends farther left to the left of its tip, the other to the right."""
+        tips_x = [pose.position_m[0] + NORMAL_LENGTH * found.dock.radius * pose.normal[0] for pose in found.candidates]
+        leftmost = int(np.argmin(tips_x)) if tips_x else 0
+        for index, nodes in enumerate(self._poses):
+            nodes.label.anchor = "bottom-right" if index == leftmost else "top-left"
 
     def _show_camera(self, view: View, plane_z: float) -> float:
         """Draw the image plane, its edges and the axes; returns the lowest y of the plane."""

@@ -27,7 +27,7 @@ MOVES = 80
 DRAG_PX, PAUSE_MS = 2, 160
 MEDIAN_MS, SLOW_MS = 50.0, 120.0  # median and 95th percentile at 1280 x 720; a simulated 640 x 480 may take twice that
 FIRST_PAGE_S = 3.0
-MEMORY_S = 120.0  # how long sliders move while memory is watched
+MEMORY_S = 600.0  # how long sliders move while memory is watched
 WARM_UP = 0.4  # of that time, in which caches still fill
 GROWTH_MB = 25.0  # at most, from the warm-up to the end, on either side
 

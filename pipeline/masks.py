@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from pipeline.checks import check_number
 from pipeline.markers import Markers
@@ -29,6 +30,7 @@ _SIMILAR_AREA = 2.0  # the larger over the smaller
 _LEAST_MOVED, _MOVED_PX, _FRAMES_AGO = 5, 2.0, 50
 _AROUND_DOCK = 1.2  # of the ring's largest radius: what is so near may be one of its lights that was left out
 _MARGIN_PX = 3  # around a group: letters have soft edges
+_FEW_PAIRS = 10_000  # of points: up to so many, all their distances are sooner there than a tree
 _UNION = 1.5  # masks side by side become one where it is at most so many times as large as they are together
 
 
@@ -138,6 +140,8 @@ class StillGroups:
         if not _has_moved(self._past_px[0], markers.points_px):
             return ()
         still = [not track.is_dock and track.frames >= LEAST_FRAMES for track in tracks]
+        if not any(still) and len(self.masks) < 2:
+            return ()
         added = _around(markers.boxes_px[np.array(still) & apart])
         before, self.masks = self.masks, _united([*self.masks, *added], markers.points_px[on_ring])
         return tuple(mask for mask in self.masks if mask not in before)
@@ -166,23 +170,32 @@ def _nearest(tracks: list[_Track], points_px: np.ndarray) -> list[int | None]:
     """For each point (N, 2) the number of the track that it belongs to; None where there is none."""
     if not tracks:
         return [None] * len(points_px)
-    tree = KDTree([track.point_px for track in tracks])
-    _, nearest = tree.query(points_px, distance_upper_bound=_STILL_PX)
-    return [number if number < len(tracks) else None for number in np.asarray(nearest).tolist()]
+    distance, nearest = _closest(points_px, np.array([track.point_px for track in tracks]))
+    return [
+        number if apart < _STILL_PX else None for apart, number in zip(distance.tolist(), nearest.tolist(), strict=True)
+    ]
 
 
 def _has_moved(before_px: np.ndarray, now_px: np.ndarray) -> bool:
     """Whether enough of the points (N, 2) are far from all those (M, 2) before."""
-    distance, _ = KDTree(before_px).query(now_px)
+    distance, _ = _closest(now_px, before_px)
     return int(np.count_nonzero(distance > _MOVED_PX)) >= _LEAST_MOVED
+
+
+def _closest(points_px: np.ndarray, others_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distance (N,) of each point (N, 2) to the nearest of some others (M, 2), and that one's number (N,)."""
+    if len(points_px) * len(others_px) > _FEW_PAIRS:
+        distance, nearest = KDTree(others_px).query(points_px)
+        return np.asarray(distance), np.asarray(nearest)
+    distances = cdist(points_px, others_px)
+    return distances.min(axis=1), distances.argmin(axis=1)
 
 
 def _near_ring(points_px: np.ndarray, on_ring: np.ndarray) -> np.ndarray:
     """Which points (N,) lie on the ring, within it or just around it."""
-    lights = points_px[on_ring]
-    centre = lights.mean(axis=0)
-    radius = np.linalg.norm(lights - centre, axis=1).max()
-    return np.linalg.norm(points_px - centre, axis=1) <= _AROUND_DOCK * radius
+    off = points_px - points_px[on_ring].mean(axis=0)
+    distance = np.hypot(off[:, 0], off[:, 1])
+    return distance <= _AROUND_DOCK * distance[on_ring].max()
 
 
 def _around(boxes_px: np.ndarray) -> list[Mask]:

@@ -83,8 +83,9 @@ class Estimate:
             return []
         numbers: list[int | None] = [None] * len(self.markers)
         if self.ring is not None and self.choice is not None and self.choice.lights is not None:
-            for marker, light in zip(np.flatnonzero(self.ring.on_ring), self.choice.lights, strict=True):
-                numbers[int(marker)] = int(light)
+            markers = np.flatnonzero(self.ring.on_ring).tolist()
+            for marker, light in zip(markers, self.choice.lights.tolist(), strict=True):
+                numbers[marker] = light
         return numbers
 
     def to_dict(
@@ -130,11 +131,10 @@ class Estimate:
         if self.markers is None:
             return []
         on_ring = [None] * len(self.markers) if self.ring is None else self.ring.on_ring.tolist()
+        points_px, areas_px = self.markers.points_px.tolist(), self.markers.areas_px.tolist()
         return [
-            {"x_px": float(x), "y_px": float(y), "area_px": int(area), "on_ring": on, "light": light}
-            for (x, y), area, on, light in zip(
-                self.markers.points_px, self.markers.areas_px, on_ring, self.light_numbers(), strict=True
-            )
+            {"x_px": x, "y_px": y, "area_px": area, "on_ring": on, "light": light}
+            for (x, y), area, on, light in zip(points_px, areas_px, on_ring, self.light_numbers(), strict=True)
         ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,13 +13,14 @@ from pipeline.checks import as_points
 from pipeline.circle_pose import CirclePose, circle_poses
 from pipeline.dock import Dock
 from pipeline.duality import Choice, choose_by_spacing
-from pipeline.ellipse import MIN_POINTS, Ellipse, fit_ellipse
+from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from pipeline.few_lights import FEWEST, poses_from_few_lights
 from pipeline.refine import light_rays, on_planes
 
 _ROUNDS = 6
 _SETTLED = 1e-7  # share of the range
 _FIRST_DEPTH_M = 1.0
+_ON_A_LINE_PX = 0.01  # no light's centre is known better; what is left then, as a port's bend, is no ellipse
 
 
 def find_poses(
@@ -53,6 +55,8 @@ def find_poses(
     if FEWEST <= len(points) < MIN_POINTS and dock.lights is not None:
         choice = poses_from_few_lights(points, camera, dock)
         return _ellipse_of(choice.candidates[0], camera, dock), choice
+    if _scatter_about_line_px(points) < _ON_A_LINE_PX:
+        raise NoEllipseError("the points lie on a line")
     if camera.port is None:
         ellipse = ellipse or fit_ellipse(camera.undistort(points))
         poses = circle_poses(ellipse, camera, dock.diameter)
@@ -61,6 +65,13 @@ def find_poses(
     choice = choose_by_spacing(poses, points, camera, dock, labels)
     chosen = choice.candidates[choice.selected]
     return fit_ellipse(camera.virtual_pixels(points, _depths(points, camera, chosen))), choice
+
+
+def _scatter_about_line_px(points: np.ndarray) -> float:
+    """How far points (N, 2) are off the line that fits them best, root mean square; NaN where one is not finite."""
+    centred = points - points.sum(axis=0) / len(points)
+    (xx, xy), (_, yy) = (centred.T @ centred / len(points)).tolist()
+    return math.sqrt(abs((xx + yy) / 2 - math.hypot((xx - yy) / 2, xy)))
 
 
 def _ellipse_of(pose: CirclePose, camera: Camera, dock: Dock) -> Ellipse:

@@ -47,7 +47,8 @@ class Follower:
         searched_with = (view.camera, view.dock, view.settings)
         goes_on = self._before is not None and (frame.index == self._before + 1 or self._frames.is_live)
         if self._tracker is None or not goes_on or searched_with != self._searched_with:
-            self._tracker = Tracker(view.camera, view.dock, view.settings)
+            # In the whole picture, so that a frame that is taken down gives the same numbers by itself.
+            self._tracker = Tracker(view.camera, view.dock, view.settings, use_region=False)
             self._searched_with = searched_with
         return self._tracker
 

@@ -90,31 +90,31 @@ class Layout:
     def _add_controls(self, server: viser.ViserServer, parts: Parts) -> None:
         gui, change = server.gui, parts.change
         tabs = gui.add_tab_group()
-        with tabs.add_tab("Source", viser.Icon.PHOTO):
+        with tabs.add_tab("Source"):
             source = SourcePanel(gui, change, parts.shelf, parts.root)
             simulator = SimulatorPanel(gui, change)
             gui.add_html(help_link("source"), order=1e9)
-        with tabs.add_tab("Camera & dock", viser.Icon.CAMERA):
+        with tabs.add_tab("Camera & dock"):
             camera = CameraPanel(gui, change)
             gui.add_html(help_link("camera"), order=1e9)
-        with tabs.add_tab("Detect", viser.Icon.ADJUSTMENTS):
+        with tabs.add_tab("Detect"):
             detect, masks = DetectPanel(gui, change), MasksPanel(gui, change)
             gui.add_html(help_link("detect"), order=1e9)
-        with tabs.add_tab("Pose", viser.Icon.AXIS_X):
+        with tabs.add_tab("Pose"):
             pose = PosePanel(gui, change)
             gui.add_html(help_link("pose"), order=1e9)
-        with tabs.add_tab("Sequence", viser.Icon.PLAYER_PLAY):
+        with tabs.add_tab("Sequence"):
             self.sequence = SequencePanel(gui, parts.deck)
             gui.add_html(help_link("sequence"), order=1e9)
         checksums = Checksums(parts.shelf, parts.root)
-        with tabs.add_tab("Experiment", viser.Icon.FLASK):
+        with tabs.add_tab("Experiment"):
             self._experiment = ExperimentPanel(gui, parts.sessions, checksums, parts.notify, parts.fail)
             gui.add_html(help_link("experiment"), order=1e9)
-        with tabs.add_tab("Export", viser.Icon.DOWNLOAD):
+        with tabs.add_tab("Export"):
             self._export = ExportPanel(server, parts.notify, parts.fail, checksums)
             gui.add_html(help_link("export"), order=1e9)
         actions = Actions(parts.undo, parts.redo, source.turn, lambda client: self.sequence.toggle())
-        with tabs.add_tab("Settings", viser.Icon.SETTINGS):
+        with tabs.add_tab("Settings"):
             self.habits = HabitsPanel(server, change, parts.memory, actions)
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()

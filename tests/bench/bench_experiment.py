@@ -14,10 +14,9 @@ from app.experiment.row import row_to_csv
 from app.options import Options
 from app.panels.experiment import NO_SESSION
 from app.server import App
-from tests.browser.conftest import Page, browser
+from tests.browser.conftest import Page
 from tests.taking import FOUND, PICTURE
 
-__all__ = ["browser"]
 
 ROWS, OPENINGS = 2000, 5
 MOST_S = 2.0

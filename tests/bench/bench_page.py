@@ -19,9 +19,7 @@ from pipeline.camera_files import save_camera
 from pipeline.simulate import Pose, Scene, render
 from pipeline.simulate.scene import Background, Lights
 from pipeline.simulate.water import preset
-from tests.browser.conftest import Page, browser
-
-__all__ = ["browser"]
+from tests.browser.conftest import Page
 
 MOVES = 80
 DRAG_PX, PAUSE_MS = 2, 160

@@ -9,9 +9,8 @@ import pytest
 from pipeline.camera_files import save_camera
 from tests.bench.bench_page import opened, serve
 from tests.bench.bench_video import CAMERA, HEIGHT, WIDTH, pictures
-from tests.browser.conftest import browser
 
-__all__ = ["browser", "pictures", "serve"]
+__all__ = ["pictures", "serve"]
 
 LEAST_HZ, VIDEO_HZ = 25.0, 60.0  # asked; and of the video, so that it is not what limits
 WATCHED_S = 6
@@ -56,6 +55,7 @@ def test_video_is_shown_fast_enough(browser, serve, video):
     rate_hz = (len(times) - 1) / (times[-1] - times[0]) * 1000
     slowest = np.quantile(np.diff(times), 0.95)
     print(
-        f"\n1280 x 720 video | {rate_hz:.1f} frames/s shown (asked {LEAST_HZ:.0f}) | 95 % of gaps below {slowest:.0f} ms"
+        f"\n1280 x 720 video | {rate_hz:.1f} frames/s shown (asked {LEAST_HZ:.0f}) | "
+        f"95 % of gaps below {slowest:.0f} ms"
     )
     assert rate_hz >= LEAST_HZ

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from app.annotate import POSE_NAMES, annotate
+from app.annotate import POSE_NAMES
 from app.course import Course
 from app.reading import Followed, Reading
 from app.sequences import Opened
@@ -40,7 +40,7 @@ class Follower:
         self._before = frame.index
         self.course.note(frame, tracked)
         found = chosen_by_track(tracked)
-        return Reading(view, found, annotate(view.image, found), Followed(frame, tracked, self.course))
+        return Reading(view, found, Followed(frame, tracked, self.course))
 
     def _tracker_for(self, view: View, frame: Frame) -> Tracker:
         """The tracker so far; a new one after a leap, or when anything else is searched for."""

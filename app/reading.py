@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,15 +27,19 @@ class Followed:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A view, what the pipeline found in it, and the annotated picture (H, W, 3) uint8 BGR.
+    """A view, and what the pipeline found in it.
 
     ``followed`` is there where the view shows a frame that was followed from the one before.
     """
 
     view: View
     estimate: Estimate
-    annotated: np.ndarray
     followed: Followed | None = None
+
+    @cached_property
+    def annotated(self) -> np.ndarray:
+        """The annotated picture (H, W, 3) uint8 BGR; not every frame of a sequence is shown, and drawing takes time."""
+        return annotate(self.view.image, self.estimate)
 
 
 def read_view(view: View) -> Reading:
@@ -43,7 +48,7 @@ def read_view(view: View) -> Reading:
     found = estimate(view.image, view.camera, view.dock, view.settings)
     if view.by_hand is not None:
         found = chosen_by_hand(found, view.by_hand)
-    return Reading(view, found, annotate(view.image, found))
+    return Reading(view, found)
 
 
 def chosen_by_hand(found: Estimate, normal: tuple[float, float, float]) -> Estimate:

@@ -190,7 +190,7 @@ def test_what_is_taken_is_what_is_shown(panel):
     assert panel.told[-1][1].startswith("No session is open")
     panel.panel._doing(panel.panel._start_new, panel.client)
     # A result that no new estimate of the picture could give shows that none was made.
-    shown = Reading(first.view, replace(first.estimate, status="no_lights", choice=None), first.annotated)
+    shown = Reading(first.view, replace(first.estimate, status="no_lights", choice=None))
     panel.panel.show(shown)
     panel.panel.take(panel.client)
     assert panel.told[-1] == ("Taken", "Frame 1 is on disk: plain, without a pose, not yet measured.")

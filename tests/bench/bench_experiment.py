@@ -17,7 +17,6 @@ from app.server import App
 from tests.browser.conftest import Page
 from tests.taking import FOUND, PICTURE
 
-
 ROWS, OPENINGS = 2000, 5
 MOST_S = 2.0
 

@@ -15,7 +15,7 @@ run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
 
 test: $(VENV)/.test $(VENV)/.chromium
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
 
 lint: $(VENV)/.test $(VENV)/.lint
 	$(BIN)/ruff check .

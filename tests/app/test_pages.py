@@ -5,7 +5,10 @@ import pytest
 from app.pages import help_body
 from app.panels.source import forgotten_sentence
 
-SECTIONS = ("annotated", "threshold", "compare", "original", "source", "camera", "detect", "pose", "export", "page")
+SECTIONS = (
+    *("annotated", "threshold", "compare", "original"),
+    *("source", "camera", "detect", "pose", "sequence", "experiment", "export", "page"),
+)
 
 
 @pytest.mark.parametrize("name", SECTIONS)

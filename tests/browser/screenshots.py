@@ -17,7 +17,7 @@ SETTLE_MS = 3000  # the 3D scene is drawn without a graphics card
 
 
 def main() -> int:
-    """Write static/screenshot.png and static/screenshot-compare.png. Returns 1 where there is no Chromium."""
+    """Write the pictures that the README shows into static/. Returns 1 where there is no Chromium."""
     path = find()
     if path is None:
         print("No Chromium: install one, or set CHROMIUM to its path.", file=sys.stderr)
@@ -38,6 +38,13 @@ def main() -> int:
             page.page.get_by_role("button", name="Compare all methods").click()
             page.until(lambda: app.wait_until_idle(0.1), 60)
             _shoot(page, "screenshot-compare.png")
+            page.page.get_by_role("tab", name="Annotated", exact=True).click()
+            page.tab("Sequence")
+            page.choose("Sequence", "simulated approach")
+            page.page.get_by_role("button", name="Play", exact=True).click()
+            page.until(lambda: app.view.source.startswith("simulated approach, frame 300"), 60)
+            page.page.get_by_role("button", name="Pause", exact=True).click()
+            _shoot(page, "screenshot-sequence.png")
             browser.close()
     finally:
         app.stop()

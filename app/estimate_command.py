@@ -50,9 +50,6 @@ def add_estimate_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for recordings (default: 1)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="do recordings on a Dask cluster, as tcp://host:8786")
-    parser.add_argument(
-        "--region", action="store_true", help="search sequences around the last ring first: faster, one process only"
-    )
     add_masks(parser)
 
 
@@ -118,10 +115,7 @@ def _how(arguments: argparse.Namespace) -> How:
         raise UsageError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if jobs < 1:
         raise UsageError(f"--jobs is {jobs}; it must be at least 1")
-    how = How(rate_hz, jobs, arguments.scheduler, arguments.region)
-    if how.region and how.is_split:
-        raise UsageError("--region searches around the frame before; it does not go with --jobs or --scheduler")
-    return how
+    return How(rate_hz, jobs, arguments.scheduler)
 
 
 @dataclass

@@ -1,7 +1,8 @@
 """Estimates of a recording's frames: one after the other, by several processes, or on a Dask cluster.
 
-Every way gives the same estimates but for ``elapsed_ms``, which is measured. Frames are searched in chunks before it is
-known what the frames before them mask; where that turns out otherwise, the rest is searched again as it should be.
+Every way gives the same estimates but for ``elapsed_ms``, which is measured. Chunks of frames begin where the whole
+picture is searched anyway, so that they need to know of no frame before. They are searched before it is known what
+those before them mask; where that turns out otherwise, the rest is searched again as it should be.
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ from app.batch import Job, read_job
 from app.sources import UsageError
 from app.watching import Watched
 from pipeline import Camera, Dock, Estimate, Settings, estimate
+from pipeline.search import BLOCK, Search
 from pipeline.sources import Frames, Pictures, open_frames
 
-_LEAST_CHUNK, _LARGEST_CHUNK = 16, 256  # frames; a video's decoder starts at a key frame, often one in 250
+_LARGEST_CHUNK = 10 * BLOCK  # frames; a video's decoder starts at a key frame, often one in 250
 _CHUNKS_EACH = 4  # of a short recording, so that nobody waits long for the last
 SCHEDULER_TIMEOUT_S = 10.0
 _AHEAD = 2  # chunks for each worker that are under way
@@ -67,8 +69,8 @@ class Work(Protocol):
         """What to call a frame when something is told of it."""
         ...
 
-    def chunk(self, start: int, stop: int) -> Callable[[Settings], list[Found]]:
-        """What estimates the frames from ``start`` up to before ``stop``, in order."""
+    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
+        """What estimates the frames from ``start`` up to before ``stop``, in order, after the one before."""
         ...
 
 
@@ -105,9 +107,9 @@ class SequenceWork:
         """What to call a frame when something is told of it."""
         return f"{found.name} frame {found.index}"
 
-    def chunk(self, start: int, stop: int) -> Callable[[Settings], list[Found]]:
-        """What estimates the frames from ``start`` up to before ``stop``, in order."""
-        return functools.partial(_estimate_frames, self, start, stop)
+    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
+        """What estimates the frames from ``start`` up to before ``stop``, in order, after the one before."""
+        return functools.partial(_estimate_frames, self, start, stop, before)
 
 
 @dataclass(frozen=True)
@@ -129,14 +131,24 @@ class PictureWork:
         """What to call a picture when something is told of it."""
         return found.name
 
-    def chunk(self, start: int, stop: int) -> Callable[[Settings], list[Found]]:
-        """What estimates the pictures from ``start`` up to before ``stop``, in order."""
+    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
+        """What estimates the pictures from ``start`` up to before ``stop``, in order; the one before plays no part."""
         return functools.partial(_estimate_pictures, self.jobs[start:stop], self.folder, start)
 
 
-def _estimate_frames(work: SequenceWork, start: int, stop: int, settings: Settings) -> list[Found]:
+def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
+    """What searches the frames of a sequence, the same way in whatever process."""
+    return Search(camera, dock, settings, whole_first=BLOCK)
+
+
+def _estimate_frames(
+    work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
+) -> list[Found]:
     frames, told = _opened(work.source, work.paths, work.rate_hz, work.folder)
     told.clear()
+    search = search_of(work.camera, work.dock, settings)
+    if before is not None and before.estimate is not None:
+        search.remember(before.estimate, before.index, before.time_s)
     done: list[Found] = []
     skipped = frames.skipped
 
@@ -151,7 +163,7 @@ def _estimate_frames(work: SequenceWork, start: int, stop: int, settings: Settin
     for frame in frames.between(start, stop):
         pass_on(frame.index)
         name = str(work.paths[frame.index]) if work.paths else work.source
-        found = estimate(frame.image, work.camera, work.dock, settings)
+        found = search.see(frame.image, frame.index, frame.time_s, settings)
         done.append(Found(frame.index, frame.time_s, name, frame.sha256, found))
     pass_on(stop - 1)
     return done
@@ -217,14 +229,14 @@ def split(work: Work, executor: Executor, count: int, watched: Watched, settings
     settings : of the first frame.
     """
     total = work.count()
-    size = max(_LEAST_CHUNK, min(_LARGEST_CHUNK, math.ceil(total / (_CHUNKS_EACH * count))))
+    size = min(_LARGEST_CHUNK, BLOCK * math.ceil(total / (_CHUNKS_EACH * count * BLOCK)))
     waiting: deque[Future[list[Found]]] = deque()
-    start = 0
+    start, last = 0, None
     try:
         while start < total or waiting:
             while start < total and len(waiting) < _AHEAD * count:
-                stop = min(total, start + size)
-                waiting.append(executor.submit(work.chunk(start, stop), settings))
+                stop = min(total, start - start % BLOCK + size)
+                waiting.append(executor.submit(work.chunk(start, stop, last if start % BLOCK else None), settings))
                 start = stop
             for one in waiting.popleft().result():
                 if one.estimate is not None:
@@ -235,6 +247,7 @@ def split(work: Work, executor: Executor, count: int, watched: Watched, settings
                         settings, start = wanted, one.index
                         break
                     watched.see(one.estimate, work.label(one))
+                    last = one
                 yield one
     finally:
         _cancel(waiting)

@@ -30,6 +30,7 @@ class FrameProgress:
         self._name = name
         self.total: int | None = None
         self._console = console or Console(stderr=True)
+        self._is_terminal = self._console.is_terminal  # asking takes a while
         self._frames = 0
         self._began_s = self._told_s = time.monotonic()
         columns = ("{task.description}", BarColumn(), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
@@ -37,7 +38,7 @@ class FrameProgress:
             *columns,
             console=self._console,
             transient=True,
-            disable=not self._console.is_terminal,
+            disable=not self._is_terminal,
             redirect_stdout=False,
         )
         self._task = self._bar.add_task(name, total=None, told="")
@@ -53,18 +54,18 @@ class FrameProgress:
         """Count one more frame; ``dropped`` is how many of a live source were left out so far."""
         self._frames += 1
         now_s = time.monotonic()
-        if now_s - self._told_s < _EVERY_S[self._console.is_terminal]:
+        if now_s - self._told_s < _EVERY_S[self._is_terminal]:
             return
         self._told_s = now_s
         told = told_text(self._frames, self.total, now_s - self._began_s, dropped)
-        if self._console.is_terminal:
+        if self._is_terminal:
             self._bar.update(self._task, total=self.total, completed=self._frames, told=told)
         else:
             self.tell(f"{self._name}: {told}{_left(self._frames, self.total, now_s - self._began_s)}")
 
     def tell(self, text: str) -> None:
         """Tell something else without spoiling the bar."""
-        if self._console.is_terminal:
+        if self._is_terminal:
             self._bar.console.print(f"dockpose: {text}", markup=False, highlight=False)
         else:
             print(f"dockpose: {text}", file=sys.stderr, flush=True)

@@ -11,16 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from app.annotate import annotate
-from app.jobs import Found, SequenceWork, split, workers
+from app.jobs import Found, SequenceWork, search_of, split, workers
 from app.outputs import AnnotatedVideo, PictureFolder
 from app.progress import FrameProgress
 from app.results import Outputs, Results
 from app.samples import Sidecar, read_sidecar
 from app.sources import UsageError
 from app.watching import Watched
-from pipeline import Camera, Dock, Estimate, Settings, estimate
+from pipeline import Camera, Dock, Estimate, Settings
 from pipeline.camera_files import FileError
-from pipeline.image import to_grey
 from pipeline.simulate import load_sequence
 from pipeline.sources import Frame, Frames, Kind, Pictures, Tell, Video, open_frames, read_ahead
 from pipeline.tracker import Tracked, Tracker
@@ -37,13 +36,11 @@ class How:
     rate_hz : of pictures in a row, which makes them a sequence; None where each is for itself.
     jobs : number of processes.
     scheduler : address of a Dask cluster's scheduler, in place of processes.
-    region : search around the last ring first, which is faster; the numbers then hang on the frames before.
     """
 
     rate_hz: float | None = None
     jobs: int = 1
     scheduler: str | None = None
-    region: bool = False
 
     @property
     def is_split(self) -> bool:
@@ -135,7 +132,7 @@ def estimate_sequence(
         progress = files.enter_context(FrameProgress(sequence.source))
         frames = files.enter_context(sequence.open(how.rate_hz, progress.tell))
         progress.total = frames.count
-        run = _Run(sequence, frames, settings, how, outputs.annotate is not None, progress.tell)
+        run = _Run(sequence, frames, settings, how, progress.tell)
         write_picture = _picture_writer(sequence, frames, outputs, folder, files)
         for found, tracked in run:
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256)
@@ -163,12 +160,9 @@ def with_selection(tracked: Tracked) -> Estimate:
 class _Run:
     """The frames of a sequence as they are found and followed, whichever way they are searched."""
 
-    def __init__(
-        self, sequence: SequenceSource, frames: Frames, settings: Settings, how: How, draws: bool, tell: Tell
-    ) -> None:
+    def __init__(self, sequence: SequenceSource, frames: Frames, settings: Settings, how: How, tell: Tell) -> None:
         self._sequence, self._frames, self._settings, self._how, self._tell = sequence, frames, settings, how, tell
-        self._tracker = Tracker(sequence.camera, sequence.dock, settings, use_region=how.region)
-        self._keeps_colours = draws or bool(sequence.dock.colours)
+        self._tracker = Tracker(sequence.camera, sequence.dock, settings)
         self._last: Frame | None = None
         self._skipped = 0
 
@@ -195,21 +189,14 @@ class _Run:
     def _one_by_one(self) -> Iterator[tuple[Found, Tracked]]:
         watched = Watched(self._settings, self._tell)
         camera, dock = self._sequence.camera, self._sequence.dock
-        for frame in self._frames if self._frames.is_live else read_ahead(map(self._lightened, self._frames)):
+        search = search_of(camera, dock, self._settings)
+        for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
             self._last = frame
-            if self._how.region:
-                tracked = self._tracker.see(frame.image, frame.time_s)
-            else:
-                found = estimate(frame.image, camera, dock, watched.settings_for(frame.image.shape, camera, dock))
-                watched.see(found, f"{frame.name} frame {frame.index}")
-                tracked = self._tracker.follow(found, frame.time_s)
-            yield Found(frame.index, frame.time_s, frame.name, frame.sha256, tracked.estimate), tracked
-
-    def _lightened(self, frame: Frame) -> Frame:
-        """The frame in grey, made while the one before is searched, unless its colours are needed."""
-        if self._keeps_colours:
-            return frame
-        return dataclasses.replace(frame, image=to_grey(frame.image))
+            settings = watched.settings_for(frame.image.shape, camera, dock)
+            found = search.see(frame.image, frame.index, frame.time_s, settings)
+            watched.see(found, f"{frame.name} frame {frame.index}")
+            tracked = self._tracker.follow(found, frame.time_s)
+            yield Found(frame.index, frame.time_s, frame.name, frame.sha256, found), tracked
 
     def _split(self, count: int) -> Iterator[tuple[Found, Tracked]]:
         sequence = self._sequence

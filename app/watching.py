@@ -37,7 +37,7 @@ class Watched:
     def see(self, found: Estimate, name: str) -> None:
         """Take in what was found in that frame; ``name`` is what to call it."""
         on_ring = found.ring.on_ring if found.status == "ok" and found.ring is not None else None
-        masks = self._still.see(found.markers, on_ring)
+        masks = self._still.see(found.markers, on_ring, found.region)
         if masks:
             where = "; ".join(",".join(f"{number:g}" for number in mask) for mask in masks)
             self._tell(

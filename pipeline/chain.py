@@ -101,7 +101,7 @@ class Chain:
     def off(self, pose: CirclePose) -> tuple[float, float]:
         """Squared angle between a pose's normal and this one, and the variance that it should have along each way."""
         apart = self.normal - pose.normal
-        return float(apart @ apart), float(self.variances[0, 3:].mean() + _errors(pose)[3] ** 2)
+        return float(apart @ apart), float(self.variances[0, 3:].mean()) + _normal_error(pose) ** 2
 
     def seen_as(self, pose: CirclePose) -> Chain:
         """Move towards the pose in which the dock is seen now."""
@@ -117,19 +117,26 @@ class Chain:
 
 def _speed_sigmas(state: np.ndarray, speeds: Speeds) -> np.ndarray:
     """Standard deviations (6,) of the rates: a turn of the camera carries a dock farther the farther away it is."""
-    distance = float(np.linalg.norm(state[:3]))
+    distance = math.hypot(*state[:3].tolist())
     position = math.hypot(speeds.metres, speeds.radians * distance) / _BOUND
     return np.array([position] * 3 + [speeds.radians / _BOUND] * 3)
 
 
 def _errors(pose: CirclePose) -> np.ndarray:
     """Standard deviations (6,) of a measured position and normal."""
-    distance = float(np.linalg.norm(pose.position_m))
+    distance = math.hypot(*pose.position_m.tolist())
     if pose.sigma_position_m is None or pose.sigma_theta_rad is None:
         return np.array([_UNKNOWN_SIGMA_SHARE * distance] * 3 + [_UNKNOWN_SIGMA_RAD] * 3)
-    position = np.hypot(pose.sigma_position_m, _LEAST_SIGMA_SHARE * distance)
-    return np.append(position, [math.hypot(max(pose.sigma_theta_rad), _LEAST_SIGMA_RAD)] * 3)
+    position = [math.hypot(sigma, _LEAST_SIGMA_SHARE * distance) for sigma in pose.sigma_position_m]
+    return np.array(position + [_normal_error(pose)] * 3)
+
+
+def _normal_error(pose: CirclePose) -> float:
+    """Standard deviation of a measured normal."""
+    if pose.sigma_theta_rad is None:
+        return _UNKNOWN_SIGMA_RAD
+    return math.hypot(max(pose.sigma_theta_rad), _LEAST_SIGMA_RAD)
 
 
 def _with_unit_normal(state: np.ndarray) -> np.ndarray:
-    return np.concatenate([state[:3], state[3:] / np.linalg.norm(state[3:])])
+    return np.concatenate([state[:3], state[3:] / math.hypot(*state[3:].tolist())])

@@ -45,6 +45,7 @@ class Estimate:
     threshold, markers, ring, ellipse, choice : the stages; None where the search did not come so far.
         The ellipse is in pixels of the undistorted picture.
     elapsed_ms : how long it took.
+    region : which part of the picture was searched; None for all of it.
     """
 
     status: str
@@ -61,6 +62,7 @@ class Estimate:
     ellipse: Ellipse | None = None
     choice: Choice | None = None
     elapsed_ms: float = 0.0
+    region: Region | None = None
 
     @property
     def candidates(self) -> tuple[CirclePose, ...]:
@@ -217,7 +219,9 @@ def estimate(
         message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
     elapsed_ms = 1000 * (time.perf_counter() - start)
     bits = significant_bits(grey)
-    return Estimate(status, message, width, height, bits, scaled, dock, settings, **stages, elapsed_ms=elapsed_ms)
+    return Estimate(
+        status, message, width, height, bits, scaled, dock, settings, **stages, elapsed_ms=elapsed_ms, region=region
+    )
 
 
 def _search(

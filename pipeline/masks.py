@@ -88,7 +88,7 @@ def _span(start: float, length: float, size: int) -> slice:
 class _Track:
     """A group that stays where it was first seen: in which frame it was seen last, and how many frames counted."""
 
-    point_px: np.ndarray
+    point_px: tuple[float, float]
     area_px: float
     last_frame: int
     frames: int = 0
@@ -112,15 +112,17 @@ class StillGroups:
         self.masks: tuple[Mask, ...] = ()
         self._tracks: list[_Track] = []
         self._frame = 0
-        self._past_px: deque[np.ndarray] = deque(maxlen=_FRAMES_AGO)
+        self._past: deque[tuple[np.ndarray, Mask | None]] = deque(maxlen=_FRAMES_AGO)
 
-    def see(self, markers: Markers | None, on_ring: np.ndarray | None) -> tuple[Mask, ...]:
+    def see(self, markers: Markers | None, on_ring: np.ndarray | None, region: Mask | None = None) -> tuple[Mask, ...]:
         """Take in the next frame.
 
         Parameters
         ----------
         markers : its groups; None where the search did not come so far.
         on_ring : (N,) bool, which of them are lights of the dock; None where the dock was not found.
+        region : the part of the picture that was searched; None for all of it. Of groups elsewhere such a frame tells
+            nothing.
 
         Returns
         -------
@@ -129,33 +131,36 @@ class StillGroups:
         self._frame += 1
         if markers is None or len(markers) == 0:
             return ()
-        tracks = self._follow(markers)
-        self._past_px.append(markers.points_px)
+        tracks = self._follow(markers, region)
+        self._past.append((markers.points_px, region))
         if on_ring is None or not on_ring.any():
             return ()
         apart = ~_near_ring(markers.points_px, on_ring)
         for track, is_light, is_apart in zip(tracks, on_ring.tolist(), apart.tolist(), strict=True):
             track.is_dock |= is_light
             track.frames += is_apart
-        if not _has_moved(self._past_px[0], markers.points_px):
-            return ()
         still = [not track.is_dock and track.frames >= LEAST_FRAMES for track in tracks]
         if not any(still) and len(self.masks) < 2:
+            return ()
+        if not _has_moved(*self._past[0], markers.points_px):
             return ()
         added = _around(markers.boxes_px[np.array(still) & apart])
         before, self.masks = self.masks, _united([*self.masks, *added], markers.points_px[on_ring])
         return tuple(mask for mask in self.masks if mask not in before)
 
-    def _follow(self, markers: Markers) -> list[_Track]:
+    def _follow(self, markers: Markers, region: Mask | None) -> list[_Track]:
         """The track of each group; a group where none was begins one."""
+        if region is not None:
+            for track in self._tracks:
+                track.last_frame += not _is_inside(region, *track.point_px)
         self._tracks = [track for track in self._tracks if self._frame - track.last_frame <= LEAST_FRAMES]
         known = list(self._tracks)
         followed = []
         for number, point, area in zip(
-            _nearest(known, markers.points_px), markers.points_px, markers.areas_px.tolist(), strict=True
+            _nearest(known, markers.points_px), markers.points_px.tolist(), markers.areas_px.tolist(), strict=True
         ):
             if number is None:
-                track = _Track(point, area, self._frame)
+                track = _Track((point[0], point[1]), area, self._frame)
                 self._tracks.append(track)
             else:
                 track = known[number]
@@ -176,8 +181,10 @@ def _nearest(tracks: list[_Track], points_px: np.ndarray) -> list[int | None]:
     ]
 
 
-def _has_moved(before_px: np.ndarray, now_px: np.ndarray) -> bool:
-    """Whether enough of the points (N, 2) are far from all those (M, 2) before."""
+def _has_moved(before_px: np.ndarray, region: Mask | None, now_px: np.ndarray) -> bool:
+    """Whether enough of the points (N, 2) are far from all those (M, 2) that were found in a region before."""
+    if region is not None:
+        now_px = now_px[[_is_inside(region, x, y) for x, y in now_px.tolist()]]
     distance, _ = _closest(now_px, before_px)
     return int(np.count_nonzero(distance > _MOVED_PX)) >= _LEAST_MOVED
 
@@ -237,5 +244,8 @@ def _union(first: Mask, second: Mask) -> Mask | None:
 
 
 def _holds_any(mask: Mask, points_px: np.ndarray) -> bool:
-    inside = (points_px >= mask[:2]) & (points_px <= np.add(mask[:2], mask[2:]))
-    return bool(inside.all(axis=1).any())
+    return any(_is_inside(mask, x, y) for x, y in points_px.tolist())
+
+
+def _is_inside(mask: Mask, x_px: float, y_px: float) -> bool:
+    return mask[0] <= x_px <= mask[0] + mask[2] and mask[1] <= y_px <= mask[1] + mask[3]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,22 +14,15 @@ from pipeline.circle_pose import CirclePose
 from pipeline.dock import Dock
 from pipeline.ellipse import Ellipse
 from pipeline.estimate import Estimate, estimate
-from pipeline.hypotheses import Hypotheses, candidates_of
-from pipeline.region import Region, is_within, ring_region
+from pipeline.hypotheses import Hypotheses
+from pipeline.search import Search, period_s
 from pipeline.settings import Settings
 
-NOMINAL_PERIOD_S = 0.1  # between frames whose times are not known
-_LEAST_PERIOD_S = 1e-3
 # The errors of lights' centres hang on where they fall on the pixels, and those of lights out of their place stay for
 # good. So a frame tells less than it does by itself: by this factor where the ring moved a pixel or more, and by the
 # smaller one where it stands still.
 WORTH, WORTH_AT_REST = 0.4, 0.07
 _RIVAL_FRAMES = 3  # a dock seen elsewhere for so many frames is followed from then on
-
-_FULL_EVERY = 25  # frames: then the whole picture is searched again
-_REGION_SHARE, _REGION_MARGIN_PX = 0.5, 20.0  # of the ring's size, and more: margin on each side
-_LEAST_REGION = 0.25  # of the picture's width and height; a smaller one has too little water for a histogram
-_LARGEST_REGION = 0.6  # of the picture's pixels; of a larger one the whole picture is as fast
 
 
 @dataclass(frozen=True)
@@ -101,9 +95,10 @@ class Tracker:
     ----------
     camera, dock, settings : as for :func:`pipeline.estimate.estimate`; the settings bound the vehicle's speed.
     use_region : let :meth:`see` search around the last ring first, which is faster, and the whole picture where that
-        fails and every 25 frames. Numbers then hang on the frames before (see :func:`pipeline.estimate.estimate` for
-        how much); without it, each frame's estimate is that of :func:`pipeline.estimate.estimate` alone, so that frames
-        may be estimated in any order and by several processes, and then followed in their own.
+        fails and every 25 frames, see :class:`pipeline.search.Search`. Numbers then hang on the frame before (see
+        :func:`pipeline.estimate.estimate` for how much); without it, each frame's estimate is that of
+        :func:`pipeline.estimate.estimate` alone, so that frames may be estimated in any order and by several processes,
+        and then followed in their own.
 
     Notes
     -----
@@ -125,8 +120,7 @@ class Tracker:
         self._rival: Hypotheses | None = None
         self._time_s: float | None = None
         self._ring: Ellipse | None = None
-        self._last: Estimate | None = None
-        self._since_full = 0
+        self._search, self._frames = Search(self.camera, self.dock, self.settings), 0
 
     def see(self, image: Any, time_s: float | None = None, command: Command | None = None) -> Tracked:
         """Search the next frame, in a region of it where that is used, and follow the dock.
@@ -137,15 +131,11 @@ class Tracker:
         time_s : when it was taken; None for a tenth of a second after the frame before.
         command : the vehicle's motion since the frame before, where it is known.
         """
-        period_s = self._period_s(time_s)
-        shape = np.shape(image)
-        region = self._region(shape[1], shape[0], period_s) if self.use_region and len(shape) > 1 else None
-        found = estimate(image, self.camera, self.dock, self.settings, region=region)
-        if region is not None and not self._holds(found, region, period_s):
-            first_ms, region = found.elapsed_ms, None
+        if self.use_region:
+            found = self._search.see(image, self._frames, time_s, self.settings)
+        else:
             found = estimate(image, self.camera, self.dock, self.settings)
-            found = replace(found, elapsed_ms=first_ms + found.elapsed_ms)
-        self._since_full = 0 if region is None else self._since_full + 1
+        self._frames += 1
         return self.follow(found, time_s, command)
 
     def follow(self, found: Estimate, time_s: float | None = None, command: Command | None = None) -> Tracked:
@@ -160,72 +150,34 @@ class Tracker:
         """
         if time_s is not None and self._time_s is not None and time_s < self._time_s:
             self.reset()
-        period_s = self._period_s(time_s)
-        self._time_s = time_s if time_s is not None else (self._time_s or 0.0) + period_s
+        elapsed_s = period_s(self._time_s, time_s)
+        self._time_s = time_s if time_s is not None else (self._time_s or 0.0) + elapsed_s
         worth = self._worth(found.ellipse)
-        self._last, self._ring = found, found.ellipse or self._ring
-        before = self._state and self._state.after(period_s, self._speeds, command)
+        self._ring = found.ellipse or self._ring
+        before = self._state and self._state.after(elapsed_s, self._speeds, command)
         if before is None or before.gap_s > self.settings.lost_after_s or not before.is_ahead:
             self._state, self._rival = Hypotheses.begin(found, self._speeds, WORTH), None
         else:
             after = before.with_frame(found, self._speeds, worth)
-            self._rival = None if after else self._elsewhere(found, worth, period_s, command)
+            self._rival = None if after else self._elsewhere(found, worth, elapsed_s, command)
             self._state = after or before
             if self._rival is not None and self._rival.age >= _RIVAL_FRAMES:
                 self._state, self._rival = self._rival, None
         return _told(found, self._state)
 
-    def _elsewhere(self, found: Estimate, worth: float, period_s: float, command: Command | None) -> Hypotheses | None:
+    def _elsewhere(self, found: Estimate, worth: float, elapsed_s: float, command: Command | None) -> Hypotheses | None:
         """The dock was not seen where it can be: follow for a while what looks like it elsewhere, without a break."""
-        before = self._rival and self._rival.after(period_s, self._speeds, command)
+        before = self._rival and self._rival.after(elapsed_s, self._speeds, command)
         after = before and before.with_frame(found, self._speeds, worth)
         return after or Hypotheses.begin(found, self._speeds, WORTH)
-
-    def _period_s(self, time_s: float | None) -> float:
-        if time_s is None or self._time_s is None:
-            return NOMINAL_PERIOD_S
-        return max(_LEAST_PERIOD_S, time_s - self._time_s)
 
     def _worth(self, ring: Ellipse | None) -> float:
         """What a frame's evidence is worth, by how far the ring's picture moved since the frame before."""
         if ring is None or self._ring is None:
             return WORTH
-        moved = np.subtract(ring.centre_px, self._ring.centre_px)
-        grown = np.subtract(ring.semi_axes_px, self._ring.semi_axes_px)
-        return max(WORTH_AT_REST, WORTH * min(1.0, float(np.linalg.norm([*moved, *grown]))))
-
-    def _region(self, width: int, height: int, period_s: float) -> Region | None:
-        """Where to search; None for the whole picture."""
-        if self._state is None or self._last is None or not self._last.candidates:
-            return None
-        if self._since_full + 1 >= _FULL_EVERY:
-            return None
-        camera, pose = self._last.camera, self._last.candidates[0]
-        ring = ring_region(pose, camera, self.dock)
-        if ring is None:
-            return None
-        distance = float(np.linalg.norm(pose.position_m))
-        reach = self._speeds.reach_m(distance, period_s + self._state.gap_s) / distance
-        margin = _REGION_MARGIN_PX + _REGION_SHARE * max(ring[2:]) + reach * max(camera.fx, camera.fy)
-        across = max(ring[2] + 2 * margin, _LEAST_REGION * width)
-        down = max(ring[3] + 2 * margin, _LEAST_REGION * height)
-        x, y = ring[0] + (ring[2] - across) / 2, ring[1] + (ring[3] - down) / 2
-        seen_across, seen_down = min(width, x + across) - max(0.0, x), min(height, y + down) - max(0.0, y)
-        if min(seen_across, seen_down) < 1 or seen_across * seen_down > _LARGEST_REGION * width * height:
-            return None
-        return x, y, across, down
-
-    def _holds(self, found: Estimate, region: Region, period_s: float) -> bool:
-        """Whether what a region shows is all of the ring, as far as one can tell, and continues the track."""
-        pair = candidates_of(found)
-        if pair is None or self._state is None or self._last is None:
-            return False
-        if (found.lights_on_ring or 0) < (self._last.lights_on_ring or 0):
-            return False
-        ring = ring_region(pair[0], found.camera, self.dock)
-        if ring is None or not is_within(ring, region):
-            return False
-        return self._state.after(period_s, self._speeds).is_near(pair, self._speeds)
+        before, now = self._ring, ring
+        moved = math.dist((*now.centre_px, *now.semi_axes_px), (*before.centre_px, *before.semi_axes_px))
+        return max(WORTH_AT_REST, WORTH * min(1.0, moved))
 
 
 def _told(found: Estimate, state: Hypotheses | None) -> Tracked:

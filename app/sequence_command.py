@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from app.annotate import annotate
@@ -129,6 +130,9 @@ def estimate_sequence(
         if its frames do not belong to the camera.
     """
     with contextlib.ExitStack() as files:
+        # The decoder's threads and this one keep the cores busy; OpenCV's own would only wait for each other.
+        files.callback(cv2.setNumThreads, cv2.getNumThreads())
+        cv2.setNumThreads(1)
         progress = files.enter_context(FrameProgress(sequence.source))
         frames = files.enter_context(sequence.open(how.rate_hz, progress.tell))
         progress.total = frames.count

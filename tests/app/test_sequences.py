@@ -84,6 +84,7 @@ def test_sent_video_is_played_and_deleted(folder):
     opened = open_sent((folder / "tank.avi").read_bytes(), "my dive.avi", refuse)
     assert opened.name == "my dive.avi"
     assert [int(frame.image.mean().round(-2)) for frame in opened.frames] == [0, 100, 200]
+    assert opened.folder is not None
     kept = opened.folder.name
     opened.close()
     assert not Path(kept).exists()
@@ -148,7 +149,8 @@ def read(follower, view, index):
 
 
 def test_frames_are_followed_one_after_the_other(follower, view):
-    for index in range(4):
+    view, reading = read(follower, view, 0)
+    for index in range(1, 4):
         view, reading = read(follower, view, index)
         assert reading.followed.tracked.track.age == index + 1
     assert view.source == "course, frame 4 of 20, 0.30 s"
@@ -174,6 +176,7 @@ def test_track_that_decides_is_shown_as_chosen_and_told(follower, view):
     other = 1 - tracked.estimate.choice.selected
     decided = type(tracked)(tracked.estimate, tracked.track, other, "tracking", tracked.estimate.candidates[other])
     found = chosen_by_track(decided)
+    assert found.choice is not None
     assert (found.choice.selected, found.choice.selected_by) == (other, "tracking")
     assert "by pose B" in found.message
     assert math.isclose(found.elapsed_ms, tracked.estimate.elapsed_ms)

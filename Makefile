@@ -15,7 +15,9 @@ run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
 
 test: $(VENV)/.test $(VENV)/.chromium
-	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
+	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 2 --dist loadfile
+	@# One after the other: a browser without a graphics card takes all cores for itself.
+	$(BIN)/python -m pytest tests/browser
 
 lint: $(VENV)/.test $(VENV)/.lint
 	$(BIN)/ruff check .

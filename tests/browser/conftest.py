@@ -110,8 +110,12 @@ class Page:
                 return
 
     def tab(self, name):
-        self.page.get_by_role("tab", name=name, exact=True).click()
+        tab = self.page.get_by_role("tab", name=name, exact=True)
+        tab.click()
         self.page.wait_for_timeout(50)
+        if tab.get_attribute("aria-selected") != "true":  # the page was drawn anew under the click
+            tab.click()
+            self.page.wait_for_timeout(50)
 
     def box(self, label):
         return self.row(label).locator("input:not([type=hidden])")

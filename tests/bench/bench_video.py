@@ -2,8 +2,8 @@
 
 The frames are written as cameras deliver them, with noise on top: as MPEG-4 of 10 to 20 Mbit/s, and as Motion JPEG of
 quality 90. Beside these stand the same frames without any noise, which no camera delivers: there is next to nothing to
-decode in them. What is asked is asserted where it is reached, which is so of Motion JPEG; MPEG-4 is decoded
-by as many threads as there are cores, so that on two of them none is left over for the estimates.
+decode in them. What is asked is asserted where it is reached, which is so of Motion JPEG. MPEG-4 is decoded by as many
+threads as there are cores, so that on two of them little is left over for the estimates.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from pathlib import Path
 from app.annotate import annotate
 from app.arguments import add_camera_and_dock, add_masks, camera_of, dock_of, settings_of
 from app.batch import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, Batch, Picture, read_job, say
+from app.interrupts import Interrupts
 from app.jobs import PictureWork, split, workers
 from app.outputs import PictureFolder
 from app.results import CSV_COLUMNS, Outputs, Results, to_row
@@ -93,7 +94,8 @@ def estimate_sources(
         raise UsageError(f"--annotate {outputs.annotate}: a video is made of one sequence; give a folder instead")
     all_read = True
     with contextlib.ExitStack() as files:
-        results = Results(outputs, files)
+        interrupts = files.enter_context(Interrupts())
+        results = Results(outputs, files, interrupts.check)
         try:
             for part in parts:
                 if isinstance(part, Batch):

@@ -56,14 +56,17 @@ class Results:
     ----------
     outputs : where to write.
     files : closes what is opened here.
+    before_each : called before a frame is written; may raise.
 
     Attributes
     ----------
     frames : how many were written.
     """
 
-    def __init__(self, outputs: Outputs, files: contextlib.ExitStack) -> None:
-        self._outputs = outputs
+    def __init__(
+        self, outputs: Outputs, files: contextlib.ExitStack, before_each: Callable[[], None] = lambda: None
+    ) -> None:
+        self._outputs, self._before_each = outputs, before_each
         self._json = open_text(outputs.json, files)
         self._table_file = open_text(outputs.csv, files)
         self._table = None if self._table_file is None else _table(self._table_file)
@@ -78,6 +81,7 @@ class Results:
         label : what to call it on the screen.
         draw : writes its annotated picture; called where those are wanted.
         """
+        self._before_each()
         if self._json is not None:
             write_line(self._json, line)
         if self._table is not None and self._table_file is not None:

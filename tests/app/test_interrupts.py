@@ -6,6 +6,14 @@ import pytest
 from app.interrupts import Interrupts
 
 
+@pytest.fixture(autouse=True)
+def obeyed():
+    """Ctrl+C has its usual meaning, also where the tests run in the background, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def test_interrupt_that_was_swallowed_comes_again():
     with Interrupts() as interrupts:
         interrupts.check()

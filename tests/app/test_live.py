@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import cv2
 import msgspec
@@ -150,7 +151,8 @@ def test_a_stopped_run_keeps_all_it_did_and_a_cut_stream_comes_back(here, tmp_pa
     server = MjpegServer(pictures, rate_hz=25)
     command = [sys.executable, "-m", "app.cli", "estimate", server.address, "--camera", "camera.yaml", *KNOWN]
     outputs = ["--json", str(tmp_path / "o.jsonl"), "--csv", str(tmp_path / "o.csv")]
-    process = subprocess.Popen([*command, *outputs], stderr=subprocess.PIPE, text=True)
+    obey = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # which a job in the background ignores
+    process = subprocess.Popen([*command, *outputs], stderr=subprocess.PIPE, text=True, preexec_fn=obey)
     try:
         wait_for_lines(tmp_path / "o.jsonl", 10, process)
         server.close()

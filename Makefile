@@ -22,6 +22,8 @@ test: $(VENV)/.test $(VENV)/.chromium
 lint: $(VENV)/.test $(VENV)/.lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	@# Type checkers do not read the editable install's map of folders; links show them the package as it is installed.
+	mkdir -p $(VENV)/types/dockpose && ln -sfn $(CURDIR)/pipeline/* $(CURDIR)/app $(VENV)/types/dockpose/
 	$(BIN)/pyright
 
 bench: $(VENV)/.test $(VENV)/.chromium
@@ -29,7 +31,7 @@ bench: $(VENV)/.test $(VENV)/.chromium
 
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed
-	$(BIN)/python -m pipeline.simulate sample_images
+	$(BIN)/python -m dockpose.simulate sample_images
 
 # Takes the pictures of the page that the README shows.
 screenshots: $(VENV)/.chromium

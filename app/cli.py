@@ -8,16 +8,16 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from app import export_command
-from app.arguments import add_camera_and_dock, add_masks, camera_of, dock_of, masks_of
-from app.calibrate_command import calibrate_folder
-from app.compare_command import compare_sources
-from app.estimate_command import add_estimate_arguments, run_estimate
-from app.options import SESSIONS_FOLDER, Options
-from app.session_command import add_session_argument, run_session
-from app.sources import UsageError, expand
-from pipeline.calibrate import LENSES
-from pipeline.camera_files import FORMATS
+from dockpose.app.commands import export as export_command
+from dockpose.app.commands.arguments import add_camera_and_dock, add_masks, camera_of, dock_of, masks_of
+from dockpose.app.commands.calibrate import calibrate_folder
+from dockpose.app.commands.compare import compare_sources
+from dockpose.app.commands.estimate import add_estimate_arguments, run_estimate
+from dockpose.app.commands.replay import add_session_argument, run_session
+from dockpose.app.inputs.expand import UsageError, expand
+from dockpose.app.web.server.options import SESSIONS_FOLDER, Options
+from dockpose.camera.calibrate import LENSES
+from dockpose.camera.files import FORMATS
 
 COMMANDS = ("serve", "estimate", "compare", "export", "simulate", "calibrate")
 EXIT_BAD_ARGUMENTS = 2
@@ -127,7 +127,7 @@ def _serve(arguments: argparse.Namespace) -> int:
     if not 0 <= arguments.port <= 65535:
         raise UsageError(f"--port is {arguments.port}; it must be 0 to 65535")
     options = _options(arguments)
-    from app.server import serve  # viser takes a second to import, which the other commands need not wait for
+    from dockpose.app.web.app import serve  # viser takes a second to import, which the other commands need not wait for
 
     try:
         serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port, options=options)
@@ -137,7 +137,7 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def _options(arguments: argparse.Namespace) -> Options:
-    from app.memory import config_folder
+    from dockpose.app.state.preferences import config_folder
 
     megabytes, folder, sessions = arguments.upload_limit_mb, arguments.folder, arguments.sessions
     if not 0 < megabytes < 1e6:
@@ -169,7 +169,7 @@ def _compare(arguments: argparse.Namespace) -> int:
 
 
 def _simulate(arguments: argparse.Namespace) -> int:
-    from app.simulate_command import simulate  # rich's bars take a moment to import
+    from dockpose.app.commands.simulate import simulate  # rich's bars take a moment to import
 
     return simulate(arguments.scene, arguments.seed, arguments.frames, arguments.out)
 

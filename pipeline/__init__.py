@@ -1,8 +1,25 @@
-"""From one picture of a ring of lights to the two poses of the dock: pure functions on arrays."""
+"""Position and attitude of a circular underwater dock from one image of its ring of lights.
 
-from pipeline.camera import Camera
-from pipeline.dock import Dock
-from pipeline.estimate import Estimate, Settings, estimate
-from pipeline.tracker import Track, Tracked, Tracker
+The data flows one way: image, threshold, markers, ring, ellipse, poses, choice. Each folder holds one step.
+"""
 
-__all__ = ["Camera", "Dock", "Estimate", "Settings", "Track", "Tracked", "Tracker", "estimate"]
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.estimate import Estimate, Settings, estimate
+from dockpose.sources.opening import open_frames
+from dockpose.tracking.tracker import Track, Tracked, Tracker
+
+__version__ = "0.2.0"
+
+__all__ = [
+    "Camera",
+    "Dock",
+    "Estimate",
+    "Settings",
+    "Track",
+    "Tracked",
+    "Tracker",
+    "__version__",
+    "estimate",
+    "open_frames",
+]

@@ -6,8 +6,7 @@ import math
 
 import msgspec
 import numpy as np
-
-from pipeline.checks import check_number, check_whole
+from dockpose.checks import check_number, check_whole
 
 LIGHT_COLOURS = ("white", "red", "green", "blue")
 _CLOSEST_DEG = 0.5  # two lights nearer to each other than this are one

@@ -9,21 +9,20 @@ from typing import Any
 
 import msgspec
 import numpy as np
-
-from pipeline.camera import Camera
-from pipeline.circle_pose import CirclePose
-from pipeline.colours import tell_colours
-from pipeline.dock import Dock
-from pipeline.duality import Choice
-from pipeline.ellipse import MIN_POINTS, Ellipse, NoEllipseError
-from pipeline.image import significant_bits, to_grey
-from pipeline.markers import Markers, find_markers
-from pipeline.masks import hide
-from pipeline.pose import find_poses
-from pipeline.region import Region, crop, markers_in_whole, masks_within, part_of, threshold_in_whole
-from pipeline.ring import Ring, find_ring, tolerance_px
-from pipeline.settings import Settings
-from pipeline.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
+from dockpose.camera.camera import Camera
+from dockpose.camera.image import significant_bits, to_grey
+from dockpose.dock import Dock
+from dockpose.lights.colours import tell_colours
+from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
+from dockpose.lights.markers import Markers, find_markers
+from dockpose.lights.masks import hide
+from dockpose.lights.region import Region, crop, markers_in_whole, masks_within, part_of, threshold_in_whole
+from dockpose.lights.ring import Ring, find_ring, tolerance_px
+from dockpose.pose.choice import Choice
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.solve import find_poses
+from dockpose.settings import Settings
+from dockpose.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
 
 SCHEMA = 1
 # Four groups that are no lights lie as close as this to some four of ten lights about once in a hundred pictures.

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import msgspec
-
-from pipeline.checks import check_number, check_whole
-from pipeline.markers import CENTROIDS
-from pipeline.masks import Mask, check_masks
-from pipeline.thresholds import LEVELS, METHODS
+from dockpose.checks import check_number, check_whole
+from dockpose.lights.markers import CENTROIDS
+from dockpose.lights.masks import Mask, check_masks
+from dockpose.thresholds import LEVELS, METHODS
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -19,7 +18,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     level : for the method "fixed", 0..255.
     min_area_px : groups of fewer pixels are noise.
     centroid : "grey" (weighed by brightness) or "binary" (the paper's mass moment).
-    masks : rectangles (x_px, y_px, width_px, height_px) that are not looked at, see :mod:`pipeline.masks`.
+    masks : rectangles (x_px, y_px, width_px, height_px) that are not looked at, see :mod:`dockpose.lights.masks`.
     max_speed_m_per_s, max_turn_deg_per_s : the fastest that the vehicle moves and turns, for following it over frames.
     lost_after_s : how long a dock that is not seen is predicted before it is lost.
 

@@ -15,8 +15,8 @@ it is kept, since it can be opened and someone wanted it, its number is not used
 tells of it. Names that begin with a dot are the program's own.
 """
 
-from app.experiment.reading import SessionRecord, read_session
-from app.experiment.row import Measured, Row
-from app.experiment.session import Session, SessionError
+from dockpose.app.experiment.record import SessionRecord, read_session
+from dockpose.app.experiment.row import Measured, Row
+from dockpose.app.experiment.session import Session, SessionError
 
 __all__ = ["Measured", "Row", "Session", "SessionError", "SessionRecord", "read_session"]

@@ -10,11 +10,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import msgspec
-
-from app.annotate import POSE_NAMES
-from pipeline import Estimate
-from pipeline.checks import check_number
-from pipeline.circle_pose import CirclePose
+from dockpose import Estimate
+from dockpose.app.drawing.annotated import POSE_NAMES
+from dockpose.checks import check_number
+from dockpose.pose.circle import CirclePose
 
 LONGEST_TEXT = 10_000
 POSE_COLUMNS = ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")

@@ -16,16 +16,15 @@ import cv2
 import msgspec
 import numpy as np
 import yaml
-
-from app.experiment.files import remove, remove_temporaries, sync_folder, why, write_whole
-from app.experiment.lock import NAME as LOCK
-from app.experiment.lock import FolderLock, InUseError
-from app.experiment.reading import FRAMES, INFO, RESULTS, SCHEMA, SessionRecord, is_session, read_session
-from app.experiment.results import EMPTY, Results
-from app.experiment.row import Measured, Row, checked_edit, clean_text, estimate_values, measured_values
-from app.versions import versions, with_versions
-from pipeline import Estimate
-from pipeline.camera_files import FileError
+from dockpose import Estimate
+from dockpose.app.experiment.durable_files import remove, remove_temporaries, sync_folder, why, write_whole
+from dockpose.app.experiment.lock import NAME as LOCK
+from dockpose.app.experiment.lock import FolderLock, InUseError
+from dockpose.app.experiment.record import FRAMES, INFO, RESULTS, SCHEMA, SessionRecord, is_session, read_session
+from dockpose.app.experiment.results_file import EMPTY, Results
+from dockpose.app.experiment.row import Measured, Row, checked_edit, clean_text, estimate_values, measured_values
+from dockpose.app.experiment.versions import versions, with_versions
+from dockpose.camera.files import FileError
 
 _FRAME = re.compile(r"(\d+)\.(?:png|json)")
 

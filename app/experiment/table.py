@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.experiment.row import Row
+from dockpose.app.experiment.row import Row
 
 MISSING = "–"
 QUANTITIES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")

@@ -7,19 +7,19 @@ import zipfile
 from collections.abc import Callable, Collection, Mapping
 from pathlib import PurePosixPath, PureWindowsPath
 
-from app.annotate import LAYERS, annotate
-from app.comparison import compare_view
-from app.export.data import result_line, settings_yaml, to_csv, to_json, to_png
-from app.export.figures import to_pdf, to_svg
-from app.export.figures import to_png as figure_png
-from app.export.names import safe_name
-from app.export.picture import picture_figure
-from app.export.plots import histogram_figure
-from app.export.report import picture_report
-from app.export.ros import pose_yaml
-from app.montage import montage
-from app.reading import Reading
-from app.task import Progress
+from dockpose.app.drawing.annotated import LAYERS, annotate
+from dockpose.app.drawing.figures import to_pdf, to_svg
+from dockpose.app.drawing.figures import to_png as figure_png
+from dockpose.app.drawing.montage import montage
+from dockpose.app.drawing.vector import picture_figure
+from dockpose.app.export.data import result_line, settings_yaml, to_csv, to_json, to_png
+from dockpose.app.export.plots import histogram_figure
+from dockpose.app.export.report import picture_report
+from dockpose.app.export.ros import pose_yaml
+from dockpose.app.inputs.filenames import safe_name
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.background import Progress
+from dockpose.app.processing.comparison import compare_view
 
 Files = dict[str, Callable[[], bytes]]
 

@@ -7,16 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-
-from app.experiment import SessionRecord
-from app.export.bundle import Files
-from app.export.data import to_csv
-from app.export.figures import to_pdf, to_png, to_svg
-from app.export.plots import error_figure, sequence_figure
-from app.export.report import sequence_report, session_report
-from app.export.tables import csv_table, html_table, latex_table, markdown_table
-from pipeline.camera_files import FileError
-from pipeline.estimate import SCHEMA
+from dockpose.app.drawing.figures import to_pdf, to_png, to_svg
+from dockpose.app.experiment import SessionRecord
+from dockpose.app.export.bundle import Files
+from dockpose.app.export.data import to_csv
+from dockpose.app.export.plots import error_figure, sequence_figure
+from dockpose.app.export.report import sequence_report, session_report
+from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table
+from dockpose.camera.files import FileError
+from dockpose.estimate import SCHEMA
 
 
 def session_files(record: SessionRecord) -> Files:

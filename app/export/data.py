@@ -12,10 +12,9 @@ import cv2
 import msgspec
 import numpy as np
 import yaml
-
-from app.estimate_command import CSV_COLUMNS, to_row
-from app.reading import Reading
-from app.versions import with_versions
+from dockpose.app.commands.estimate import CSV_COLUMNS, to_row
+from dockpose.app.experiment.versions import with_versions
+from dockpose.app.processing.analysis import Reading
 
 
 def result_line(reading: Reading, sha256: str | None = None) -> dict[str, Any]:

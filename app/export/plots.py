@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from app.experiment.row import Row
-from app.experiment.table import QUANTITIES
-from app.export.figures import new_figure
-from pipeline.thresholds import LEVELS, Threshold
+from dockpose.app.drawing.figures import new_figure
+from dockpose.app.experiment.row import Row
+from dockpose.app.experiment.table import QUANTITIES
+from dockpose.thresholds import LEVELS, Threshold
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

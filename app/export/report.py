@@ -15,21 +15,20 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import cv2
 import jinja2
 import numpy as np
+from dockpose import Estimate
+from dockpose.app.drawing.annotated import LAYERS, POSE_NAMES, annotate
+from dockpose.app.drawing.figures import to_svg
+from dockpose.app.experiment import SessionRecord
+from dockpose.app.experiment.table import MISSING, table
+from dockpose.app.experiment.versions import versions
+from dockpose.app.export.plots import error_figure, histogram_figure, sequence_figure
+from dockpose.app.export.words import why_this_one
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.replay import estimate_again
+from dockpose.app.resources import static_path
+from dockpose.camera.image import decode
+from dockpose.pose.known import pose_error
 from markupsafe import Markup
-
-from app.annotate import LAYERS, POSE_NAMES, annotate
-from app.experiment import SessionRecord
-from app.experiment.table import MISSING, table
-from app.export.figures import to_svg
-from app.export.plots import error_figure, histogram_figure, sequence_figure
-from app.reading import Reading
-from app.replay import estimate_again
-from app.resources import static_path
-from app.truth import pose_error
-from app.versions import versions
-from app.wording import why_this_one
-from pipeline import Estimate
-from pipeline.image import decode
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 import yaml
+from dockpose import Estimate
+from dockpose.pose.circle import CirclePose, rotation_from_angles
 from scipy.spatial.transform import Rotation
-
-from pipeline import Estimate
-from pipeline.circle_pose import CirclePose, rotation_from_angles
 
 FRAME_ID = "camera_optical_frame"
 # An angle about which nothing is known is spread evenly over the whole turn, whose variance is (2 pi)^2 / 12.

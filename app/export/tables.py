@@ -7,11 +7,10 @@ import re
 from collections.abc import Sequence
 from csv import writer
 
+from dockpose.app.experiment.row import POSE_COLUMNS, Row
+from dockpose.app.experiment.table import MISSING, Table, table
+from dockpose.app.export.latex import to_latex
 from markupsafe import Markup, escape
-
-from app.experiment.row import POSE_COLUMNS, Row
-from app.experiment.table import MISSING, Table, table
-from app.export.latex import to_latex
 
 CSV_HEAD = (
     *("number", "time", "source", "status", "probability", "range_cm"),

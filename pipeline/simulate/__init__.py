@@ -1,11 +1,11 @@
 """Simulated pictures of a dock, with the truth beside them."""
 
-from pipeline.simulate.files import load_scene, load_sequence, render_folder, save_scene, save_sequence
-from pipeline.simulate.motion import Approach, ClosedLoop, Hover, Sweep
-from pipeline.simulate.render import Rendering, render, render_parts
-from pipeline.simulate.scene import Lights, Pose, Scene, Sensor
-from pipeline.simulate.sequence import Frame, Sequence, film, scenes
-from pipeline.simulate.truth import Truth, truth_dict, truth_of
+from dockpose.simulate.files import load_scene, load_sequence, render_folder, save_scene, save_sequence
+from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Sweep
+from dockpose.simulate.render import Rendering, render, render_parts
+from dockpose.simulate.scene import Lights, Pose, Scene, Sensor
+from dockpose.simulate.sequence import Frame, Sequence, film, scenes
+from dockpose.simulate.truth import Truth, truth_dict, truth_of
 
 __all__ = [
     "Approach",

@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
-from pipeline.simulate.scene import COLOURS, Mirror, Scene
-from pipeline.simulate.truth import Truth, random_stream
-from pipeline.simulate.water import BANDS
+from dockpose.simulate.optics.water import BANDS
+from dockpose.simulate.scene import COLOURS, Mirror, Scene
+from dockpose.simulate.truth import Truth, random_stream
 
 _WATER_INDEX = 1.333
 _GLINTS = 5  # a rippled surface breaks a reflection into about this many

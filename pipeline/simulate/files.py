@@ -8,13 +8,12 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
-
-from pipeline.camera_files import FileError, read_yaml, to_yaml
-from pipeline.simulate.render import render
-from pipeline.simulate.scene import Scene
-from pipeline.simulate.sequence import Frame, Sequence
-from pipeline.simulate.truth import Truth, truth_dict
-from pipeline.simulate.water import preset
+from dockpose.camera.files import FileError, read_yaml, to_yaml
+from dockpose.simulate.optics.water import preset
+from dockpose.simulate.render import render
+from dockpose.simulate.scene import Scene
+from dockpose.simulate.sequence import Frame, Sequence
+from dockpose.simulate.truth import Truth, truth_dict
 
 TRUTH_COLUMNS = (
     *("frame", "time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "roll_deg"),

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-
-from pipeline.checks import check_number, check_whole
-from pipeline.simulate.scene import Part
+from dockpose.checks import check_number, check_whole
+from dockpose.simulate.scene import Part
 
 
 class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
-from pipeline.simulate.emitters import Emitters, emitters_of
-from pipeline.simulate.glow import light_on_sensor
-from pipeline.simulate.scene import Scene
-from pipeline.simulate.sensor import expose
-from pipeline.simulate.surroundings import add_snow, background_picture, hide
-from pipeline.simulate.truth import Truth, truth_of
-from pipeline.simulate.water import BANDS, Water
+from dockpose.simulate.emitters import Emitters, emitters_of
+from dockpose.simulate.optics.glow import light_on_sensor
+from dockpose.simulate.optics.water import BANDS, Water
+from dockpose.simulate.scene import Scene
+from dockpose.simulate.sensor import expose
+from dockpose.simulate.surroundings import add_snow, background_picture, hide
+from dockpose.simulate.truth import Truth, truth_of
 
 
 @dataclass(frozen=True)

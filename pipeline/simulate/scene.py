@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import msgspec
-
-from pipeline.camera import Camera
-from pipeline.checks import check_number, check_whole
-from pipeline.dock import Dock
-from pipeline.simulate.psf import Psf
-from pipeline.simulate.water import PRESETS, Water
+from dockpose.camera.camera import Camera
+from dockpose.checks import check_number, check_whole
+from dockpose.dock import Dock
+from dockpose.simulate.optics.psf import Psf
+from dockpose.simulate.optics.water import PRESETS, Water
 
 # How strongly the blue, green and red bands see a lamp of that colour.
 COLOURS = {

@@ -6,10 +6,9 @@ import math
 
 import cv2
 import numpy as np
-
-from pipeline.simulate.scene import Scene, Sensor
-from pipeline.simulate.surroundings import burn_in
-from pipeline.simulate.truth import random_stream
+from dockpose.simulate.scene import Scene, Sensor
+from dockpose.simulate.surroundings import burn_in
+from dockpose.simulate.truth import random_stream
 
 # The corner of the mosaic that cv2 calls BG: rows of B G, then of G R.
 _MOSAIC = {(0, 0): 0, (0, 1): 1, (1, 0): 1, (1, 1): 2}

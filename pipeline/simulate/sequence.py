@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import cv2
 import msgspec
 import numpy as np
-
-from pipeline.camera import Camera
-from pipeline.circle_pose import CirclePose, rotation_from_angles
-from pipeline.simulate.motion import Approach, ClosedLoop, Hover, Motion, Sweep
-from pipeline.simulate.render import render
-from pipeline.simulate.scene import Pose, Scene
-from pipeline.simulate.truth import Truth, dock_rotation, random_stream
+from dockpose.camera.camera import Camera
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Motion, Sweep
+from dockpose.simulate.render import render
+from dockpose.simulate.scene import Pose, Scene
+from dockpose.simulate.truth import Truth, dock_rotation, random_stream
 
 Observe = Callable[[np.ndarray, Camera], CirclePose | None]
 

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from dockpose.simulate.optics.water import Water
+from dockpose.simulate.scene import Background, Occluder, Panel, Scene, Text
+from dockpose.simulate.truth import dock_rotation, random_stream
 from PIL import Image, ImageDraw, ImageFont
-
-from pipeline.simulate.scene import Background, Occluder, Panel, Scene, Text
-from pipeline.simulate.truth import dock_rotation, random_stream
-from pipeline.simulate.water import Water
 
 _EDGE_POINTS = 16
 _VEIL_SIZE = 0.45  # of the picture's width: how far the vehicle's own light reaches to the sides

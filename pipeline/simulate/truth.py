@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from pipeline.circle_pose import rotation_from_angles
-from pipeline.ellipse import Ellipse, NoEllipseError, fit_ellipse
-from pipeline.simulate.scene import Occluder, Scene
+from dockpose.lights.ellipse import Ellipse, NoEllipseError, fit_ellipse
+from dockpose.pose.circle import rotation_from_angles
+from dockpose.simulate.scene import Occluder, Scene
 
 _CIRCLE_POINTS = 360
 _DECIMALS = 9  # in files: fewer than the last digits, which differ from one machine's linear algebra to another's

@@ -1,13 +1,13 @@
 """Where pictures come from: files, videos, cameras, streams and simulated courses, all as frames with times."""
 
-from pipeline.sources.ahead import read_ahead
-from pipeline.sources.frames import Frame, Frames, SourceError, Tell
-from pipeline.sources.live import Live
-from pipeline.sources.names import VIDEO_ENDINGS, Kind, kind_of
-from pipeline.sources.opening import open_frames
-from pipeline.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
-from pipeline.sources.simulated import Simulated
-from pipeline.sources.video import Video
+from dockpose.sources.ahead import read_ahead
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.live import Live
+from dockpose.sources.names import VIDEO_ENDINGS, Kind, kind_of
+from dockpose.sources.opening import open_frames
+from dockpose.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
+from dockpose.sources.simulated import Simulated
+from dockpose.sources.video import Video
 
 __all__ = [
     "PICTURE_ENDINGS",

@@ -9,9 +9,8 @@ from types import TracebackType
 from typing import TypeVar
 
 import numpy as np
-
-from pipeline.camera import Camera
-from pipeline.dock import Dock
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
 
 Tell = Callable[[str], None]
 Source = TypeVar("Source", bound="Frames")

@@ -7,9 +7,8 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
-
-from pipeline.sources.capture import Capture
-from pipeline.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.capture import Capture
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
 _FAILURES = 5  # in a row, after which a source counts as lost; a corrupt frame is one

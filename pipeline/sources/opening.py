@@ -5,16 +5,15 @@ from __future__ import annotations
 import time
 
 import cv2
-
-from pipeline.camera_files import FileError
-from pipeline.simulate import load_sequence
-from pipeline.sources.capture import open_camera, open_stream
-from pipeline.sources.frames import Frames, SourceError, Tell
-from pipeline.sources.live import Live
-from pipeline.sources.names import Kind, kind_of
-from pipeline.sources.pictures import Pictures, list_pictures
-from pipeline.sources.simulated import Simulated
-from pipeline.sources.video import Video
+from dockpose.camera.files import FileError
+from dockpose.simulate import load_sequence
+from dockpose.sources.capture import open_camera, open_stream
+from dockpose.sources.frames import Frames, SourceError, Tell
+from dockpose.sources.live import Live
+from dockpose.sources.names import Kind, kind_of
+from dockpose.sources.pictures import Pictures, list_pictures
+from dockpose.sources.simulated import Simulated
+from dockpose.sources.video import Video
 
 TIMEOUT_S = 10.0
 
@@ -22,7 +21,7 @@ TIMEOUT_S = 10.0
 def open_frames(
     source: str, tell: Tell | None = None, *, rate_hz: float | None = None, timeout_s: float = TIMEOUT_S
 ) -> Frames:
-    """Open whatever a text names: see :func:`pipeline.sources.kind_of`.
+    """Open whatever a text names: see :func:`dockpose.sources.kind_of`.
 
     Parameters
     ----------

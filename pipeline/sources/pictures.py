@@ -9,9 +9,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-
-from pipeline.image import ImageError, decode
-from pipeline.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.camera.image import ImageError, decode
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm")
 
@@ -51,7 +50,7 @@ class Pictures(Frames):
 
 
 def read_picture(path: Path) -> tuple[np.ndarray, str]:
-    """Read a picture file; returns the image, see :func:`pipeline.image.decode`, and the SHA-256 of the file.
+    """Read a picture file; returns the image, see :func:`dockpose.camera.image.decode`, and the SHA-256 of the file.
 
     Raises
     ------

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import islice
 
-from pipeline.estimate import estimate
-from pipeline.simulate import ClosedLoop, Sequence, film
-from pipeline.simulate.render import render
-from pipeline.simulate.sequence import Observe, scenes
-from pipeline.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.estimate import estimate
+from dockpose.simulate import ClosedLoop, Sequence, film
+from dockpose.simulate.render import render
+from dockpose.simulate.sequence import Observe, scenes
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 
 class Simulated(Frames):
@@ -20,7 +20,7 @@ class Simulated(Frames):
     sequence : what to render.
     source : what to call it.
     tell : unused; a simulated frame is never corrupt.
-    observe : estimates poses and so steers a closed loop; the default is :func:`pipeline.estimate`.
+    observe : estimates poses and so steers a closed loop; the default is :func:`dockpose.estimate`.
 
     Raises
     ------

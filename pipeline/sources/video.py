@@ -10,9 +10,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
-from pipeline.sources.capture import open_file
-from pipeline.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.capture import open_file
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 _NO_STAMP = -(2**63)  # FFmpeg's AV_NOPTS_VALUE
 _NEAR = 32  # frames ahead that are reached by reading on rather than by seeking

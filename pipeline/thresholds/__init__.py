@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pipeline.thresholds.bright import BrightPixels
-from pipeline.thresholds.classic import kapur, kittler, li, otsu, triangle, yen
-from pipeline.thresholds.fixed import fixed
-from pipeline.thresholds.flood import LEVELS
-from pipeline.thresholds.hats import hats
-from pipeline.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
-from pipeline.thresholds.local import hats_local
-from pipeline.thresholds.sezan import sezan
+from dockpose.thresholds.bright import BrightPixels
+from dockpose.thresholds.classic import kapur, kittler, li, otsu, triangle, yen
+from dockpose.thresholds.fixed import fixed
+from dockpose.thresholds.flood import LEVELS
+from dockpose.thresholds.hats import hats
+from dockpose.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
+from dockpose.thresholds.local import hats_local
+from dockpose.thresholds.sezan import sezan
 
 # Each method by its name, as a function of the histogram, the minimum area of a group and the level set by hand; most
 # need only the first.

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-
-from pipeline.thresholds.flood import groups_at_every_level, label_groups, touching_pairs
+from dockpose.thresholds.flood import groups_at_every_level, label_groups, touching_pairs
 
 
 @dataclass(frozen=True)

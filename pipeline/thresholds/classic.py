@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from dockpose.thresholds.flood import LEVELS
+from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 from skimage import filters
-
-from pipeline.thresholds.flood import LEVELS
-from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
 
 _ONE_LEVEL = "The whole picture has one grey level, so there is nothing to tell apart."
 

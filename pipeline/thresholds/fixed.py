@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
+from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 
 def fixed(histogram: Histogram, level: int) -> Threshold:

@@ -11,9 +11,8 @@ import math
 from itertools import groupby
 
 import numpy as np
-
-from pipeline.thresholds.flood import LEVELS
-from pipeline.thresholds.histogram import SMOOTHING, Histogram, Threshold
+from dockpose.thresholds.flood import LEVELS
+from dockpose.thresholds.histogram import SMOOTHING, Histogram, Threshold
 
 # The background ends where fewer than this share of all pixels have a level; two in ten thousand are 60 of 640 x 480.
 BACKGROUND_SHARE = 2e-4

@@ -7,10 +7,9 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-
-from pipeline.image import to_levels
-from pipeline.thresholds.bright import BrightPixels, bright_pixels
-from pipeline.thresholds.flood import LEVELS
+from dockpose.camera.image import to_levels
+from dockpose.thresholds.bright import BrightPixels, bright_pixels
+from dockpose.thresholds.flood import LEVELS
 
 SKETCH_PX = 80_000
 SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16  # of the histogram, so that one odd level is no peak

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-
-from pipeline.thresholds.bright import BrightPixels
-from pipeline.thresholds.flood import LEVELS, peaks_by_persistence
-from pipeline.thresholds.hats import background_limit, counts_with_exact_top
-from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
+from dockpose.thresholds.bright import BrightPixels
+from dockpose.thresholds.flood import LEVELS, peaks_by_persistence
+from dockpose.thresholds.hats import background_limit, counts_with_exact_top
+from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above its saddle to count by itself
 RISE_NOISE = 5.0  # standard deviations of the noise: the same

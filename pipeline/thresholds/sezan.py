@@ -5,9 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-
-from pipeline.thresholds.flood import LEVELS
-from pipeline.thresholds.histogram import Histogram, Threshold, threshold_at
+from dockpose.thresholds.flood import LEVELS
+from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 
 def sezan(histogram: Histogram) -> Threshold:

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from dockpose import Dock, estimate
+from dockpose.pose.circle import rotation_from_angles
+from dockpose.pose.few_lights import poses_from_few_lights
+from dockpose.pose.solve import find_poses
+from dockpose.simulate import Lights, Scene, render
 
-from pipeline import Dock, estimate
-from pipeline.circle_pose import rotation_from_angles
-from pipeline.few_lights import poses_from_few_lights
-from pipeline.pose import find_poses
-from pipeline.simulate import Lights, Scene, render
-from tests.scenes import CAMERA, DOCK, random_scene
+from tests.support.scenes import CAMERA, DOCK, random_scene
 
 REFERENCE = Path(__file__).with_name("duality_single_frame.csv")  # 400 trials a cell
 TILTS_DEG, NOISES_PX = (5, 10, 20, 35), (0.1, 0.3)

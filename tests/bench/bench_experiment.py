@@ -8,14 +8,14 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from dockpose.app.experiment import Session
+from dockpose.app.experiment.row import row_to_csv
+from dockpose.app.web.app import App
+from dockpose.app.web.panels.experiment.panel import NO_SESSION
+from dockpose.app.web.server.options import Options
 
-from app.experiment import Session
-from app.experiment.row import row_to_csv
-from app.options import Options
-from app.panels.experiment import NO_SESSION
-from app.server import App
 from tests.browser.conftest import Page
-from tests.taking import FOUND, PICTURE
+from tests.support.taking import FOUND, PICTURE
 
 ROWS, OPENINGS = 2000, 5
 MOST_S = 2.0

@@ -9,14 +9,14 @@ from multiprocessing import Pool
 
 import msgspec
 import numpy as np
+from dockpose import Dock, Settings, estimate
+from dockpose.camera.image import to_grey
+from dockpose.simulate import Truth, render
+from dockpose.simulate.scene import Snow
+from dockpose.thresholds import LEVELS, METHODS, Histogram, histogram_of
 
-from pipeline import Dock, Settings, estimate
-from pipeline.image import to_grey
-from pipeline.simulate import Truth, render
-from pipeline.simulate.scene import Snow
-from pipeline.thresholds import LEVELS, METHODS, Histogram, histogram_of
 from tests.bench.drawn import DOCK, draw_scene
-from tests.scenes import CAMERA
+from tests.support.scenes import CAMERA
 
 SCENES_A_HALF = 300
 MIN_AREA_PX = Settings().min_area_px

@@ -13,12 +13,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from dockpose import Camera, Dock
+from dockpose.camera.files import save_camera
+from dockpose.simulate import Pose, Scene, render
+from dockpose.simulate.optics.water import preset
+from dockpose.simulate.scene import Background, Lights
 
-from pipeline import Camera, Dock
-from pipeline.camera_files import save_camera
-from pipeline.simulate import Pose, Scene, render
-from pipeline.simulate.scene import Background, Lights
-from pipeline.simulate.water import preset
 from tests.browser.conftest import Page
 
 MOVES = 80
@@ -58,7 +58,7 @@ class Served:
     def __init__(self, settings_folder: Path, *arguments: str) -> None:
         environment = os.environ | {"XDG_CONFIG_HOME": str(settings_folder)}
         self.began = time.perf_counter()
-        command = [sys.executable, "-m", "app.cli", "serve", "--port", "0", *arguments]
+        command = [sys.executable, "-m", "dockpose.app.cli", "serve", "--port", "0", *arguments]
         self.process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
         assert self.process.stderr is not None
         self.address = next(word for line in self.process.stderr for word in line.split() if word.startswith("http://"))

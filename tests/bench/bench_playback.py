@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from dockpose.camera.files import save_camera
 
-from pipeline.camera_files import save_camera
 from tests.bench.bench_page import opened, serve
 from tests.bench.bench_video import CAMERA, HEIGHT, WIDTH, course, pictures
 

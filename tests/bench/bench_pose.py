@@ -11,17 +11,17 @@ from multiprocessing import Pool
 
 import cv2
 import numpy as np
+from dockpose import Camera, Dock, estimate
+from dockpose.camera.port import FlatPort
+from dockpose.lights.ellipse import fit_ellipse
+from dockpose.paper.baselines import centres, hong_poses
+from dockpose.paper.tables import COLUMNS, TABLES
+from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
+from dockpose.pose.pnp import METHODS, NoPoseError, coded_dock, solve
+from dockpose.pose.solve import find_poses
+from dockpose.simulate import Lights, Pose, Scene, render
 
-from pipeline import Camera, Dock, estimate
-from pipeline.circle_pose import CirclePose, circle_poses, rotation_from_angles
-from pipeline.ellipse import fit_ellipse
-from pipeline.pnp import METHODS, NoPoseError, coded_dock, solve
-from pipeline.port import FlatPort
-from pipeline.pose import find_poses
-from pipeline.simulate import Lights, Pose, Scene, render
-from pipeline.study.baselines import centres, hong_poses
-from pipeline.study.paper import COLUMNS, TABLES
-from tests.scenes import CAMERA
+from tests.support.scenes import CAMERA
 
 SEEDS = 20
 DIAMETER_M = 0.30

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import msgspec
 import yaml
+from dockpose.app.experiment import Session, read_session
+from dockpose.app.experiment.row import row_to_csv
 
-from app.experiment import Session, read_session
-from app.experiment.row import row_to_csv
-from tests.killing import kill_often
-from tests.taking import FOUND, PICTURE
+from tests.support.killing import kill_often
+from tests.support.taking import FOUND, PICTURE
 
 KILLS = 200
 ROWS = 2000

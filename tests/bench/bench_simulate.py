@@ -12,10 +12,9 @@ from collections.abc import Callable
 import cv2
 import msgspec
 import pytest
-
-from pipeline import Camera, Dock
-from pipeline.simulate import Lights, Pose, Scene, render
-from pipeline.simulate.psf import Psf
+from dockpose import Camera, Dock
+from dockpose.simulate import Lights, Pose, Scene, render
+from dockpose.simulate.optics.psf import Psf
 
 MOST_MS = 60.0
 SIZES = ((320, 240), (640, 480), (1280, 720), (1920, 1080))

@@ -8,11 +8,10 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 import pytest
-
-from pipeline import Camera, Dock, estimate
-from pipeline.simulate import Pose, Scene, render
-from pipeline.simulate.scene import Background, Lights
-from pipeline.simulate.water import preset
+from dockpose import Camera, Dock, estimate
+from dockpose.simulate import Pose, Scene, render
+from dockpose.simulate.optics.water import preset
+from dockpose.simulate.scene import Background, Lights
 
 DOCK = Dock(0.30, 10)
 # Picture size, and how many times ArUco's time the estimate may take.

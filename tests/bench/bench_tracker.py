@@ -11,14 +11,13 @@ from multiprocessing import Pool
 
 import msgspec
 import numpy as np
-
-from pipeline import Camera, Dock, Estimate, Tracked, Tracker, estimate
-from pipeline.circle_pose import CirclePose
-from pipeline.simulate import Approach, ClosedLoop, Frame, Lights, Pose, Scene, Sensor, Sequence, film, render, scenes
-from pipeline.simulate.scene import Background
-from pipeline.simulate.sequence import steer
-from pipeline.simulate.water import water_of_turbidity
-from pipeline.table1 import choose_by_eccentricity
+from dockpose import Camera, Dock, Estimate, Tracked, Tracker, estimate
+from dockpose.paper.table1 import choose_by_eccentricity
+from dockpose.pose.circle import CirclePose
+from dockpose.simulate import Approach, ClosedLoop, Frame, Lights, Pose, Scene, Sensor, Sequence, film, render, scenes
+from dockpose.simulate.optics.water import water_of_turbidity
+from dockpose.simulate.scene import Background
+from dockpose.simulate.sequence import steer
 
 FAR, NEAR = Dock(diameter=2.0, lights=10), Dock(diameter=0.30, lights=10)
 LIGHTS = 10

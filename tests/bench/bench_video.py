@@ -19,18 +19,18 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from dockpose import Camera, Dock, Settings, estimate
+from dockpose.app.commands.estimate import Outputs, estimate_sources
+from dockpose.app.commands.estimate_sequence import How
+from dockpose.app.processing.parallel import search_of
+from dockpose.simulate import Approach, Scene, Sequence, film
+from dockpose.simulate.optics.water import preset
+from dockpose.simulate.scene import Background, Lights, Pose
+from dockpose.simulate.sequence import Frame
+from dockpose.sources import open_frames
+from dockpose.tracking.tracker import Tracker
 
-from app.estimate_command import Outputs, estimate_sources
-from app.jobs import search_of
-from app.sequence_command import How
-from pipeline import Camera, Dock, Settings, estimate
-from pipeline.simulate import Approach, Scene, Sequence, film
-from pipeline.simulate.scene import Background, Lights, Pose
-from pipeline.simulate.sequence import Frame
-from pipeline.simulate.water import preset
-from pipeline.sources import open_frames
-from pipeline.tracker import Tracker
-from tests.streams import MjpegServer
+from tests.support.streams import MjpegServer
 
 WIDTH, HEIGHT, RATE_HZ = 1280, 720, 30.0
 CAMERA = Camera(fx=900.0, fy=900.0, cx=639.5, cy=359.5, width=WIDTH, height=HEIGHT)

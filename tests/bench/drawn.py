@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
+from dockpose import Dock
+from dockpose.simulate import Lights, Pose, Scene, Sensor, render_parts
+from dockpose.simulate.optics.water import PRESETS
+from dockpose.simulate.scene import Background, Mirror, Snow, Text
 
-from pipeline import Dock
-from pipeline.simulate import Lights, Pose, Scene, Sensor, render_parts
-from pipeline.simulate.scene import Background, Mirror, Snow, Text
-from pipeline.simulate.water import PRESETS
-from tests.scenes import CAMERA
+from tests.support.scenes import CAMERA
 
 LIGHTS = 10
 DOCK = Dock(diameter=0.30, lights=LIGHTS)

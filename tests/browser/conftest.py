@@ -4,9 +4,9 @@ import time
 from typing import NoReturn
 
 import pytest
+from dockpose.app.state.view import open_source
+from dockpose.app.web.app import App
 
-from app.server import App
-from app.state import open_source
 from tests.browser.chromium import find
 
 ARGUMENTS = [

@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from dockpose.app.state.view import open_source
+from dockpose.app.web.app import App
 from playwright.sync_api import sync_playwright
 
-from app.server import App
-from app.state import open_source
 from tests.browser.chromium import find
 from tests.browser.conftest import ARGUMENTS, Page
 

@@ -1,9 +1,9 @@
 import pytest
 import yaml
+from dockpose import Camera
+from dockpose.app.state.camera import COEFFICIENTS, camera_file
+from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER
 
-from app.optics import COEFFICIENTS, camera_file
-from pipeline import Camera
-from pipeline.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER
 from tests.browser.test_source import send
 
 pytestmark = pytest.mark.browser

@@ -6,16 +6,16 @@ import zipfile
 import msgspec
 import pandas
 import pytest
+from dockpose.app.experiment import Measured, Session, session
+from dockpose.app.experiment.row import row_to_csv
+from dockpose.app.state.detection import with_measured
+from dockpose.app.web.app import App
+from dockpose.app.web.panels.experiment.panel import ALL, NEXT_FRAME, NO_SESSION, WHAT
+from dockpose.app.web.server.options import Options
 
-from app.choices import with_measured
-from app.experiment import Measured, Session, session
-from app.experiment.row import row_to_csv
-from app.options import Options
-from app.panels.experiment import ALL, NEXT_FRAME, NO_SESSION, WHAT
-from app.server import App
 from tests.browser.conftest import THROTTLE_S
 from tests.browser.test_export import saved
-from tests.taking import FOUND, PICTURE
+from tests.support.taking import FOUND, PICTURE
 
 pytestmark = pytest.mark.browser
 LONG, ROWS = "long", 25

@@ -10,13 +10,13 @@ import pandas
 import pypdfium2
 import pytest
 import yaml
+from dockpose import estimate
+from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.processing import comparison
+from dockpose.app.resources import sample_path
+from dockpose.app.web.panels.export import LAYER_WORDS, WHAT
 from PIL import Image
 
-from app import comparison
-from app.annotate import LAYERS
-from app.panels.export import LAYER_WORDS, WHAT
-from app.resources import sample_path
-from pipeline import estimate
 from tests.browser.conftest import THROTTLE_S
 
 pytestmark = pytest.mark.browser

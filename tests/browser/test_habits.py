@@ -1,8 +1,8 @@
 import pytest
+from dockpose.app.resources import sample_path
+from dockpose.app.web.app import App
+from dockpose.app.web.server.options import Options
 
-from app.options import Options
-from app.resources import sample_path
-from app.server import App
 from tests.browser.conftest import Page
 from tests.browser.test_source import send
 

@@ -1,7 +1,6 @@
 import pytest
-
-from app.resources import sample_path
-from app.samples import load_sample
+from dockpose.app.inputs.sidecar import load_sample
+from dockpose.app.resources import sample_path
 
 pytestmark = pytest.mark.browser
 

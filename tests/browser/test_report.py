@@ -1,13 +1,12 @@
 from pathlib import Path
 
 import pytest
-
-from app.experiment import Measured, Session
-from app.export.contents import session_files
-from app.export.figures import to_svg
-from app.export.picture import picture_figure
-from app.samples import load_sample
-from pipeline import estimate
+from dockpose import estimate
+from dockpose.app.drawing.figures import to_svg
+from dockpose.app.drawing.vector import picture_figure
+from dockpose.app.experiment import Measured, Session
+from dockpose.app.export.contents import session_files
+from dockpose.app.inputs.sidecar import load_sample
 
 pytestmark = pytest.mark.browser
 NASTY = "<img src='http://127.0.0.1:9/x' onerror='document.title=1'><script>alert(1)</script>"

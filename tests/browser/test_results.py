@@ -6,10 +6,10 @@ import zipfile
 from itertools import pairwise
 
 import pytest
+from dockpose import estimate
+from dockpose.app.commands.compare import COMPARED
+from dockpose.app.processing import comparison
 
-from app import comparison
-from app.compare_command import COMPARED
-from pipeline import estimate
 from tests.browser.conftest import THROTTLE_S
 
 pytestmark = pytest.mark.browser

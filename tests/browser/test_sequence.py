@@ -3,8 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-
-from app.panels.sequence import NONE_CHOSEN
+from dockpose.app.web.panels.sequence import NONE_CHOSEN
 
 COURSE = "simulated sweep"
 

@@ -4,12 +4,11 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-
-from app.options import Options
-from app.panels.source import NONE_CHOSEN, OWN_PICTURE
-from app.resources import sample_path, samples_folder
-from app.scenes import KNOBS
-from app.server import App
+from dockpose.app.resources import sample_path, samples_folder
+from dockpose.app.state.scene import KNOBS
+from dockpose.app.web.app import App
+from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE
+from dockpose.app.web.server.options import Options
 
 pytestmark = pytest.mark.browser
 

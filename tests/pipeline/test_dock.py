@@ -2,8 +2,7 @@ import math
 
 import numpy as np
 import pytest
-
-from pipeline import Dock
+from dockpose import Dock
 
 
 def test_even_lights_lie_on_the_circle_from_x_towards_y():

@@ -7,10 +7,10 @@ import math
 import msgspec
 import numpy as np
 import pytest
+from dockpose import Camera, Dock, Settings, estimate
+from dockpose.simulate import render
 
-from pipeline import Camera, Dock, Settings, estimate
-from pipeline.simulate import render
-from tests.scenes import CAMERA, DOCK, random_scene
+from tests.support.scenes import CAMERA, DOCK, random_scene
 
 
 def errors(pose, truth):

@@ -8,12 +8,12 @@ import math
 import msgspec
 import numpy as np
 import pytest
+from dockpose import Camera, Dock, estimate
+from dockpose.camera.port import FlatPort
+from dockpose.pose.pnp import coded_dock
+from dockpose.simulate import Lights, Sensor, render
 
-from pipeline import Camera, Dock, estimate
-from pipeline.pnp import coded_dock
-from pipeline.port import FlatPort
-from pipeline.simulate import Lights, Sensor, render
-from tests.scenes import CAMERA, random_scene
+from tests.support.scenes import CAMERA, random_scene
 
 POSE = {"theta_x_deg": 25.0, "theta_y_deg": -20.0, "roll_deg": 130.0, "position_m": (0.05, 0.05, 1.0)}
 

@@ -4,12 +4,12 @@
 
 import numpy as np
 import pytest
+from dockpose import Settings, estimate
+from dockpose.lights.region import is_within, part_of, ring_region, threshold_in_whole
+from dockpose.simulate import render
+from dockpose.thresholds import hats_local, histogram_of
 
-from pipeline import Settings, estimate
-from pipeline.region import is_within, part_of, ring_region, threshold_in_whole
-from pipeline.simulate import render
-from pipeline.thresholds import hats_local, histogram_of
-from tests.scenes import CAMERA, DOCK, random_scene
+from tests.support.scenes import CAMERA, DOCK, random_scene
 
 
 def around(found, margin_px=60):

@@ -1,0 +1,144 @@
+"""``dockpose compare``: every threshold method on the same pictures, each up to the pose that it leads to."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from dockpose import Camera, Dock, Estimate, Settings, estimate
+from dockpose.app.commands.output import PictureFolder, open_text, write_line
+from dockpose.app.drawing.montage import montage
+from dockpose.app.inputs.pictures import Batch, Picture
+from dockpose.app.inputs.sidecar import read_sidecar
+from dockpose.camera.files import FileError
+from dockpose.lights.masks import Mask
+from dockpose.pose.known import pose_error
+from dockpose.thresholds import METHODS
+
+# A fixed level is no method: somebody chose it.
+COMPARED = tuple(name for name in METHODS if name != "fixed")
+_HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")
+
+
+def compare_sources(
+    paths: Sequence[Path],
+    camera: Camera | None,
+    dock: Dock | None,
+    masks: tuple[Mask, ...] = (),
+    json: str | None = None,
+    folder: Path | None = None,
+) -> int:
+    """Try every method on every picture and write what was asked for.
+
+    Parameters
+    ----------
+    paths : of the pictures, in order.
+    camera, dock : for all pictures; where None, each picture's own, from the YAML beside it.
+    masks : rectangles that are not looked at.
+    json : file for a line a picture, "-" for standard output.
+    folder : for a montage of each picture. Where neither is asked for, a table of each picture is printed.
+
+    Returns
+    -------
+    Exit status: 0 where every picture was read, 1 where some could not be; a line on standard error tells which.
+
+    Raises
+    ------
+    UsageError
+        if a picture has no camera or dock, or an output cannot be written.
+    """
+    batch = Batch(paths, camera, dock)
+
+    def work(picture: Picture) -> dict[str, Estimate]:
+        return compare(picture.image, picture.camera, picture.dock, masks)
+
+    with contextlib.ExitStack() as files:
+        json_file = open_text(json, files)
+        pictures = None if folder is None else PictureFolder(folder, paths)
+        for picture, found in batch.run(work):
+            if json_file is not None:
+                write_line(json_file, to_line(picture, found))
+            if pictures is not None:
+                pictures.write(picture.path, montage(picture.image, found, _truth(picture.path)))
+            if json_file is None and pictures is None:
+                print(table(str(picture.path), found, _truth(picture.path)))
+    return batch.exit_status
+
+
+def compare(image: Any, camera: Camera, dock: Dock, masks: tuple[Mask, ...] = ()) -> dict[str, Estimate]:
+    """Estimate one picture by each method of ``COMPARED``; hats without its fallback on hats_local.
+
+    Parameters and errors are those of :func:`dockpose.estimate`.
+    """
+    return {
+        name: estimate(image, camera, dock, Settings(method=name, masks=masks), fall_back=False) for name in COMPARED
+    }
+
+
+def to_line(picture: Picture, found: Mapping[str, Estimate]) -> dict[str, Any]:
+    """One picture's comparison as a JSON object; unknown values are None, never left out."""
+    return {
+        "source": str(picture.path),
+        "frame": 0,
+        "sha256": picture.sha256,
+        "methods": {name: _method_dict(one) for name, one in found.items()},
+    }
+
+
+def table(title: str, found: Mapping[str, Estimate], truth: Any = None) -> str:
+    """Return a table in plain text, a row a method, under a title; where no pose came out, the row says why.
+
+    Where the truth is known, the last column says how far off the pose is.
+    """
+    rows = [_HEAD] + [_cells(name, one) for name, one in found.items()]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEAD))]
+    remarks = [""] + [_remark(one, truth) for one in found.values()]
+    lines = [title]
+    for row, remark in zip(rows, remarks, strict=True):
+        numbers = (cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))
+        lines.append("  ".join(("", row[0].ljust(widths[0]), *numbers, remark)).rstrip())
+    return "\n".join(lines) + "\n"
+
+
+def _method_dict(found: Estimate) -> dict[str, Any]:
+    line = found.to_dict()
+    threshold = line["threshold"] or {}
+    return {
+        "level": threshold.get("level"),
+        "groups": threshold.get("groups"),
+        "on_ring": found.lights_on_ring,
+        **{key: line[key] for key in ("status", "message", "candidates", "selected", "elapsed_ms")},
+    }
+
+
+def _cells(name: str, found: Estimate) -> tuple[str, ...]:
+    pose = found.selected
+    numbers = ["-"] * 4
+    if pose is not None:
+        angles = (f"{math.degrees(angle):.1f}" for angle in (pose.theta_x_rad, pose.theta_y_rad))
+        chance = "-" if pose.probability is None else f"{100 * pose.probability:.0f} %"
+        numbers = [f"{100 * pose.position_m[2]:.1f}", *angles, chance]
+    level = None if found.threshold is None else found.threshold.level
+    groups = None if found.markers is None else len(found.markers)
+    counts = ("-" if count is None else str(count) for count in (level, groups, found.lights_on_ring))
+    return (name, *counts, *numbers, f"{found.elapsed_ms:.1f}")
+
+
+def _remark(found: Estimate, truth: Any) -> str:
+    if found.selected is None:
+        return found.message
+    error = pose_error(found.selected, truth)
+    if error is None:
+        return "pose found"
+    return f"{'right' if error.agrees else 'wrong'}: {error}"
+
+
+def _truth(path: Path) -> Any:
+    """What the YAML beside a picture tells of the truth; None where there is none or it cannot be read."""
+    try:
+        return read_sidecar(path).truth
+    except FileError:
+        return None

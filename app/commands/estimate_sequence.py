@@ -1,0 +1,229 @@
+"""Sequences for ``dockpose estimate``: frame after frame searched, followed over time, and told."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from dockpose import Camera, Dock, Estimate, Settings
+from dockpose.app.commands.console import FrameProgress
+from dockpose.app.commands.output import AnnotatedVideo, PictureFolder
+from dockpose.app.drawing.annotated import annotate
+from dockpose.app.export.rows import Outputs, Results
+from dockpose.app.inputs.expand import UsageError
+from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
+from dockpose.app.processing.auto_masks import Watched
+from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
+from dockpose.camera.files import FileError
+from dockpose.simulate import load_sequence
+from dockpose.sources import Frame, Frames, Kind, Pictures, Tell, Video, open_frames, read_ahead
+from dockpose.tracking.tracker import Tracked, Tracker
+
+_RATE_HZ = 25.0  # of an annotated video of a source that tells no rate
+
+
+@dataclass(frozen=True)
+class How:
+    """How frames are searched.
+
+    Attributes
+    ----------
+    rate_hz : of pictures in a row, which makes them a sequence; None where each is for itself.
+    jobs : number of processes.
+    scheduler : address of a Dask cluster's scheduler, in place of processes.
+    """
+
+    rate_hz: float | None = None
+    jobs: int = 1
+    scheduler: str | None = None
+
+    @property
+    def is_split(self) -> bool:
+        """Whether chunks of frames go to other processes."""
+        return self.jobs > 1 or self.scheduler is not None
+
+
+@dataclass(frozen=True)
+class SequenceSource:
+    """A source whose frames belong together in time.
+
+    Attributes
+    ----------
+    source : as it was typed.
+    paths : of its pictures; empty for anything else.
+    camera, dock : that belong to it.
+    """
+
+    source: str
+    paths: tuple[Path, ...]
+    camera: Camera
+    dock: Dock
+
+    def open(self, rate_hz: float | None, tell: Tell) -> Frames:
+        """Open it; raises SourceError where that cannot be done."""
+        return Pictures(self.paths, self.source, rate_hz, tell) if self.paths else open_frames(self.source, tell)
+
+
+def known(source: str, kind: Kind, paths: tuple[Path, ...], camera: Camera | None, dock: Dock | None) -> SequenceSource:
+    """Find out with which camera and dock a sequence belongs together.
+
+    Parameters
+    ----------
+    source : as it was typed.
+    kind : what it is.
+    paths : of its pictures, if it has any.
+    camera, dock : as they were given; where None, what the source or the YAML beside it says.
+
+    Raises
+    ------
+    FileError
+        if there is no such file, or the YAML beside it is wrong.
+    UsageError
+        if the camera or the dock is not known.
+    """
+    beside = Sidecar()
+    first = paths[0] if paths else Path(source)
+    if kind is Kind.SIMULATED:
+        scene = load_sequence(source).scene
+        beside = Sidecar(scene.camera, scene.dock)
+    elif kind not in (Kind.CAMERA, Kind.STREAM) and (camera is None or dock is None):
+        if not first.is_file():
+            raise FileError(f"{first}: there is no such file")
+        beside = read_sidecar(first)
+    camera, dock = camera or beside.camera, dock or beside.dock
+    name = f"camera {source}" if kind is Kind.CAMERA else source
+    if camera is None:
+        hint = "" if kind in (Kind.CAMERA, Kind.STREAM) else f", or {first.stem}.yaml beside it"
+        raise UsageError(f"{name}: which camera? Give --camera C.yaml{hint}")
+    if dock is None:
+        raise UsageError(f"{name}: how large is the dock? Give --dock-diameter in metres")
+    return SequenceSource(source, paths, camera, dock)
+
+
+def estimate_sequence(
+    sequence: SequenceSource, settings: Settings, how: How, outputs: Outputs, results: Results, folder: Path | None
+) -> bool:
+    """Estimate and follow all frames of a sequence, and write what was asked for.
+
+    Parameters
+    ----------
+    sequence : the source.
+    settings, how : how to search.
+    outputs, results : where results go.
+    folder : for annotated pictures.
+
+    Returns
+    -------
+    Whether every frame was read.
+
+    Raises
+    ------
+    SourceError
+        if the source cannot be opened.
+    ValueError
+        if its frames do not belong to the camera.
+    """
+    with contextlib.ExitStack() as files:
+        # The decoder's threads and this one keep the cores busy; OpenCV's own would only wait for each other.
+        files.callback(cv2.setNumThreads, cv2.getNumThreads())
+        cv2.setNumThreads(1)
+        progress = files.enter_context(FrameProgress(sequence.source))
+        frames = files.enter_context(sequence.open(how.rate_hz, progress.tell))
+        progress.total = frames.count
+        run = _Run(sequence, frames, settings, how, progress.tell)
+        write_picture = _picture_writer(sequence, frames, outputs, folder, files)
+        for found, tracked in run:
+            line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256)
+
+            def draw(index: int = found.index, tracked: Tracked = tracked) -> None:
+                write_picture(index, annotate(run.image(index), with_selection(tracked)))
+
+            time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
+            results.write(line, f"{found.name} frame {found.index}{time}", draw)
+            progress.step(frames.dropped)
+        return frames.is_live or not (run.skipped or frames.is_cut_short)
+
+
+def with_selection(tracked: Tracked) -> Estimate:
+    """The frame's estimate with the pose selected that the track selects."""
+    found = tracked.estimate
+    if found.choice is None or tracked.selected is None:
+        return found
+    by = tracked.selected_by or found.choice.selected_by
+    return dataclasses.replace(
+        found, choice=dataclasses.replace(found.choice, selected=tracked.selected, selected_by=by)
+    )
+
+
+class _Run:
+    """The frames of a sequence as they are found and followed, whichever way they are searched."""
+
+    def __init__(self, sequence: SequenceSource, frames: Frames, settings: Settings, how: How, tell: Tell) -> None:
+        self._sequence, self._frames, self._settings, self._how, self._tell = sequence, frames, settings, how, tell
+        self._tracker = Tracker(sequence.camera, sequence.dock, settings)
+        self._last: Frame | None = None
+        self._skipped = 0
+
+    @property
+    def skipped(self) -> int:
+        """Corrupt frames so far."""
+        return self._skipped + self._frames.skipped
+
+    def image(self, index: int) -> np.ndarray:
+        """The picture of the frame that came last."""
+        if self._last is None or self._last.index != index:
+            self._last = self._frames.at(index)
+        return self._last.image
+
+    def __iter__(self) -> Iterator[tuple[Found, Tracked]]:
+        frames = self._frames
+        if not self._how.is_split or frames.is_live:
+            return self._one_by_one()
+        if frames.count is None or (isinstance(frames, Video) and not frames.is_counted):
+            self._tell(f"{frames.source}: its frames cannot be counted, so that they are estimated one by one")
+            return self._one_by_one()
+        return self._split(frames.count)
+
+    def _one_by_one(self) -> Iterator[tuple[Found, Tracked]]:
+        watched = Watched(self._settings, self._tell)
+        camera, dock = self._sequence.camera, self._sequence.dock
+        search = search_of(camera, dock, self._settings)
+        for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
+            self._last = frame
+            settings = watched.settings_for(frame.image.shape, camera, dock)
+            found = search.see(frame.image, frame.index, frame.time_s, settings)
+            watched.see(found, f"{frame.name} frame {frame.index}")
+            tracked = self._tracker.follow(found, frame.time_s)
+            yield Found(frame.index, frame.time_s, frame.name, frame.sha256, found), tracked
+
+    def _split(self, count: int) -> Iterator[tuple[Found, Tracked]]:
+        sequence = self._sequence
+        rate_hz = self._how.rate_hz
+        work = SequenceWork(sequence.source, sequence.paths, rate_hz, sequence.camera, sequence.dock, count)
+        watched = Watched(self._settings, self._tell)
+        with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
+            for found in split(work, executor, at_once, watched, self._settings):
+                if found.estimate is None:
+                    self._skipped += found.skipped
+                    self._tell(found.told)
+                else:
+                    yield found, self._tracker.follow(found.estimate, found.time_s)
+
+
+def _picture_writer(
+    sequence: SequenceSource, frames: Frames, outputs: Outputs, folder: Path | None, files: contextlib.ExitStack
+) -> Callable[[int, np.ndarray], object]:
+    """What writes the annotated picture of a frame."""
+    if outputs.annotate is None:
+        return lambda index, picture: None
+    if outputs.video_asked:
+        video = AnnotatedVideo(outputs.annotate, frames.rate_hz or _RATE_HZ)
+        files.callback(video.close)
+        return lambda index, picture: video.write(picture)
+    pictures = PictureFolder(folder or outputs.annotate, sequence.paths)
+    return lambda index, picture: pictures.write_named(f"frame_{index + 1:04d}", picture)

@@ -1,0 +1,132 @@
+"""``dockpose export``: a picture, a session or a sequence in; tables, plots, reports and annotated pictures out."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+from collections.abc import Callable, Collection
+from pathlib import Path
+
+from dockpose import Camera, Dock
+from dockpose.app.commands.arguments import add_camera_and_dock, camera_of, dock_of
+from dockpose.app.drawing.annotated import LAYERS, check_layers
+from dockpose.app.experiment import read_session
+from dockpose.app.experiment.durable_files import why, write_whole
+from dockpose.app.experiment.record import is_session
+from dockpose.app.inputs.expand import UsageError
+from dockpose.app.inputs.pictures import EXIT_ALL_READ
+from dockpose.app.inputs.sidecar import read_sidecar
+
+_LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
+
+
+def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
+    """Add the command ``export``; returns its parser."""
+    parser = commands.add_parser("export", help="write a report, tables, plots and annotated pictures")
+    parser.add_argument(
+        "source", metavar="SOURCE", type=Path, help="a picture, a session's folder, or what estimate --json wrote"
+    )
+    parser.add_argument(
+        "--out",
+        metavar="OUT",
+        type=Path,
+        required=True,
+        help="a folder for all of it; or one file: NAME.zip with all of it, NAME.html the report, NAME.svg, .pdf or "
+        ".png the annotated picture or the plot, NAME.csv, .md or .tex the table, NAME.json, NAME.yaml",
+    )
+    parser.add_argument(
+        "--layers",
+        metavar="A,B",
+        default=",".join(LAYERS),
+        help="what to draw on the picture (default: %(default)s)",
+    )
+    add_camera_and_dock(parser)
+    parser.set_defaults(run=_run)
+    return parser
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    return export(arguments.source, camera_of(arguments), dock_of(arguments), arguments.out, layers=arguments.layers)
+
+
+def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, layers: str = ",".join(LAYERS)) -> int:
+    """Write what can be taken away of a source.
+
+    Parameters
+    ----------
+    source : a picture, a session's folder, or a file of JSON lines.
+    camera, dock : for a picture; where None, its own, from the YAML beside it.
+    out : a folder, which is made if need be, or one file whose ending says what it is to be.
+    layers : names of ``dockpose.app.drawing.annotated.LAYERS`` with commas between them.
+
+    Returns
+    -------
+    Exit status 0; what was written is printed.
+
+    Raises
+    ------
+    UsageError
+        if the source cannot be read, there is no such file of it, or it cannot be written.
+    """
+    chosen = [layer.strip() for layer in layers.split(",") if layer.strip()]
+    try:
+        check_layers(chosen)
+    except ValueError as error:
+        raise UsageError(f"--{error}") from error
+    from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
+
+    files = _files(source, camera, dock, chosen)
+    try:
+        if not out.suffix or out.is_dir():
+            out.mkdir(parents=True, exist_ok=True)
+            for name, make in files.items():
+                _write(out / name, make(), source)
+        elif out.suffix.lower() == ".zip":
+            _write(out, to_zip(files), source)
+        else:
+            _write(out, files[_first(files, out)](), source)
+    except OSError as error:
+        raise UsageError(f"--out {out}: cannot be written: {why(error)}") from error
+    return EXIT_ALL_READ
+
+
+def _files(
+    source: Path, camera: Camera | None, dock: Dock | None, layers: Collection[str]
+) -> dict[str, Callable[[], bytes]]:
+    from dockpose.app.export.bundle import picture_files
+    from dockpose.app.export.contents import sequence_files, session_files
+    from dockpose.app.processing.analysis import read_view
+    from dockpose.app.state.view import open_source
+
+    try:
+        if is_session(source):
+            return session_files(read_session(source))
+        if source.suffix.lower() in _LINES_ENDINGS:
+            return sequence_files(source)
+        if source.is_dir():
+            raise UsageError(f"{source}: is a folder, but no session; it has no file session.yaml")
+        beside = read_sidecar(source)
+        if source.is_file() and camera is None and beside.camera is None:
+            raise UsageError(f"{source}: which camera? Give --camera C.yaml, or {source.stem}.yaml beside the picture")
+        if source.is_file() and dock is None and beside.dock is None:
+            raise UsageError(f"{source}: how large is the dock? Give --dock-diameter in metres")
+        reading = read_view(open_source(str(source), camera, dock))
+        return picture_files(reading, layers=layers, sha256=hashlib.sha256(source.read_bytes()).hexdigest())
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+
+
+def _first(files: Collection[str], out: Path) -> str:
+    """The first file of the ending that is asked for."""
+    for name in files:
+        if Path(name).suffix == out.suffix.lower():
+            return name
+    endings = sorted({Path(name).suffix for name in files} | {".zip"})
+    raise UsageError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
+
+
+def _write(path: Path, content: bytes, source: Path) -> None:
+    if path.resolve() == source.resolve():
+        raise UsageError(f"--out {path}: is the source itself, which is not overwritten")
+    write_whole(path, content)
+    print(path)

@@ -1,0 +1,125 @@
+"""``dockpose estimate --session FOLDER``: a session's frames estimated again, and what came out differently."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from dockpose.app.experiment import Row, SessionRecord, read_session
+from dockpose.app.experiment.versions import versions
+from dockpose.app.inputs.expand import UsageError
+from dockpose.app.inputs.pictures import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, say
+from dockpose.camera.image import decode
+
+_OWN = ("camera", "dock_diameter", "lights", "method", "level", "mask", "json", "csv", "annotate", "rate")
+_MOST_NUMBERS = 4  # of a row that are told one by one
+
+
+def add_session_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--session``."""
+    parser.add_argument(
+        "--session",
+        metavar="FOLDER",
+        type=Path,
+        help="in place of SOURCE: estimate a session's frames again, and tell which numbers differ and why",
+    )
+
+
+def run_session(arguments: argparse.Namespace) -> int:
+    """Do what was typed with ``--session``; returns the exit status. Raises UsageError for what does not go with it."""
+    if arguments.sources:
+        raise UsageError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
+    for name in _OWN:
+        if getattr(arguments, name, None):
+            option = name.replace("_", "-")
+            raise UsageError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
+    return replay_session(arguments.session)
+
+
+def replay_session(folder: Path) -> int:
+    """Estimate every frame of a session with its own camera, dock and settings, and print what differs.
+
+    Returns
+    -------
+    Exit status: 0 where every frame was read, whatever came out; 1 where some could not be, told on standard error.
+
+    Raises
+    ------
+    UsageError
+        if the folder is no session.
+    """
+    try:
+        record = read_session(folder)
+    except ValueError as error:
+        raise UsageError(f"--session {error}") from error
+    changed = unreadable = 0
+    for row in record.rows:
+        try:
+            sentence = _replayed(record, row)
+        except ValueError as error:
+            unreadable += 1
+            say(f"row {row.number}: {error}")
+            continue
+        if sentence:
+            changed += 1
+            print(f"row {row.number}: {sentence}")
+    same = len(record.rows) - changed - unreadable
+    print(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{_rest(changed, unreadable)}.")
+    return EXIT_SOME_UNREADABLE if unreadable else EXIT_ALL_READ
+
+
+def _replayed(record: SessionRecord, row: Row) -> str:
+    """Which numbers of a row differ and why; empty where none does."""
+    from dockpose.app.processing.replay import (  # what the page is made of takes a while to import
+        differences,
+        estimate_again,
+    )
+
+    line = record.line(row)
+    path = record.folder / row.file
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be read ({error.strerror or error})") from error
+    name = str(path.with_suffix(".json"))
+    try:
+        found = differences(line, estimate_again(decode(data, str(path)), line))
+    except ValueError as error:
+        raise ValueError(str(error) if str(path) in str(error) else f"{name}: {error}") from error
+    if not found:
+        return ""
+    told = [f"{name} {_short(stored)} is now {_short(new)}" for name, stored, new in found[:_MOST_NUMBERS]]
+    if len(found) > _MOST_NUMBERS:
+        told.append(f"and {len(found) - _MOST_NUMBERS} more")
+    picture_changed = hashlib.sha256(data).hexdigest() != row.sha256
+    return f"{', '.join(told)} ({why_different(line.get('program'), picture_changed)})"
+
+
+def why_different(program: Any, picture_changed: bool) -> str:
+    """What a difference comes from: the picture, or the versions that a frame's JSON names and those of today."""
+    reasons = ["the picture's file was changed"] if picture_changed else []
+    now = versions()
+    before = program if isinstance(program, Mapping) else {}
+    if not before:
+        reasons.append("the versions that it was taken with are not known")
+    reasons += [
+        f"{name} was {before[name]}, is {now[name]}" for name in now if before.get(name, now[name]) != now[name]
+    ]
+    return (
+        "; ".join(reasons)
+        or "program, libraries and picture are the same: the frame's JSON was changed, or the "
+        "processor rounds otherwise"
+    )
+
+
+def _rest(changed: int, unreadable: int) -> str:
+    parts = [f"{changed} differ{'s' if changed == 1 else ''}"] if changed else []
+    parts += [f"{unreadable} cannot be read"] if unreadable else []
+    return "".join(f", {part}" for part in parts)
+
+
+def _short(value: Any) -> str:
+    return repr(value) if isinstance(value, (int, float, str)) else "nothing" if value is None else "something else"

@@ -1,0 +1,180 @@
+"""``dockpose simulate``: a scene file in, pictures or a video with their truth out."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import re
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import cv2
+import numpy as np
+from dockpose import Camera, Dock, estimate
+from dockpose.app.inputs.expand import UsageError
+from dockpose.pose.circle import CirclePose
+from dockpose.simulate import Approach, Frame, Lights, Pose, Scene, Sequence, film, load_sequence, save_sequence
+from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
+from dockpose.simulate.scene import Background
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+# MPEG-4 that everything plays, and FFV1, which loses nothing.
+VIDEO_CODECS = {".mp4": "mp4v", ".avi": "FFV1"}
+_STILL_RATE_HZ = 10.0
+_FRAME_NAME = re.compile(r"frame_(\d+)\.png")
+
+# LEDs as bright as they must be to be seen from 20 m.
+DEFAULT = Sequence(
+    scene=Scene(
+        camera=Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480),
+        dock=Dock(diameter=0.30, lights=10),
+        pose=Pose(position_m=(0.05, 0.03, 1.0), theta_x_deg=10.0, theta_y_deg=-15.0, roll_deg=5.0),
+        lights=Lights(level=2e5),
+        background=Background(level=10.0, gradient_y=-6.0),
+    ),
+    motion=Approach(frames=60),
+)
+
+
+def simulate(scene: str | None, seed: int | None, frames: int | None, out: Path) -> int:
+    """Render a scene file's pictures and their truth.
+
+    Parameters
+    ----------
+    scene : path of the scene file; None for an approach from 20 m to 1 m in a tank.
+    seed, frames : in place of the file's.
+    out : a folder, or a video that ends in .mp4 or .avi.
+
+    Returns
+    -------
+    Exit status 0.
+
+    Raises
+    ------
+    UsageError
+        if the scene file or a number in it is wrong, or the output cannot be written. What was written stays.
+    """
+    sequence = _sequence(scene, seed, frames)
+    try:
+        with _target(out, sequence) as target:
+            for frame in _with_progress(film(sequence, _estimator(sequence.scene.dock)), sequence.frames):
+                target.add(frame)
+    except OSError as error:
+        raise UsageError(f"--out {out}: cannot be written ({error.strerror or error})") from error
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    pictures = "1 picture" if sequence.frames == 1 else f"{sequence.frames} pictures"
+    print(f"{pictures} in {out}, the truth in {target.table}", file=sys.stderr)
+    return 0
+
+
+def _sequence(path: str | None, seed: int | None, frames: int | None) -> Sequence:
+    try:
+        sequence = DEFAULT if path is None else load_sequence(path)
+    except ValueError as error:
+        raise UsageError(f"--scene {error}") from error
+    try:
+        sequence = sequence if seed is None else sequence.with_seed(seed)
+        return sequence if frames is None else sequence.with_frames(frames)
+    except ValueError as error:
+        raise UsageError(f"--{error}") from error
+
+
+def _estimator(dock: Dock) -> Callable[[np.ndarray, Camera], CirclePose | None]:
+    def observe(image: np.ndarray, camera: Camera) -> CirclePose | None:
+        return estimate(image, camera, dock).selected
+
+    return observe
+
+
+def _with_progress(frames: Iterator[Frame], count: int) -> Iterator[Frame]:
+    """Pass the pictures on, with a bar on standard error where a person sits before it."""
+    console = Console(stderr=True)
+    columns = ("simulate", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        yield from progress.track(frames, total=count)
+
+
+def _target(out: Path, sequence: Sequence) -> _Folder | _Video:
+    if out.suffix.lower() in VIDEO_CODECS:
+        return _Video(out, sequence)
+    return _Folder(out, sequence)
+
+
+class _Target:
+    """Where pictures go; the table of their truth grows with each, so that an interrupted run leaves both."""
+
+    def __init__(self, table: Path) -> None:
+        self.table = table
+        self._files = contextlib.ExitStack()
+
+    def __enter__(self) -> Any:
+        self._file = self._files.enter_context(open(self.table, "w", encoding="utf-8", newline=""))
+        self._rows = csv.DictWriter(self._file, TRUTH_COLUMNS)
+        self._rows.writeheader()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._files.close()
+
+    def add(self, frame: Frame) -> None:
+        """Write one picture, then its truth."""
+        self._write(frame)
+        self._rows.writerow(truth_row(frame))
+        self._file.flush()
+
+    def _write(self, frame: Frame) -> None:
+        raise NotImplementedError
+
+
+class _Folder(_Target):
+    """A folder of frame_0001.png, each with its scene and truth beside it, so that `dockpose estimate` reads it."""
+
+    def __init__(self, folder: Path, sequence: Sequence) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        longer = [name for name in map(_FRAME_NAME.fullmatch, (path.name for path in folder.iterdir())) if name]
+        for name in longer:
+            if int(name[1]) > sequence.frames:
+                raise UsageError(f"--out {folder}: holds {name[0]} of a longer run; empty it, or choose another folder")
+        super().__init__(folder / "truth.csv")
+        self._folder = folder
+        save_sequence(sequence, folder / "scene.yaml")
+
+    def _write(self, frame: Frame) -> None:
+        save_picture(frame.image, frame.scene, frame.truth, self._folder, f"frame_{frame.number:04d}")
+
+
+class _Video(_Target):
+    """A video, and beside it NAME.csv with the truth and NAME.yaml with the scene, its camera and dock included."""
+
+    def __init__(self, path: Path, sequence: Sequence) -> None:
+        super().__init__(path.with_suffix(".csv"))
+        self._path = path
+        self._sequence = sequence
+        camera, sensor = sequence.scene.camera, sequence.scene.sensor
+        if sensor.bits != 8:
+            raise UsageError(f"--out {path}: a video stores 8 bits, the scene's sensor has {sensor.bits}; use a folder")
+        if camera.width % 2 or camera.height % 2:
+            size = f"{camera.width} x {camera.height}"
+            raise UsageError(f"--out {path}: a video needs an even width and height, the camera has {size} pixels")
+
+    def __enter__(self) -> _Video:
+        super().__enter__()  # a folder that is not there is told by the table, before the video's writer complains
+        save_sequence(self._sequence, self._path.with_suffix(".yaml"))
+        camera, motion = self._sequence.scene.camera, self._sequence.motion
+        rate_hz = _STILL_RATE_HZ if motion is None else motion.rate_hz
+        codec = cv2.VideoWriter.fourcc(*VIDEO_CODECS[self._path.suffix.lower()])
+        in_colour = self._sequence.scene.sensor.colour != "grey"
+        self._writer = cv2.VideoWriter(str(self._path), codec, rate_hz, (camera.width, camera.height), in_colour)
+        self._files.callback(self._writer.release)
+        if not self._writer.isOpened():
+            self._files.close()
+            raise UsageError(f"--out {self._path}: this OpenCV cannot write such a video; use a folder")
+        return self
+
+    def _write(self, frame: Frame) -> None:
+        self._writer.write(frame.image)

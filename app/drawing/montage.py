@@ -1,0 +1,119 @@
+"""One picture, a tile a method: what each threshold method saw, and the pose that it leads to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import cv2
+import numpy as np
+from dockpose import Estimate
+from dockpose.app.drawing.annotated import annotate
+from dockpose.pose.known import pose_error
+
+WIDTH_PX = 1600
+_GAP_PX = 8
+_HIGHEST = 1.2  # a tile's picture, as a share of its width; taller ones get margins at their sides
+_MARGIN_PX, _STEP_PX = 8, 21
+_LINES = 4
+_FONT, _SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
+_PAPER, _STRIP, _NOTHING = (255, 255, 255), (38, 34, 30), (70, 64, 58)
+_WHITE, _GREY = (255, 255, 255), (200, 200, 200)
+# Okabe and Ito's bluish green and vermillion, lightened to be read on dark; words say the same.
+_RIGHT, _WRONG = (170, 215, 90), (90, 160, 245)
+
+Line = tuple[str, tuple[int, int, int]]
+
+
+def montage(image: Any, estimates: Mapping[str, Estimate], truth: Any = None) -> np.ndarray:
+    """Put what every method found in a picture side by side.
+
+    Parameters
+    ----------
+    image : the picture that was estimated, 8 or 16 bit, grey or BGR.
+    estimates : what each method found in it, by the method's name; at least one.
+    truth : what a sidecar calls the truth, to say how far off each pose is; None where it is not known.
+
+    Returns
+    -------
+    (H, 1600, 3) uint8 BGR: a tile a method, in the order given: the annotated picture, scaled to fit, above a strip
+    with the method's name, its level, how many groups it leaves, how many of them are lights on the ring, and the pose
+    or why there is none.
+
+    Raises
+    ------
+    ValueError
+        if there are no estimates.
+    """
+    if not estimates:
+        raise ValueError("estimates is empty; a montage needs at least one")
+    columns = math.ceil(math.sqrt(len(estimates)))
+    rows = math.ceil(len(estimates) / columns)
+    width = (WIDTH_PX - (columns + 1) * _GAP_PX) // columns
+    tiles = [_tile(image, name, found, truth, width) for name, found in estimates.items()]
+    height = len(tiles[0])
+    sheet = np.full((rows * (height + _GAP_PX) + _GAP_PX, WIDTH_PX, 3), _PAPER, dtype=np.uint8)
+    for index, tile in enumerate(tiles):
+        top = _GAP_PX + index // columns * (height + _GAP_PX)
+        left = _GAP_PX + index % columns * (width + _GAP_PX)
+        sheet[top : top + height, left : left + width] = tile
+    return sheet
+
+
+def caption(name: str, found: Estimate, truth: Any = None) -> list[Line]:
+    """Lines of a tile's strip, each with its colour: method and counts; the pose or why there is none; its error."""
+    level = "no level" if found.threshold is None or found.threshold.level > 255 else f"level {found.threshold.level}"
+    groups = 0 if found.markers is None else len(found.markers)
+    lines: list[Line] = [
+        (
+            f"{name}: {level}, {groups} group{'' if groups == 1 else 's'}, {found.lights_on_ring or 0} on the ring",
+            _WHITE,
+        )
+    ]
+    pose = found.selected
+    if pose is None:
+        return [*lines, (f"No pose. {found.message}", _WRONG)]
+    angles = (math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad))
+    chance = "" if pose.probability is None else f", {100 * pose.probability:.0f} %"
+    lines.append((f"z {100 * pose.position_m[2]:.1f} cm, theta x {angles[0]:.1f} y {angles[1]:.1f} deg{chance}", _GREY))
+    error = pose_error(pose, truth)
+    if error is not None:
+        verdict = "Agrees with the truth" if error.agrees else "Not the truth"
+        lines.append((f"{verdict}: {error}", _RIGHT if error.agrees else _WRONG))
+    return lines
+
+
+def _tile(image: Any, name: str, found: Estimate, truth: Any, width: int) -> np.ndarray:
+    picture = _fitted(annotate(image, found, words=False), width)
+    strip = np.full((_LINES * _STEP_PX + _MARGIN_PX, width, 3), _STRIP, dtype=np.uint8)
+    wrapped = [piece for line in caption(name, found, truth) for piece in _wrap(line, width - 2 * _MARGIN_PX)]
+    for row, (text, colour) in enumerate(wrapped[:_LINES]):
+        at = (_MARGIN_PX, (row + 1) * _STEP_PX)
+        cv2.putText(strip, text, at, _FONT, _SCALE, colour, 2 if row == 0 else 1, cv2.LINE_AA)
+    return np.vstack([picture, strip])
+
+
+def _fitted(picture: np.ndarray, width: int) -> np.ndarray:
+    """Scale a picture to a tile's width, or to its greatest height with margins at the sides."""
+    height = min(round(width * len(picture) / picture.shape[1]), round(_HIGHEST * width))
+    scale = min(width / picture.shape[1], height / len(picture))
+    size = (max(1, round(picture.shape[1] * scale)), max(1, round(len(picture) * scale)))
+    scaled = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
+    tile = np.full((max(1, height, size[1]), width, 3), _NOTHING, dtype=np.uint8)
+    left = (width - size[0]) // 2
+    tile[: size[1], left : left + size[0]] = scaled
+    return tile
+
+
+def _wrap(line: Line, width: int) -> list[Line]:
+    """Break a line between words so that each piece fits into ``width`` pixels."""
+    text, colour = line
+    pieces = [""]
+    for word in text.split():
+        longer = f"{pieces[-1]} {word}".strip()
+        if pieces[-1] and cv2.getTextSize(longer, _FONT, _SCALE, 1)[0][0] > width:
+            pieces.append(word)
+        else:
+            pieces[-1] = longer
+    return [(piece, colour) for piece in pieces]

@@ -1,0 +1,147 @@
+"""The annotated picture as vectors over the picture itself, for papers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from dockpose import Estimate
+from dockpose.app.drawing.annotated import (
+    LAYERS,
+    POSE_NAMES,
+    axes_of,
+    check_layers,
+    in_picture,
+    length_words,
+    normal_of,
+    scale_bar,
+    to_bgr8,
+)
+from dockpose.app.drawing.figures import POSE_COLOURS, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH_IN, HIGHEST_IN = 6.5, 8.0
+_LINE_IN, _MARGIN_IN = 0.17, 0.12
+# Okabe and Ito's colours, as app/annotate.py has them.
+_LIGHT, _ELLIPSE, _DROPPED, _MASK = "#009E73", "#CC79A7", "#D55E00", "#56B4E9"
+
+
+def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAYERS) -> Figure:
+    """Draw what was found over the picture, with a legend below.
+
+    Parameters
+    ----------
+    image : the picture that was estimated, 8 or 16 bit, grey or BGR; it is embedded at its own resolution.
+    estimate : what was found in it.
+    layers : which of ``LAYERS`` to draw; "text" puts the numbers with their units into the legend.
+
+    Raises
+    ------
+    ValueError
+        if a layer is unknown.
+    """
+    check_layers(layers)
+    scale = min(WIDTH_IN / estimate.width, HIGHEST_IN / estimate.height)
+    width, height = scale * estimate.width, scale * estimate.height
+    figure = new_figure(WIDTH_IN, height)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.imshow(to_bgr8(image)[..., ::-1], interpolation="none")
+    axes.set_axis_off()
+    axes.autoscale(False)
+    _draw(axes, estimate, layers)
+    entries = len(axes.get_legend_handles_labels()[0])
+    legend_in = _MARGIN_IN + _LINE_IN * math.ceil(entries / 2) if entries else 0.0
+    whole = height + legend_in
+    figure.set_size_inches(WIDTH_IN, whole)
+    axes.set_position(((1 - width / WIDTH_IN) / 2, legend_in / whole, width / WIDTH_IN, height / whole))
+    if entries:
+        figure.legend(loc="lower center", ncols=2, fontsize=7, frameon=False, borderaxespad=0.2)
+    return figure
+
+
+def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
+    from matplotlib.patches import Rectangle
+
+    for index, (x, y, width, height) in enumerate(estimate.settings.masks):
+        name = "masked" if index == 0 else None
+        axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=_MASK, label=name))
+    if "ellipse" in layers and estimate.ellipse is not None:
+        axes.plot(*_closed(in_picture(estimate, estimate.ellipse.points(240))), color=_ELLIPSE, lw=0.8, label="ellipse")
+    if "lights" in layers:
+        _draw_lights(axes, estimate)
+    for index, pose in enumerate(estimate.candidates):
+        width = 1.4 if pose is estimate.selected else 0.7
+        style: dict[str, Any] = {"color": POSE_COLOURS[index], "linewidth": width}
+        if "axes" in layers:
+            for ends in axes_of(pose, estimate):
+                axes.plot(*estimate.camera.project(ends).T, color=style["color"], linewidth=width / 2)
+        if "normals" in layers:
+            ends_px = estimate.camera.project(normal_of(pose, estimate))
+            axes.plot(*ends_px.T, **style, marker="o", markersize=3, markevery=[1])
+            axes.annotate(POSE_NAMES[index], ends_px[1], (4, -3), textcoords="offset points", color=style["color"])
+        if "text" in layers:
+            axes.plot([], [], **style, label=_pose_words(estimate, index))
+    if "text" in layers and not estimate.candidates:
+        axes.plot([], [], " ", label=f"no pose ({estimate.status.replace('_', ' ')})")
+    if "centres" in layers:
+        _draw_centres(axes, estimate)
+    if "scale" in layers:
+        _draw_scale(axes, estimate)
+
+
+def _draw_lights(axes: Axes, estimate: Estimate) -> None:
+    if estimate.markers is None or len(estimate.markers) == 0:
+        return
+    points = estimate.markers.points_px
+    on_ring = np.zeros(len(points), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
+    lights, others = points[on_ring], points[~on_ring]
+    if len(lights):
+        axes.plot(*lights.T, "o", color=_LIGHT, markerfacecolor="none", markersize=8, label="light on the ring")
+    if len(others):
+        axes.plot(*others.T, "x", color=_DROPPED, markersize=6, label="other group")
+    for index, (point, number) in enumerate(zip(points, estimate.light_numbers(), strict=True)):
+        if on_ring[index]:
+            outward = point - lights.mean(axis=0)
+            away = 10 * outward / max(float(np.linalg.norm(outward)), 1e-9)
+            text = str(index + 1 if number is None else number + 1)
+            place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}
+            axes.annotate(text, point, (away[0], -away[1]), color="white", fontsize=7, **place)
+
+
+def _draw_centres(axes: Axes, estimate: Estimate) -> None:
+    if estimate.ellipse is not None:
+        (centre,) = in_picture(estimate, np.array([estimate.ellipse.centre_px]))
+        axes.plot(*centre, "+", color=_ELLIPSE, markersize=8, label="ellipse centre")
+    if estimate.selected is not None:
+        (centre,) = estimate.camera.project([estimate.selected.position_m])
+        axes.plot(*centre, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")
+
+
+def _draw_scale(axes: Axes, estimate: Estimate) -> None:
+    bar = scale_bar(estimate)
+    if bar is None:
+        return
+    length_m, length_px = bar
+    right, y = 0.98 * estimate.width, 0.97 * estimate.height
+    axes.plot([right - length_px, right], [y, y], color="white", lw=2, solid_capstyle="butt")
+    words = f"{length_words(length_m)} at the dock"
+    axes.annotate(words, (right, y), (0, 4), textcoords="offset points", ha="right", color="white", fontsize=7)
+
+
+def _pose_words(estimate: Estimate, index: int) -> str:
+    pose = estimate.candidates[index]
+    x, y, z = 100 * pose.position_m
+    chance = "" if pose.probability is None else f" ({100 * pose.probability:.0f} %)"
+    chosen = ", chosen" if pose is estimate.selected else ""
+    angles = f"θx {math.degrees(pose.theta_x_rad):.1f}°, θy {math.degrees(pose.theta_y_rad):.1f}°"
+    return f"{POSE_NAMES[index]}{chosen}{chance}: x {x:.1f}, y {y:.1f}, z {z:.1f} cm; {angles}"
+
+
+def _closed(points: np.ndarray) -> np.ndarray:
+    """Points (2, N + 1) of an outline that ends where it begins."""
+    return np.vstack([points, points[:1]]).T

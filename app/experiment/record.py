@@ -1,0 +1,94 @@
+"""A session's folder as it stands, read without holding it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from dockpose.app.experiment.row import COLUMNS, Row, rows_from_csv
+from dockpose.camera.files import FileError, read_yaml
+from dockpose.camera.image import read
+
+SCHEMA = 1
+INFO, RESULTS, FRAMES = "session.yaml", "results.csv", "frames"
+
+
+@dataclass(frozen=True)
+class SessionRecord:
+    """What a session's folder holds.
+
+    Attributes
+    ----------
+    folder : where it is.
+    info : session.yaml.
+    rows : in the order in which they were taken.
+    """
+
+    folder: Path
+    info: dict[str, Any]
+    rows: tuple[Row, ...]
+
+    @property
+    def name(self) -> str:
+        """The folder's name."""
+        return self.folder.resolve().name
+
+    def picture(self, row: Row) -> np.ndarray:
+        """The pixels of a row's frame. Raises ImageError where they cannot be read."""
+        return read(self.folder / row.file)
+
+    def line(self, row: Row) -> dict[str, Any]:
+        """The JSON object of a row's frame. Raises FileError where it cannot be read."""
+        path = (self.folder / row.file).with_suffix(".json")
+        try:
+            content = msgspec.json.decode(path.read_bytes())
+        except OSError as error:
+            raise FileError(f"{path}: cannot be read ({error.strerror or error})") from error
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise FileError(f"{path}: is no JSON file ({error})") from error
+        if not isinstance(content, dict):
+            raise FileError(f"{path}: is no JSON object, but {type(content).__name__}")
+        return content
+
+
+def is_session(folder: Path) -> bool:
+    """Whether a folder is a session's."""
+    return (folder / INFO).is_file()
+
+
+def read_session(folder: Path) -> SessionRecord:
+    """Read a session's folder, also while a program is adding to it.
+
+    Raises
+    ------
+    FileError
+        if it is no session, or a file of it cannot be read.
+    """
+    if not is_session(folder):
+        raise FileError(f"{folder}: is no session; it has no file {INFO}")
+    info = read_yaml(folder / INFO)
+    if info.get("schema") != SCHEMA:
+        raise FileError(f"{folder / INFO}: schema is {info.get('schema')!r}; this program reads {SCHEMA}")
+    return SessionRecord(folder, info, tuple(_read_rows(folder / RESULTS)))
+
+
+def _read_rows(path: Path) -> list[Row]:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")  # a spreadsheet that saved it may have put a mark in front
+    except FileNotFoundError:
+        return []  # stopped after session.yaml was made, before the first row
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except UnicodeDecodeError as error:
+        raise FileError(f"{path}: is not a text file in UTF-8") from error
+    first = text.partition("\n")[0].strip().split(",")
+    missing = [name for name in COLUMNS if name not in first]
+    if missing:
+        raise FileError(f"{path}: has no column {missing[0]}")
+    try:
+        return rows_from_csv(text)
+    except ValueError as error:
+        raise FileError(f"{path}: {error}") from error

@@ -1,0 +1,45 @@
+"""What stays put in frame after frame, as burnt-in text does, is masked in those that follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+from dockpose import Camera, Dock, Estimate, Settings
+from dockpose.lights.masks import StillGroups
+
+
+class Watched:
+    """Finds what stays put in frames that belong together: those of the same size, camera and dock, in a row.
+
+    Parameters
+    ----------
+    settings : by which the frames are searched; the masks that are found come on top of theirs.
+    tell : hears which masks were found.
+    """
+
+    def __init__(self, settings: Settings, tell: Callable[[str], None]) -> None:
+        self._settings, self._tell = settings, tell
+        self._still = StillGroups()
+        self._belongs: tuple[Any, ...] = ()
+
+    def settings_for(self, shape: tuple[int, ...], camera: Camera, dock: Dock) -> Settings:
+        """By which settings the next frame, of that height and width, is to be searched."""
+        belongs = (*shape[:2], camera, dock)
+        if belongs != self._belongs:
+            self._belongs, self._still = belongs, StillGroups()
+        if not self._still.masks:
+            return self._settings
+        return msgspec.structs.replace(self._settings, masks=(*self._settings.masks, *self._still.masks))
+
+    def see(self, found: Estimate, name: str) -> None:
+        """Take in what was found in that frame; ``name`` is what to call it."""
+        on_ring = found.ring.on_ring if found.status == "ok" and found.ring is not None else None
+        masks = self._still.see(found.markers, on_ring, found.region)
+        if masks:
+            where = "; ".join(",".join(f"{number:g}" for number in mask) for mask in masks)
+            self._tell(
+                f"{name}: something bright stays put while the rest moves, as burnt-in text does; "
+                f"from the next picture on it is masked (x, y, width, height in pixels): {where}"
+            )

@@ -1,0 +1,290 @@
+"""Estimates of a recording's frames: one after the other, by several processes, or on a Dask cluster.
+
+Every way gives the same estimates but for ``elapsed_ms``, which is measured. Chunks of frames begin where the whole
+picture is searched anyway, so that they need to know of no frame before. They are searched before it is known what
+those before them mask; where that turns out otherwise, the rest is searched again as it should be.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import math
+import multiprocessing
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Protocol
+
+from dockpose import Camera, Dock, Estimate, Settings, estimate
+from dockpose.app.inputs.expand import UsageError
+from dockpose.app.inputs.pictures import Job, read_job
+from dockpose.app.processing.auto_masks import Watched
+from dockpose.sources import Frames, Pictures, open_frames
+from dockpose.tracking.search import BLOCK, Search
+
+_LARGEST_CHUNK = 10 * BLOCK  # frames; a video's decoder starts at a key frame, often one in 250
+_CHUNKS_EACH = 4  # of a short recording, so that nobody waits long for the last
+SCHEDULER_TIMEOUT_S = 10.0
+_AHEAD = 2  # chunks for each worker that are under way
+
+
+@dataclass(frozen=True)
+class Found:
+    """What came of one frame.
+
+    Attributes
+    ----------
+    index, time_s, name, sha256 : of the frame, see :class:`dockpose.sources.Frame`.
+    estimate : what it shows; None where it was skipped.
+    told : the sentence that says why it was skipped.
+    skipped : how many frames that sentence stands for.
+    """
+
+    index: int
+    time_s: float | None
+    name: str
+    sha256: str | None
+    estimate: Estimate | None
+    told: str = ""
+    skipped: int = 0
+
+
+class Work(Protocol):
+    """Frames that can be estimated in any order; chunks of it can be sent to other processes."""
+
+    def count(self) -> int:
+        """Number of frames."""
+        ...
+
+    def belongs(self, index: int) -> tuple[Camera, Dock]:
+        """Camera and dock of a frame."""
+        ...
+
+    def label(self, found: Found) -> str:
+        """What to call a frame when something is told of it."""
+        ...
+
+    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
+        """What estimates the frames from ``start`` up to before ``stop``, in order, after the one before."""
+        ...
+
+
+@dataclass(frozen=True)
+class SequenceWork:
+    """The frames of one recording.
+
+    Attributes
+    ----------
+    source : to be opened by each worker: on a cluster, all must see it under the same path.
+    paths, rate_hz : of a sequence of pictures; ``paths`` is empty for anything else.
+    camera, dock : of all frames.
+    frames : how many.
+    folder : that relative paths start from.
+    """
+
+    source: str
+    paths: tuple[Path, ...]
+    rate_hz: float | None
+    camera: Camera
+    dock: Dock
+    frames: int
+    folder: str = field(default_factory=os.getcwd)
+
+    def count(self) -> int:
+        """Number of frames."""
+        return self.frames
+
+    def belongs(self, index: int) -> tuple[Camera, Dock]:
+        """Camera and dock of a frame."""
+        return self.camera, self.dock
+
+    def label(self, found: Found) -> str:
+        """What to call a frame when something is told of it."""
+        return f"{found.name} frame {found.index}"
+
+    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
+        """What estimates the frames from ``start`` up to before ``stop``, in order, after the one before."""
+        return functools.partial(_estimate_frames, self, start, stop, before)
+
+
+@dataclass(frozen=True)
+class PictureWork:
+    """Pictures that do not belong together, each with its camera and dock."""
+
+    jobs: tuple[Job, ...]
+    folder: str = field(default_factory=os.getcwd)
+
+    def count(self) -> int:
+        """Number of pictures."""
+        return len(self.jobs)
+
+    def belongs(self, index: int) -> tuple[Camera, Dock]:
+        """Camera and dock of a picture."""
+        return self.jobs[index].camera, self.jobs[index].dock
+
+    def label(self, found: Found) -> str:
+        """What to call a picture when something is told of it."""
+        return found.name
+
+    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
+        """What estimates the pictures from ``start`` up to before ``stop``, in order; the one before plays no part."""
+        return functools.partial(_estimate_pictures, self.jobs[start:stop], self.folder, start)
+
+
+def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
+    """What searches the frames of a sequence, the same way in whatever process."""
+    return Search(camera, dock, settings, whole_first=BLOCK)
+
+
+def _estimate_frames(
+    work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
+) -> list[Found]:
+    frames, told = _opened(work.source, work.paths, work.rate_hz, work.folder)
+    told.clear()
+    search = search_of(work.camera, work.dock, settings)
+    if before is not None and before.estimate is not None:
+        search.remember(before.estimate, before.index, before.time_s)
+    done: list[Found] = []
+    skipped = frames.skipped
+
+    def pass_on(index: int) -> None:
+        nonlocal skipped
+        for text in told:
+            text = _as_typed(text, [work.source, *map(str, work.paths[start:stop])], work.folder)
+            done.append(Found(index, None, work.source, None, None, text, frames.skipped - skipped))
+            skipped = frames.skipped
+        told.clear()
+
+    for frame in frames.between(start, stop):
+        pass_on(frame.index)
+        name = str(work.paths[frame.index]) if work.paths else work.source
+        found = search.see(frame.image, frame.index, frame.time_s, settings)
+        done.append(Found(frame.index, frame.time_s, name, frame.sha256, found))
+    pass_on(stop - 1)
+    return done
+
+
+def _estimate_pictures(jobs: tuple[Job, ...], folder: str, start: int, settings: Settings) -> list[Found]:
+    done = []
+    for index, job in enumerate(jobs, start):
+        name = str(job.path)
+        try:
+            picture = read_job(replace(job, path=Path(folder) / job.path))
+            found = estimate(picture.image, job.camera, job.dock, settings)
+        except ValueError as error:
+            text = _as_typed(str(error), [name], folder)
+            done.append(Found(index, None, name, None, None, text if name in text else f"{name}: {text}", 1))
+        else:
+            done.append(Found(index, None, name, picture.sha256, found))
+    return done
+
+
+def _as_typed(text: str, names: Sequence[str], folder: str) -> str:
+    """The text with names as they were typed."""
+    for name in names:
+        text = text.replace(str(Path(folder) / name), name)
+    return text
+
+
+@contextlib.contextmanager
+def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
+    """Processes of this machine, or those of a Dask cluster, and how many they are.
+
+    Parameters
+    ----------
+    jobs : number of processes.
+    scheduler : address of a cluster's scheduler, as ``tcp://127.0.0.1:8786``; None for processes.
+
+    Raises
+    ------
+    UsageError
+        if ``distributed`` is not installed, or no scheduler answers.
+    """
+    if scheduler is not None:
+        with _cluster(scheduler) as found:
+            yield found
+        return
+    context = multiprocessing.get_context("spawn")  # a fork would copy locks that other threads hold
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_leave_interrupts)
+    try:
+        yield pool, jobs
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def split(work: Work, executor: Executor, count: int, watched: Watched, settings: Settings) -> Iterator[Found]:
+    """Estimate all frames by an executor; yield what was found, in order.
+
+    Parameters
+    ----------
+    work : the frames.
+    executor : runs chunks of them.
+    count : how many it runs at a time.
+    watched : finds masks in what is yielded.
+    settings : of the first frame.
+    """
+    total = work.count()
+    size = min(_LARGEST_CHUNK, BLOCK * math.ceil(total / (_CHUNKS_EACH * count * BLOCK)))
+    waiting: deque[Future[list[Found]]] = deque()
+    start, last = 0, None
+    try:
+        while start < total or waiting:
+            while start < total and len(waiting) < _AHEAD * count:
+                stop = min(total, start - start % BLOCK + size)
+                waiting.append(executor.submit(work.chunk(start, stop, last if start % BLOCK else None), settings))
+                start = stop
+            for one in waiting.popleft().result():
+                if one.estimate is not None:
+                    shape = (one.estimate.height, one.estimate.width)
+                    wanted = watched.settings_for(shape, *work.belongs(one.index))
+                    if one.estimate.settings != wanted:
+                        _cancel(waiting)
+                        settings, start = wanted, one.index
+                        break
+                    watched.see(one.estimate, work.label(one))
+                    last = one
+                yield one
+    finally:
+        _cancel(waiting)
+
+
+def _cancel(waiting: deque[Future[list[Found]]]) -> None:
+    for future in waiting:
+        future.cancel()
+    waiting.clear()
+
+
+@functools.lru_cache(maxsize=1)
+def _opened(source: str, paths: tuple[Path, ...], rate_hz: float | None, folder: str) -> tuple[Frames, list[str]]:
+    """A source that stays open in a worker from chunk to chunk, and what it tells."""
+    told: list[str] = []
+    if paths:
+        return Pictures([Path(folder) / path for path in paths], source, rate_hz, told.append), told
+    return open_frames(str(Path(folder) / source), told.append), told
+
+
+def _leave_interrupts() -> None:
+    """Ctrl-C is for the program that hands out the work."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextlib.contextmanager
+def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise UsageError(f"--scheduler {address} needs Dask: pip install 'dockpose[cluster]'") from error
+    try:
+        client = Client(address, timeout=SCHEDULER_TIMEOUT_S)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--scheduler {address}: no Dask scheduler answers there") from error
+    with client:
+        count: int = sum(client.ncores().values())  # pyright: ignore[reportAttributeAccessIssue]  # not asynchronous here
+        if count == 0:
+            raise UsageError(f"--scheduler {address}: the cluster has no workers")
+        yield client.get_executor(pure=False), count

@@ -1,0 +1,72 @@
+"""A stored result estimated again, and which of its numbers differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import msgspec
+import numpy as np
+from dockpose import Camera, Dock, Estimate, Settings, estimate
+from dockpose.app.processing.analysis import chosen_by_hand
+
+ROUNDING = 1e-11  # relative, and absolute below 1
+_FROM_OUTSIDE = ("hand", "tracking")  # by what a picture alone does not tell
+_COMPARED = ("status", "image", "threshold", "markers", "ellipse", "candidates", "selected", "selected_by")
+
+
+def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
+    """Estimate a picture with the camera, dock and settings of a JSON object of schema 1.
+
+    What was chosen by hand, or by the frames before, which are not there any more, is so again. Raises ValueError that
+    names what the object lacks or holds wrongly.
+    """
+    parts = {}
+    for name, kind in (("camera", Camera), ("dock", Dock), ("settings", Settings)):
+        try:
+            parts[name] = msgspec.convert(line[name], kind)
+        except KeyError as error:
+            raise ValueError(f"has no {name}") from error
+        except msgspec.ValidationError as error:
+            raise ValueError(f"{name}: {error}") from error
+    found = estimate(image, **parts)
+    chosen_by = line.get("selected_by")
+    if chosen_by not in _FROM_OUTSIDE:
+        return found
+    try:
+        x, y, z = line["candidates"][line["selected"]]["normal"]
+        chosen = chosen_by_hand(found, (float(x), float(y), float(z)))
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise ValueError(f"says that a pose was chosen by {chosen_by}, but not which") from error
+    return chosen if chosen.choice is None else replace(chosen, choice=replace(chosen.choice, selected_by=chosen_by))
+
+
+def differences(line: dict[str, Any], found: Estimate) -> list[tuple[str, Any, Any]]:
+    """Name, stored value and new value of every number that is not the same, but for rounding.
+
+    A frame that was followed from the one before was searched only where the dock was to be, and sums over a part of
+    the picture end on other last bits than those over all of it. Of lists that have another length only that is told.
+    What the stored object does not know is not compared.
+    """
+    new = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
+    return [entry for name in _COMPARED if name in line for entry in _different(name, line[name], new.get(name))]
+
+
+def _different(name: str, stored: Any, new: Any) -> Iterator[tuple[str, Any, Any]]:
+    if isinstance(stored, dict) and isinstance(new, dict):
+        for key in stored:
+            yield from _different(f"{name}.{key}", stored[key], new.get(key))
+    elif isinstance(stored, list) and isinstance(new, list):
+        if len(stored) != len(new):
+            yield f"number of {name}", len(stored), len(new)
+            return
+        for index, (one, other) in enumerate(zip(stored, new, strict=True)):
+            yield from _different(f"{name}[{index}]", one, other)
+    elif stored != new and not (isinstance(stored, float) and isinstance(new, float) and _is_rounding(stored, new)):
+        yield name, stored, new
+
+
+def _is_rounding(stored: float, new: float) -> bool:
+    return math.isclose(stored, new, rel_tol=ROUNDING, abs_tol=ROUNDING)

@@ -1,0 +1,139 @@
+"""What the camera panel sets besides fx, fy, cx and cy: distortion, the port and the water, and whole camera files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from dockpose import Camera
+from dockpose.app.inputs.received import read_sent, written
+from dockpose.app.state.view import (
+    DEFAULT_DOCK,
+    Limits,
+    ValueRefusedError,
+    View,
+    checked_number,
+    guess_camera,
+    with_intrinsic,
+)
+from dockpose.camera.files import FORMATS, load_camera, save_camera
+from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
+from msgspec.structs import replace as changed
+
+# In OpenCV's order; a fisheye lens has four of its own instead.
+COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
+_COEFFICIENT_LIMITS = (1.0, 2.0, 0.1, 0.1, 2.0)
+WATERS = {"fresh water": FRESH_WATER, "sea water": SEA_WATER}
+WINDOWS = {"acrylic": ACRYLIC, "glass": GLASS}
+OTHER_INDEX = "(other)"
+DEFAULT_PORT = FlatPort(air_gap_m=0.020, glass_m=0.010)
+PORT_LIMITS = {
+    "air_gap_m": Limits(0, 300, 0.5),  # these two in millimetres
+    "glass_m": Limits(0, 100, 0.5),
+    "glass_index": Limits(1.3, 2.0, 0.001),
+    "water_index": Limits(1.3, 1.4, 0.001),
+}
+
+
+def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
+    """Set fx or fy in pixels, or both to the same number."""
+    for one in ("fx", "fy") if both else (name,):
+        view = with_intrinsic(view, one, value)
+    return view
+
+
+def coefficients_of(camera: Camera) -> list[float]:
+    """The first coefficients of the lens, by ``COEFFICIENTS``, zero where there are fewer."""
+    return [*camera.distortion, *[0.0] * len(COEFFICIENTS)][: len(COEFFICIENTS)]
+
+
+def coefficient_limits(view: View) -> list[Limits]:
+    """Ranges of the coefficients; more where the given camera has more."""
+    given = coefficients_of(view.given_camera)
+    return [
+        Limits(-max(limit, 2 * abs(one)), max(limit, 2 * abs(one)), 0.0005)
+        for limit, one in zip(_COEFFICIENT_LIMITS, given, strict=True)
+    ]
+
+
+def with_coefficient(view: View, index: int, value: Any) -> View:
+    """Set one coefficient of the lens's distortion, without unit."""
+    name = COEFFICIENTS[index]
+    if view.camera.fisheye and index == len(COEFFICIENTS) - 1:
+        raise ValueRefusedError("A fisheye lens has four coefficients; there is no fifth.")
+    number = coefficient_limits(view)[index].clamp(checked_number(name, value))
+    numbers = coefficients_of(view.camera)
+    numbers[index] = number
+    rest = view.camera.distortion[len(COEFFICIENTS) :]
+    distortion = (*numbers, *rest) if not view.camera.fisheye else tuple(numbers[:4])
+    return replace(view, camera=changed(view.camera, distortion=distortion if any(distortion) else ()))
+
+
+def with_port(view: View, is_there: Any) -> View:
+    """Put a flat window before the camera, or take it away."""
+    if not is_there:
+        return replace(view, camera=changed(view.camera, port=None))
+    port = view.camera.port or view.given_camera.port or DEFAULT_PORT
+    return replace(view, camera=changed(view.camera, port=port))
+
+
+def with_port_value(view: View, name: str, value: Any) -> View:
+    """Set a number of the port: lengths in millimetres, indices of refraction without unit."""
+    number = PORT_LIMITS[name].clamp(checked_number(name, value))
+    port = changed(view.camera.port or DEFAULT_PORT, **{name: number / 1000 if name.endswith("_m") else number})
+    return replace(view, camera=changed(view.camera, port=port))
+
+
+def with_default_values(view: View) -> View:
+    """Start over: a camera of 60 degrees without distortion, and a dock of 0.30 m."""
+    return replace(view, camera=guess_camera(view.image), dock=DEFAULT_DOCK)
+
+
+def with_camera_file(view: View, data: bytes, name: str) -> View:
+    """Take the camera of a file that a browser sent.
+
+    Raises ValueError, naming the file, where it is no camera file or is for pictures of another shape.
+    """
+    camera = read_sent(data, name, load_camera)
+    height, width = view.image.shape[:2]
+    try:
+        fitting = camera.for_size(width, height)
+    except ValueError as error:
+        raise ValueRefusedError(f"{name}: {error}") from error
+    note = ""
+    if fitting is not camera:
+        note = f"{name} is for {camera.width} x {camera.height}; its values were scaled to {width} x {height}."
+    return replace(view, camera=fitting, given_camera=fitting, note=note)
+
+
+def camera_file(camera: Camera, file_format: Any) -> bytes:
+    """The bytes of a camera file in one of ``FORMATS``."""
+    if file_format not in FORMATS:
+        raise ValueRefusedError(f"There is no format of camera files called {file_format!r}.")
+    return written(lambda path: save_camera(camera, path, file_format))
+
+
+def index_name(names: dict[str, float], index: float) -> str:
+    """What a refractive index belongs to."""
+    return next((name for name, one in names.items() if math.isclose(one, index)), OTHER_INDEX)
+
+
+def field_of_view_sentence(camera: Camera) -> str:
+    """How much the camera sees, in degrees, and in the water where it looks through a flat port."""
+    across, down = (math.degrees(angle) for angle in camera.field_of_view_rad)
+    if camera.port is None:
+        return f"Field of view: {across:.1f}° wide, {down:.1f}° high."
+    wide, high = (math.degrees(angle) for angle in _field_in_water(camera))
+    return (
+        f"Field of view: {across:.1f}° wide, {down:.1f}° high in air; {wide:.1f}° wide, {high:.1f}° high in the water."
+    )
+
+
+def _field_in_water(camera: Camera) -> tuple[float, float]:
+    left, right, top, bottom = -0.5, camera.width - 0.5, -0.5, camera.height - 0.5
+    edges = [[left, camera.cy], [right, camera.cy], [camera.cx, top], [camera.cx, bottom]]
+    rays = camera.rays(edges)
+    angles = np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2])
+    return float(angles[0] + angles[1]), float(angles[2] + angles[3])

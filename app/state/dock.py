@@ -1,0 +1,72 @@
+"""Where on the ring the lights are, as typed on the page: evenly spaced, or each at its own angle."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+from dockpose import Dock
+from dockpose.app.state.view import MAX_LIGHTS, ValueRefusedError, View, checked_number
+from msgspec.structs import replace as changed
+
+_LONGEST = 1000
+_LEAST_LIGHTS = 3
+
+
+def with_angles(view: View, text: Any) -> View:
+    """Set the angle of each light around the ring, in degrees; the number of lights follows.
+
+    Parameters
+    ----------
+    view : to change.
+    text : numbers with commas or spaces between them, as "0, 36, 72"; blank for evenly spaced lights.
+
+    Raises
+    ------
+    ValueRefusedError
+        if something in it is no number, there are too few or too many, or two lights are at one place.
+    """
+    angles = _numbers(text)
+    dock = view.dock
+    if not angles:
+        return replace(view, dock=changed(dock, angles_deg=()))
+    if not _LEAST_LIGHTS <= len(angles) <= MAX_LIGHTS:
+        raise ValueRefusedError(
+            f"There {'is 1 light angle' if len(angles) == 1 else f'are {len(angles)} light angles'}; a dock has "
+            f"{_LEAST_LIGHTS} to {MAX_LIGHTS} lights."
+        )
+    colours = dock.colours if len(dock.colours) == len(angles) else ()
+    return replace(view, dock=changed(dock, lights=len(angles), angles_deg=angles, colours=colours))
+
+
+def angles_text(dock: Dock) -> str:
+    """The angles as :func:`with_angles` reads them; blank for evenly spaced lights."""
+    return ", ".join(f"{angle:.10g}" for angle in dock.angles_deg)
+
+
+def dropped_sentence(before: Dock, after: Dock) -> str:
+    """What was known light by light and no longer is, since it does not fit their number; empty where nothing was."""
+    parts = []
+    if before.angles_deg and not after.angles_deg:
+        parts.append(f"the {len(before.angles_deg)} angles, so the lights are taken to be evenly spaced")
+    if before.colours and not after.colours:
+        parts.append(f"the {len(before.colours)} colours, so the lights are taken to be all alike")
+    if not parts:
+        return ""
+    return f"With another number of lights these no longer fit: {'; '.join(parts)}. Undo (Ctrl+Z) brings them back."
+
+
+def _numbers(text: Any) -> tuple[float, ...]:
+    if not isinstance(text, str) or len(text) > _LONGEST:
+        raise ValueRefusedError(f"The light angles are no text of at most {_LONGEST} letters.")
+    return tuple(_number(word) for word in re.split(r"[,;\s°]+", text) if word)
+
+
+def _number(word: str) -> float:
+    try:
+        return checked_number("A light angle", float(word))
+    except ValueError as error:
+        raise ValueRefusedError(
+            f"A light angle is {word[:20]!r}; it must be a number of degrees, as in 0, 36, 72."
+        ) from error

@@ -1,0 +1,140 @@
+"""Settings in files: those one saves and loads, and the last ones, which are there again at the next start."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from dockpose import Camera, Dock, Settings, estimate
+from dockpose.app.inputs.received import read_sent
+from dockpose.app.state.view import ValueRefusedError, View
+from dockpose.camera.files import FileError, read_yaml, to_yaml
+
+_EVERY_S = 2.0
+
+
+class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a settings file holds; what it leaves out stays as it is."""
+
+    settings: Settings | None = None
+    camera: Camera | None = None
+    dock: Dock | None = None
+
+
+class Remembered(msgspec.Struct, frozen=True):
+    """What is there again at the next start. ``shows_first_card``: until it was clicked away."""
+
+    settings: Settings = Settings()
+    dark: bool = False
+    shows_first_card: bool = True
+
+
+def settings_file(view: View) -> bytes:
+    """The bytes of a settings file."""
+    content = SettingsFile(view.settings, view.camera, view.dock)
+    return to_yaml(msgspec.to_builtins(content)).encode()
+
+
+def with_settings_file(view: View, data: bytes, name: str) -> View:
+    """Take settings, camera and dock from a file that a browser sent.
+
+    Raises ValueError, naming the file and the key, for whatever is unknown or wrong in it.
+    """
+    content = read_sent(data, name, _read_settings)
+    camera = view.camera
+    if content.camera is not None:
+        height, width = view.image.shape[:2]
+        try:
+            camera = content.camera.for_size(width, height)
+        except ValueError as error:
+            raise ValueRefusedError(f"{name}: {error}") from error
+    return replace(view, settings=content.settings or view.settings, camera=camera, dock=content.dock or view.dock)
+
+
+def with_last_settings(view: View, settings: Settings) -> View:
+    """Search the first picture as was searched last.
+
+    What fitted the last picture, a fixed level most of all, may hide the dock of this one. Where the default settings
+    show one and the last do not, the default ones are taken, and the note says so.
+    """
+    last, default = replace(view, settings=settings), replace(view, settings=Settings())
+    if settings == default.settings or _shows_dock(last) or not _shows_dock(default):
+        return last
+    how = f"a fixed level of {settings.level}" if settings.method == "fixed" else f"the method {settings.method}"
+    sentence = (
+        f"The last settings ({how}, groups of {settings.min_area_px} px or more) show no dock in this picture, so the "
+        "default ones are back."
+    )
+    return replace(default, note=f"{view.note} {sentence}".strip())
+
+
+def _shows_dock(view: View) -> bool:
+    return estimate(view.image, view.camera, view.dock, view.settings).status == "ok"
+
+
+class Memory:
+    """The last settings, in a folder of the user's; best effort: what cannot be read or written is left.
+
+    Parameters
+    ----------
+    folder : for the file; None remembers nothing, and shows no first card.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self._path = None if folder is None else folder / "last.yaml"
+        self._written_s = -_EVERY_S
+        self.now = self._kept = self._read()
+
+    def change(self, **changes: Any) -> None:
+        """Remember something else, and write it down unless that was done just now."""
+        self.now = msgspec.structs.replace(self.now, **changes)
+        if time.monotonic() - self._written_s > _EVERY_S:
+            self.write()
+
+    def write(self) -> None:
+        """Write down what changed."""
+        if self._path is None or self.now == self._kept:
+            return
+        self._written_s = time.monotonic()
+        with contextlib.suppress(OSError):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            beside = self._path.with_suffix(".new")
+            beside.write_text(to_yaml(msgspec.to_builtins(self.now)), encoding="utf-8")
+            beside.replace(self._path)
+            self._kept = self.now
+
+    def _read(self) -> Remembered:
+        if self._path is None:
+            return Remembered(shows_first_card=False)
+        try:
+            kept = msgspec.convert(read_yaml(self._path), Remembered)
+        except (ValueError, RecursionError):
+            return Remembered()
+        # Masks belong to the picture that they were drawn in.
+        return msgspec.structs.replace(kept, settings=msgspec.structs.replace(kept.settings, masks=()))
+
+
+def config_folder() -> Path | None:
+    """Where this system's users keep the settings of programs; None where that is not known."""
+    try:
+        home = Path.home()
+    except RuntimeError:
+        return None
+    if sys.platform == "win32":
+        return Path(os.environ.get("APPDATA") or home / "AppData" / "Roaming") / "dockpose"
+    if sys.platform == "darwin":
+        return home / "Library" / "Application Support" / "dockpose"
+    return Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config") / "dockpose"
+
+
+def _read_settings(path: Path) -> SettingsFile:
+    try:
+        return msgspec.convert(read_yaml(path), SettingsFile)
+    except msgspec.ValidationError as error:
+        raise FileError(f"{path}: {error}") from error

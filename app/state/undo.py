@@ -1,0 +1,82 @@
+"""Undo and redo: the views that the operator's changes went through, as long as the picture is the same."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import msgspec
+from dockpose.app.state.view import View
+
+_LONGEST = 100
+_ONE_MOVE_S = 0.8  # a slider that is dragged changes many times, and is undone at once
+_NOTED = ("camera", "dock", "settings", "scene", "by_hand", "measured")
+
+
+class History:
+    """Remembers views. ``clock`` gives seconds."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._past: list[View] = []
+        self._future: list[View] = []
+        self._last_names: set[str] = set()
+        self._last_s = -_ONE_MOVE_S
+        self._returned_to: View | None = None
+
+    def note(self, before: View, after: View) -> None:
+        """Take down a change. Another picture forgets all, since its camera and scene are its own."""
+        if after is before or after is self._returned_to:
+            return
+        self._returned_to = None
+        if after.image is not before.image:
+            self.forget()
+            return
+        names, now = changed_names(before, after), self._clock()
+        if not names:
+            return
+        is_same_move = names == self._last_names and now - self._last_s < _ONE_MOVE_S
+        if not is_same_move or not self._past:
+            self._past = [*self._past, before][-_LONGEST:]
+        self._future = []
+        self._last_names, self._last_s = names, now
+
+    def forget(self) -> None:
+        """Forget all."""
+        self._past, self._future = [], []
+
+    def undo(self, view: View) -> View:
+        """The view before the last change; the same one where there is none."""
+        return self._return(view, self._past, self._future)
+
+    def redo(self, view: View) -> View:
+        """The view before the last undo; the same one where there is none."""
+        return self._return(view, self._future, self._past)
+
+    def _return(self, view: View, here: list[View], there: list[View]) -> View:
+        if not here:
+            return view
+        there.append(view)
+        self._last_names = set()
+        self._returned_to = here.pop()
+        if view.list_name == "sequence":  # its frames go on meanwhile
+            self._returned_to = replace(self._returned_to, image=view.image, source=view.source)
+        return self._returned_to
+
+
+def changed_names(before: View, after: View) -> set[str]:
+    """Which numbers differ, as "camera.fx"."""
+    return {name for field in _NOTED for name in _differences(field, getattr(before, field), getattr(after, field))}
+
+
+def _differences(name: str, before: Any, after: Any) -> set[str]:
+    if before is after or before == after:
+        return set()
+    if type(before) is type(after) and isinstance(before, msgspec.Struct):
+        parts = before.__struct_fields__
+        return {
+            one for part in parts for one in _differences(f"{name}.{part}", getattr(before, part), getattr(after, part))
+        }
+    return {name}

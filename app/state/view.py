@@ -1,0 +1,305 @@
+"""What the page shows and works from, without the page: one frozen View and the functions that change it.
+
+Every value that comes from a browser passes through here: numbers out of range are brought into it, and anything that
+is no number at all is refused with a sentence.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from dockpose import Camera, Dock, Settings
+from dockpose.app.inputs.sidecar import Sidecar, load_sample, read_sidecar
+from dockpose.app.resources import sample_names, sample_path
+from dockpose.camera.image import decode, read
+from dockpose.simulate import Scene, load_scene
+from dockpose.thresholds import LEVELS, METHODS
+
+MAX_LIGHTS = 60
+MAX_AREA_PX = 1000
+DEFAULT_DOCK = Dock(diameter=0.30)
+GUESSED_VIEW_DEG = 60.0
+INTRINSICS = ("fx", "fy", "cx", "cy")
+
+
+class ValueRefusedError(ValueError):
+    """A value from the page that cannot be used; the text says in one sentence what and why."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A picture, where it came from, and how it is to be read.
+
+    Attributes
+    ----------
+    image : (H, W) grey or (H, W, 3) BGR array of uint8 or uint16.
+    source : what to call the picture: a sample's or a file's name.
+    camera : its intrinsics, for exactly this picture's size.
+    dock, settings : what is looked for and how.
+    given_camera, given_dock : those that came with the picture, to go back to.
+    sample : name of the sample scene that this is; None for any other picture.
+    truth : what a simulated picture really shows, as in the YAML beside it; None where it is not known.
+    note : a sentence about what had to be assumed; empty where nothing had to be.
+    by_hand : normal of the pose that the operator chose; None leaves the choice to the program.
+    scene : what is simulated; None for a picture that is not, or not known to be.
+    is_stale : whether ``image`` is still to be rendered from ``scene``.
+    list_name, item : the list of pictures that this one is in ("samples", "uploads", "folder"), and its name there.
+    measured : pose that the operator measured, with the keys of ``truth``; None where there is none.
+    """
+
+    image: np.ndarray
+    source: str
+    camera: Camera
+    dock: Dock
+    settings: Settings
+    given_camera: Camera
+    given_dock: Dock
+    sample: str | None = None
+    truth: dict[str, Any] | None = None
+    note: str = ""
+    by_hand: tuple[float, float, float] | None = None
+    measured: dict[str, Any] | None = None
+    scene: Scene | None = None
+    is_stale: bool = False
+    list_name: str = ""
+    item: str = ""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The range of a slider, and its step."""
+
+    low: float
+    high: float
+    step: float
+
+    def clamp(self, value: float) -> float:
+        """Bring a number into the range."""
+        return min(max(value, self.low), self.high)
+
+
+def open_source(source: str | None, camera: Camera | None, dock: Dock | None) -> View:
+    """Return the view to start with.
+
+    Parameters
+    ----------
+    source : path of a picture; None for the first sample scene.
+    camera, dock : None takes what the YAML beside the picture says; failing that the camera is guessed and the dock
+        is 0.30 m across.
+
+    Raises
+    ------
+    ValueError
+        if the picture cannot be read, or the camera is not for a picture of this size.
+    """
+    if source is None:
+        return _sample_view(sample_names()[0], camera, dock)
+    path = Path(source)
+    image, beside = read(path), read_sidecar(path)
+    known, note = camera or beside.camera, ""
+    if known is None:
+        known = guess_camera(image)
+        note = _guess_sentence(known)
+    return _view(image, path.name, known, dock or beside.dock or DEFAULT_DOCK, truth=beside.truth, note=note)
+
+
+def with_sample(view: View, name: Any) -> View:
+    """Show the sample scene of that name, with its own camera and dock."""
+    if name not in sample_names():
+        raise ValueRefusedError(f"There is no sample scene called {name!r}.")
+    return _sample_view(name, None, None, view.settings)
+
+
+def with_file(view: View, path: Path, name: str) -> View:
+    """Show a picture of the folder on this machine, called ``name`` there.
+
+    What the YAML beside it says goes before the camera and the dock in use; see :func:`with_upload`.
+    """
+    beside = read_sidecar(path) if path.with_suffix(".yaml").resolve().parent == path.parent else Sidecar()
+    shown = with_upload(view, _read_bytes(path, name), name)
+    if beside.camera is None and beside.dock is None:
+        return replace(shown, truth=beside.truth, list_name="folder", item=name)
+    camera, note = (shown.camera, shown.note) if beside.camera is None else (beside.camera, "")
+    own = _view(shown.image, name, camera, beside.dock or view.dock, settings=view.settings, truth=beside.truth)
+    return replace(own, note=note, list_name="folder", item=name)
+
+
+def with_upload(view: View, data: bytes, name: str) -> View:
+    """Show an uploaded picture.
+
+    The present camera is kept where the picture has its size or is a pure rescale of it; otherwise a camera is guessed,
+    and the note says so. Raises ValueError (ImageError) for a file that is no picture, naming it.
+    """
+    image = decode(data, name)
+    camera, note = _fitting(view.camera, image)
+    shown = _view(image, name, camera, view.dock, settings=view.settings, note=note)
+    return replace(shown, list_name="uploads", item=name)
+
+
+def with_frame(
+    view: View, image: np.ndarray, source: str, camera: Camera | None = None, dock: Dock | None = None
+) -> View:
+    """Show a frame of a sequence, called ``source``.
+
+    ``camera`` and ``dock`` are those that the sequence brings along, for its first frame; None keeps those in use,
+    the camera as :func:`with_upload` does.
+    """
+    camera, note = _fitting(camera or view.camera, image)
+    dock = dock or view.dock
+    given_camera = view.given_camera if camera is view.camera else camera
+    given_dock = view.given_dock if dock is view.dock else dock
+    return View(image, source, camera, dock, view.settings, given_camera, given_dock, note=note, list_name="sequence")
+
+
+def with_intrinsic(view: View, name: str, value: Any) -> View:
+    """Set fx, fy, cx or cy, in pixels."""
+    if name not in INTRINSICS:
+        raise ValueRefusedError(f"The camera has no value called {name!r}.")
+    number = intrinsic_limits(view)[name].clamp(checked_number(name, value))
+    return replace(view, camera=msgspec.structs.replace(view.camera, **{name: number}))
+
+
+def with_diameter_cm(view: View, value: Any) -> View:
+    """Set the diameter of the ring of lights, in centimetres."""
+    diameter = diameter_limits_cm(view).clamp(checked_number("The dock diameter", value)) / 100
+    return replace(view, dock=msgspec.structs.replace(view.dock, diameter=diameter))
+
+
+def with_lights(view: View, value: Any) -> View:
+    """Set the number of lights on the ring; 0 says that it is not known.
+
+    Angles and colours that were given light by light do not fit another number, and are dropped.
+    """
+    number = round(checked_number("The number of lights", value))
+    lights = None if number <= 0 else min(max(number, 3), MAX_LIGHTS)
+    if lights == view.dock.lights:
+        return view
+    return replace(view, dock=Dock(view.dock.diameter, lights))
+
+
+def with_method(view: View, method: Any, level: Any) -> View:
+    """Set the threshold method, and the level that the method "fixed" starts from."""
+    if not isinstance(method, str) or method not in METHODS:
+        raise ValueRefusedError(f"There is no threshold method called {method!r}.")
+    return _with_settings(with_level(view, level), method=method)
+
+
+def with_level(view: View, value: Any) -> View:
+    """Set the level of the method "fixed", 0 to 255."""
+    level = round(checked_number("The level", value))
+    return _with_settings(view, level=min(max(level, 0), LEVELS - 1))
+
+
+def with_min_area(view: View, value: Any) -> View:
+    """Set how many pixels a group must have to count."""
+    area = round(checked_number("The smallest group", value))
+    return _with_settings(view, min_area_px=min(max(area, 1), MAX_AREA_PX))
+
+
+def with_given_values(view: View) -> View:
+    """Go back to the camera and the dock that came with the picture."""
+    return replace(view, camera=view.given_camera, dock=view.given_dock)
+
+
+def intrinsic_limits(view: View) -> dict[str, Limits]:
+    """Ranges of fx, fy, cx and cy in pixels: fields of view from 136 to 11 degrees, axis inside the picture.
+
+    They depend on the picture and the camera that came with it, not on what the sliders say.
+    """
+    camera = view.given_camera
+    focal_low, focal_high = 0.2 * camera.width, 5.0 * camera.width
+    return {
+        "fx": Limits(min(focal_low, camera.fx), max(focal_high, camera.fx), 1.0),
+        "fy": Limits(min(focal_low, camera.fy), max(focal_high, camera.fy), 1.0),
+        "cx": Limits(min(0.0, camera.cx), max(camera.width - 1.0, camera.cx), 0.5),
+        "cy": Limits(min(0.0, camera.cy), max(camera.height - 1.0, camera.cy), 0.5),
+    }
+
+
+def diameter_limits_cm(view: View) -> Limits:
+    """Range of the dock's diameter in centimetres: 1 cm to 3 m, more where the given dock is larger."""
+    given = 100 * view.given_dock.diameter
+    return Limits(min(1.0, given), max(300.0, 2 * given), 0.1)
+
+
+def guess_camera(image: np.ndarray) -> Camera:
+    """A camera for a picture of which nothing is known: 60 degrees wide, axis in the middle."""
+    height, width = image.shape[:2]
+    focal = width / 2 / math.tan(math.radians(GUESSED_VIEW_DEG) / 2)
+    return Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+
+
+def _read_bytes(path: Path, name: str) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ValueRefusedError(f"{name}: cannot be read ({error.strerror or error})") from error
+
+
+def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, str]:
+    """The camera for a picture of this size, or a guessed one, and a sentence where something had to be assumed."""
+    height, width = image.shape[:2]
+    try:
+        fitting = camera.for_size(width, height)
+    except ValueError:
+        guessed = guess_camera(image)
+        return guessed, f"The camera in use is for {camera.width} x {camera.height}. {_guess_sentence(guessed)}"
+    scaled = f"The camera's values were scaled from {camera.width} x {camera.height} to {width} x {height}."
+    return fitting, "" if fitting is camera else scaled
+
+
+def _guess_sentence(camera: Camera) -> str:
+    return (
+        f"No camera is known for a picture of {camera.width} x {camera.height}: one that sees "
+        f"{GUESSED_VIEW_DEG:.0f} degrees was assumed, so distances are only rough."
+    )
+
+
+def _sample_view(name: str, camera: Camera | None, dock: Dock | None, settings: Settings | None = None) -> View:
+    sample, scene = load_sample(name), load_scene(sample_path(name).with_suffix(".yaml"))
+    camera, dock = camera or sample.camera, dock or sample.dock
+    view = _view(sample.image, name, camera, dock, settings=settings, sample=name, truth=sample.truth)
+    return replace(view, scene=scene, list_name="samples", item=name)
+
+
+def _view(
+    image: np.ndarray,
+    source: str,
+    camera: Camera,
+    dock: Dock,
+    *,
+    settings: Settings | None = None,
+    sample: str | None = None,
+    truth: dict[str, Any] | None = None,
+    note: str = "",
+) -> View:
+    height, width = image.shape[:2]
+    fitting = camera.for_size(width, height)
+    return View(
+        image=image,
+        source=source,
+        camera=fitting,
+        dock=dock,
+        settings=settings or Settings(),
+        given_camera=fitting,
+        given_dock=dock,
+        sample=sample,
+        truth=truth,
+        note=note,
+    )
+
+
+def _with_settings(view: View, **changes: Any) -> View:
+    return replace(view, settings=msgspec.structs.replace(view.settings, **changes))
+
+
+def checked_number(name: str, value: Any) -> float:
+    """Return a value from the page as a finite number; anything else is refused by the name of the value."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ValueRefusedError(f"{name} is {value!r}; it must be a number.")
+    return float(value)

@@ -1,0 +1,314 @@
+"""The page in the browser: a viser server, its panels and its scene, and the worker behind them."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+import viser
+from dockpose import Camera, Dock
+from dockpose.app.experiment.folder import SessionShelf
+from dockpose.app.inputs.folder import Shelf
+from dockpose.app.inputs.sequences import Given, is_sequence
+from dockpose.app.processing.analysis import Reading, read_view
+from dockpose.app.processing.latest_worker import LatestWorker
+from dockpose.app.state.preferences import Memory, with_last_settings
+from dockpose.app.state.undo import History
+from dockpose.app.state.view import View, open_source
+from dockpose.app.web.layout import Layout, Parts
+from dockpose.app.web.notifications import Colour, Notices
+from dockpose.app.web.pacing import Pace
+from dockpose.app.web.scene.scene import View3D
+from dockpose.app.web.sequence import Deck
+from dockpose.app.web.server.guard import LOOPBACK_NAMES, Guard, accept_values_only
+from dockpose.app.web.server.options import DEFAULTS, Options
+from dockpose.app.web.server.start import open_server, silence
+from dockpose.app.web.server.uploads import Uploads
+from dockpose.sources import Frame
+
+LOOPBACK = "127.0.0.1"
+FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
+_OPEN_WARNING = (
+    "dockpose: it listens on {host}, so every machine of that network can reach this page. Who has the address with "
+    "its token can steer it and see its pictures; the connection is not encrypted. README.md shows a proxy with TLS."
+)
+
+
+def serve(
+    source: str | None,
+    camera: Camera | None,
+    dock: Dock | None,
+    host: str = LOOPBACK,
+    port: int = 8080,
+    options: Options = DEFAULTS,
+    report: Callable[[str], None] | None = None,
+) -> None:
+    """Serve the page until it is interrupted.
+
+    Parameters
+    ----------
+    source : path of the picture to start with; None for a sample scene.
+    camera, dock : None takes what the YAML beside the picture says.
+    host, port : to listen on; port 0 takes any free one.
+    options : what the page may do.
+    report : is told the page's address; the default writes to standard error.
+
+    Raises
+    ------
+    ValueError
+        if the picture cannot be read or does not belong to the camera.
+    PortBusyError
+        if the port cannot be had. Another one is never taken in its place.
+    """
+    tell = report or _tell
+    app = App.build(source, camera, dock, host=host, port=port, options=options)
+    try:
+        tell(f"dockpose is at {app.address} (Ctrl+C stops it)")
+        if host not in LOOPBACK_NAMES:
+            tell(_OPEN_WARNING.format(host=host))
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        tell("dockpose: stopped")
+    finally:
+        app.stop()
+
+
+class App:
+    """The running page. Make it with :meth:`build`, end it with :meth:`stop`."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        guard: Guard,
+        view: View,
+        memory: Memory,
+        options: Options,
+        draws_slowly: threading.Event,
+        given: Given | None,
+    ) -> None:
+        self._server = server
+        self._guard = guard
+        self._notices = Notices()
+        self._shelf = Shelf()
+        self._uploads = Uploads(options.upload_limit_bytes, self._shelf.make_room)
+        self._memory, self._history = memory, History()
+        self._view = view
+        self._lock = threading.RLock()
+        self._scene = View3D(server)
+        self._shown = view
+        self._deck = Deck(self, given, options.folder)
+        self._deck.on_change, self._deck.on_rest = self._on_sequence, self._on_rest
+        self._newest: Reading | None = None
+        self._is_warm = False
+        self._pace = Pace(draws_slowly, lambda: self._deck.is_playing)
+        self._layout = Layout(server, self._parts(options))
+        self._panels = self._layout.panels
+        for panel in self._panels:
+            panel.load(view)
+        self._scene_worker = LatestWorker(self._scene.show, self.fail, self._pace.drawing_rest_s)
+        self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
+        self._worker.submit(view)
+        server.on_client_connect(self._welcome)
+        server.on_client_disconnect(self._say_goodbye)
+
+    @classmethod
+    def build(
+        cls,
+        source: str | None = None,
+        camera: Camera | None = None,
+        dock: Dock | None = None,
+        host: str = LOOPBACK,
+        port: int = 0,
+        options: Options = DEFAULTS,
+    ) -> App:
+        """Open the source and start serving; see :func:`serve` for the arguments and errors."""
+        given = Given(source, camera, dock) if source is not None and is_sequence(source) else None
+        still = (source, camera, dock) if given is None else (None, None, None)
+        view, memory = open_source(*still), Memory(options.remember_in)
+        view = with_last_settings(view, memory.now.settings)
+        guard = Guard(host, options.allow_hosts)
+        draws_slowly = threading.Event()
+        server = open_server(host, port, guard, draws_slowly.set)
+        app = cls(server, guard, view, memory, options, draws_slowly, given)
+        try:
+            app._deck.open_given()
+        except ValueError:
+            app.stop()
+            raise
+        return app
+
+    @property
+    def port(self) -> int:
+        """The port it listens on."""
+        return self._server.get_port()
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser: with the token that lets it in."""
+        host = self._server.get_host()
+        shown = f"[{host}]" if ":" in host else "127.0.0.1" if host == "0.0.0.0" else host
+        return f"http://{shown}:{self.port}/?token={self._guard.token}"
+
+    @property
+    def view(self) -> View:
+        """What the page shows and works from at this moment."""
+        with self._lock:
+            return self._view
+
+    def wait_until_idle(self, timeout_s: float) -> bool:
+        """Wait until the newest view was worked on; False if that takes longer."""
+        end_s = time.monotonic() + timeout_s
+        workers = (self._worker, self._scene_worker)  # in this order: the first gives the second its work
+        return all(worker.wait_until_idle(max(0.0, end_s - time.monotonic())) for worker in workers)
+
+    def stop(self) -> None:
+        """End the worker and the server."""
+        self._deck.close()
+        self._layout.close()
+        self._worker.close()
+        self._scene_worker.close()
+        self._memory.write()
+        with silence():
+            self._server.stop()
+
+    def change(
+        self, function: Callable[[View], View], client: viser.ClientHandle | None = None, *, reload: bool = False
+    ) -> None:
+        """Apply a function to the view and have the result worked on; where it refuses, say so and keep the view."""
+        with self._lock:
+            before = after = self._view
+            try:
+                after = self._view = function(before)
+            except ValueError as error:
+                self.notify("That did not work", str(error), "red", client)
+                reload = True
+            except Exception as error:  # viser would only write it to the terminal, where nobody looks
+                self.fail(error)
+                reload = True
+            if reload:
+                for panel in self._panels:
+                    panel.load(after)
+            if after is not before:
+                self._history.note(before, after)
+                if not (self._deck.is_playing and after.list_name == "sequence"):  # else the next frame has it
+                    self._worker.submit(after)
+        if before.list_name == "sequence" != after.list_name:
+            self._deck.close()
+        if after.note and after.note != before.note:
+            self.notify("Please check the camera", after.note, "yellow", client)
+
+    def show_frame(self, frame: Frame) -> None:
+        """Search and show a frame of the sequence that is open; returns when that is done."""
+        self._worker.submit(frame)
+        self._worker.wait_until_idle(FRAME_LIMIT_S)
+
+    def _on_sequence(self, name: str | None) -> None:
+        self._newest = None
+        self._history.forget()
+        self._layout.sequence.reset(name)
+
+    def _on_rest(self) -> None:
+        """Show all of a frame of which only the picture may have been shown so far."""
+        if self._newest is not None:
+            self._worker.submit(None)
+
+    def _parts(self, options: Options) -> Parts:
+        return Parts(
+            change=self.change,
+            fail=self.fail,
+            undo=lambda client: self.change(self._history.undo, client, reload=True),
+            redo=lambda client: self.change(self._history.redo, client, reload=True),
+            shelf=self._shelf,
+            root=options.folder,
+            memory=self._memory,
+            deck=self._deck,
+            scene=self._scene,
+            notify=self.notify,
+            sessions=SessionShelf(options.sessions),
+        )
+
+    def _welcome(self, client: viser.ClientHandle) -> None:
+        """Give a browser that just came what it has for itself."""
+        accept_values_only(client)
+        uploads = self._uploads.attach(client)
+        for panel in self._layout.uploaders:
+            panel.add_upload(client, uploads)
+
+    def _say_goodbye(self, client: viser.ClientHandle) -> None:
+        """Forget a browser that left."""
+        self._uploads.detach(client)
+        self._notices.forget(client)
+        self._layout.habits.forget(client)
+
+    def _work(self, job: View | Frame | None) -> None:
+        """Work on a view, on a frame, or show all of the newest frame."""
+        if isinstance(job, Frame):
+            self._work_on_frame(job)
+            return
+        if job is None:
+            if self._newest is not None:
+                self._show(self._newest)
+            return
+        try:
+            reading = read_view(job)
+            if not self._is_warm:  # the first run loads compiled code, and its time is not that of a picture
+                self._is_warm, reading = True, read_view(job)
+        except ValueError as error:  # a scene that cannot be rendered
+            self._go_back(job, error)
+            return
+        self._show(reading)
+
+    def _work_on_frame(self, frame: Frame) -> None:
+        """Put the frame in the place of what is shown, search it, and show what was found.
+
+        While frames follow each other all that is not the picture is shown a few times a second.
+        """
+        with self._lock:
+            follower, before = self._deck.follower, self._view
+            if follower is None:  # closed meanwhile
+                return
+            view = self._view = follower.view_of(before, frame)
+            if (view.camera, view.dock, view.list_name) != (before.camera, before.dock, before.list_name):
+                for panel in self._panels:
+                    panel.load(view)
+        if view.note:
+            self.notify("Please check the camera", view.note, "yellow", None)
+        reading = self._newest = follower.read(view, frame)
+        if self._pace.shows_all():
+            self._show(reading)
+        elif self._pace.shows_picture():
+            self._pace.note(all_panels=False)
+            self._layout.picture.show_annotated(reading)
+
+    def _show(self, reading: Reading) -> None:
+        self._shown = reading.view
+        self._pace.note(all_panels=True)
+        for panel in self._panels:
+            panel.show(reading)
+        self._scene_worker.submit(reading)
+
+    def _go_back(self, refused: View, error: ValueError) -> None:
+        """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""
+        with self._lock:
+            if self._view is not refused:
+                return
+            self._view = self._shown
+            for panel in self._panels:
+                panel.load(self._shown)
+        self.notify("That did not work", str(error), "red", None)
+
+    def fail(self, error: Exception) -> None:
+        """Tell of an error that nobody expected, in the terminal and in all browsers."""
+        _tell(f"dockpose: {type(error).__name__}: {error}")
+        self.notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
+
+    def notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
+        """Show a notification in one browser, or in all."""
+        for one in [client] if client is not None else self._server.get_clients().values():
+            self._notices.show(title, sentence, colour, one)
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)

@@ -1,0 +1,40 @@
+"""Tables of the page, as HTML; every cell from outside is escaped by who makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dockpose.app.drawing.annotated import POSE_COLOURS, POSE_NAMES
+
+MISSING = "–"
+NUMBERS = "padding: 0.15em 0.3em; text-align: right; font-variant-numeric: tabular-nums"
+
+
+def table(name: str, columns: Sequence[str], rows: Sequence[str], note: str = "") -> str:
+    """Return a table with an HTML id, its head, rows as :func:`row` makes them, and a note below."""
+    head = "".join(f'<th style="{NUMBERS}">{column}</th>' for column in columns)
+    below = f'<div style="opacity: 0.75; padding-top: 0.4em; line-height: 1.35">{note}</div>' if note else ""
+    return (
+        '<div style="padding: 0 0.75em 0.5em; font-size: 0.85em">'
+        f'<table id="{name}" style="width: 100%; border-collapse: collapse"><thead><tr><th></th>{head}</tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table>{below}</div>"
+    )
+
+
+def row(name: str, cells: Sequence[str], *, bold: bool = False, attributes: str = "") -> str:
+    """Return a row: its name at the left, then numbers. ``attributes`` are HTML of its own, as a role."""
+    style = "border-top: 1px solid rgba(128,128,128,0.35)" + ("; font-weight: 600" if bold else "")
+    columns = "".join(f'<td style="{NUMBERS}">{cell}</td>' for cell in cells)
+    return f'<tr {attributes} style="{style}"><td style="white-space: nowrap">{name}</td>{columns}</tr>'
+
+
+def wide_row(text: str, columns: int) -> str:
+    """Return a row of one cell, which says why there are no numbers."""
+    return f'<tr><td colspan="{columns}">{text}</td></tr>'
+
+
+def pose_name(index: int, is_chosen: bool) -> str:
+    """Letter and colour of a pose; the chosen one's dot is full, and it says so."""
+    blue, green, red = POSE_COLOURS[index]
+    mark = f'<span style="color: rgb({red},{green},{blue})">{"●" if is_chosen else "○"}</span>'
+    return f"{mark} {POSE_NAMES[index]}{', chosen' if is_chosen else ''}"

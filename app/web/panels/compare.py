@@ -1,0 +1,175 @@
+"""The tab Compare: every threshold method side by side, when asked for, and a sweep over the level."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from html import escape
+from typing import Any
+
+import numpy as np
+import viser
+from dockpose import Estimate
+from dockpose.app.commands.compare import COMPARED
+from dockpose.app.drawing.montage import montage
+from dockpose.app.export.words import short_method
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.background import Progress, Task
+from dockpose.app.processing.comparison import compare_view, error_words, sweep_levels
+from dockpose.app.state.view import View, with_method
+from dockpose.app.web.charts.sweep import SweepChart
+from dockpose.app.web.html import MISSING, row, table
+from dockpose.app.web.panels.detect import SMALL
+from dockpose.app.web.panels.settings import help_link
+from dockpose.app.web.widgets import Change
+from dockpose.thresholds import LEVELS
+
+COLUMNS = ("level", "groups", "lights", "centre x, y (px)", "z (cm)", "θx (°)", "θy (°)", "time (ms)", "off by")
+_IN_A_ROW = 5
+_ASK = "Press the button to try every method on this picture. It is not done while sliders move."
+_TABLE_NOTE = (
+    "Off by: distance and angle from the truth, or else from the measured pose. A click on a row, or on a picture "
+    "below, takes the method over."
+)
+# static/page.js presses the button of that name; with the keyboard Enter does.
+_PRESSED = 'role="button" tabindex="0" data-method="{name}" title="Use {name}"'
+_OLD = "The picture or the settings have changed since what is shown here was worked out: press the button again."
+
+
+def compare_html(found: Mapping[str, Estimate], view: View) -> str:
+    """A row a method: what it found, how long that took, and how far off it is where that is known."""
+    rows = [
+        row(short_method(name), method_cells(one, view), attributes=_PRESSED.format(name=short_method(name)))
+        for name, one in found.items()
+    ]
+    return table("methods", COLUMNS, rows, _TABLE_NOTE)
+
+
+def method_cells(found: Estimate, view: View) -> list[str]:
+    """The numbers of one method; where no pose came out, the reason stands in place of the centre."""
+    level = MISSING if found.threshold is None or found.threshold.level >= LEVELS else str(found.threshold.level)
+    groups = MISSING if found.markers is None else str(len(found.markers))
+    counts = [level, groups, str(found.lights_on_ring or 0)]
+    time_ms, pose = f"{found.elapsed_ms:.1f}", found.selected
+    if pose is None:
+        return [*counts, escape(found.status.replace("_", " ")), MISSING, MISSING, MISSING, time_ms, MISSING]
+    return [
+        *counts,
+        f"{pose.centre_px[0]:.1f},&nbsp;{pose.centre_px[1]:.1f}",
+        f"{100 * pose.position_m[2]:.1f}",
+        f"{math.degrees(pose.theta_x_rad):.1f}",
+        f"{math.degrees(pose.theta_y_rad):.1f}",
+        time_ms,
+        error_words(found, view) or MISSING,
+    ]
+
+
+class ComparePanel:
+    """Buttons that start a comparison or a sweep, with progress and cancel; what comes of them; methods to take over.
+
+    Parameters
+    ----------
+    gui : where to build it.
+    change : applies what a person does.
+    on_error : told what goes wrong in the background.
+    """
+
+    def __init__(self, gui: viser.GuiApi, change: Change, on_error: Callable[[Exception], None]) -> None:
+        self._reading: Reading | None = None
+        self._worked_on: dict[str, View] = {}
+        self._compare = gui.add_button(
+            "Compare all methods",
+            icon=viser.Icon.LAYOUT_GRID,
+            hint="Try every threshold method on this picture, up to the pose.",
+        )
+        self._sweep = gui.add_button(
+            "Sweep the level",
+            icon=viser.Icon.CHART_LINE,
+            hint="Try every fixed level from 1 to 255: how far is the dock's centre off by three ways to find it?",
+        )
+        self._bar = gui.add_progress_bar(0, visible=False, animated=True)
+        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint="Give up the work.")
+        self._note = gui.add_html(_note(_ASK))
+        self._chart = SweepChart(gui)
+        self._table = gui.add_html("")
+        self._take_over = [
+            gui.add_button_group(
+                "Use method" if first == 0 else "or",
+                tuple(short_method(name) for name in COMPARED[first : first + _IN_A_ROW]),
+                visible=False,
+                hint="Take this method over for the picture.",
+            )
+            for first in range(0, len(COMPARED), _IN_A_ROW)
+        ]
+        self._montage = gui.add_image(np.zeros((3, 4, 3), np.uint8), format="jpeg", jpeg_quality=90, visible=False)
+        gui.add_html(help_link("compare"))
+        self._task = Task(self._tell, self._on_end, on_error)
+        self._compare.on_click(lambda event: self._begin(self._do_compare))
+        self._sweep.on_click(lambda event: self._begin(self._do_sweep))
+        self._stop.on_click(lambda event: self._task.cancel())
+        for group in self._take_over:
+            _on_take_over(group, change)
+
+    def load(self, view: View) -> None:
+        """Nothing here belongs to the view."""
+
+    def show(self, reading: Reading) -> None:
+        """Remember what there is to compare; say when what was compared is of before."""
+        self._reading = reading
+        if self._worked_on:
+            self._say_age()
+
+    def close(self) -> None:
+        """Stop whatever runs."""
+        self._task.close()
+
+    def _begin(self, work: Callable[[Reading, Progress], None]) -> None:
+        reading = self._reading
+        if reading is not None:
+            self._task.start(lambda progress: self._work(work, reading, progress))
+
+    def _work(self, work: Callable[[Reading, Progress], None], reading: Reading, progress: Progress) -> None:
+        self._bar.visible = self._stop.visible = True
+        work(reading, progress)
+        self._say_age()
+
+    def _say_age(self) -> None:
+        """Say where something shown here is of a view before the present one."""
+        present = None if self._reading is None else self._reading.view
+        is_old = any(view is not present for view in self._worked_on.values())
+        self._note.content = _note(_OLD if is_old else "")
+
+    def _do_compare(self, reading: Reading, progress: Progress) -> None:
+        view = reading.view
+        found = compare_view(view, progress)
+        known = view.truth if view.truth is not None else view.measured
+        self._montage.image = montage(view.image, found, known)[:, :, ::-1]
+        self._table.content = compare_html(found, view)
+        for handle in (self._montage, *self._take_over):
+            handle.visible = True
+        self._worked_on["methods"] = view
+
+    def _do_sweep(self, reading: Reading, progress: Progress) -> None:
+        self._worked_on["sweep"] = reading.view
+        self._chart.show(sweep_levels(reading.view, reading.estimate, progress, show=self._chart.grow))
+
+    def _tell(self, share: float) -> None:
+        if round(100 * share) != self._bar.value:
+            self._bar.value = round(100 * share)
+
+    def _on_end(self) -> None:
+        self._bar.visible = self._stop.visible = False
+
+
+def _note(words: str) -> str:
+    return f'<div style="{SMALL}">{words}</div>' if words else ""
+
+
+def _on_take_over(group: viser.GuiButtonGroupHandle, change: Change) -> None:
+    methods = {short_method(name): name for name in COMPARED}
+
+    @group.on_click
+    def _(event: viser.GuiEvent[Any]) -> None:
+        if event.client is not None:
+            method = methods.get(group.value)
+            change(lambda view: with_method(view, method, view.settings.level), event.client, reload=True)

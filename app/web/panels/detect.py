@@ -1,0 +1,138 @@
+"""How lights are told from water: the threshold method, its level, and the histogram it was read from."""
+
+from __future__ import annotations
+
+from html import escape
+
+import viser
+from dockpose import Estimate
+from dockpose.app.drawing.thresholded import counts
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.state.detection import with_centroid
+from dockpose.app.state.view import MAX_AREA_PX, View, with_level, with_method, with_min_area
+from dockpose.app.web.charts.histogram import HistogramChart
+from dockpose.app.web.widgets import Change, on_change
+from dockpose.thresholds import LEVELS, METHODS
+
+_METHOD_NAMES = {
+    "hats": "HATS (adaptive)",
+    "hats_local": "HATS light by light",
+    "kapur": "Kapur (entropy)",
+    "kittler": "Kittler-Illingworth (minimum error)",
+    "fixed": "Fixed level",
+}
+_CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
+SMALL = "padding: 0 0.75em 0.5em; font-size: 0.8em; line-height: 1.35"
+
+
+_KEY = (
+    "Dots: peaks of the histogram; votes: how many groups a peak stands for (of peaks close together, the surest). "
+    "Dashed blue: groups that each level leaves, where they were counted."
+)
+
+
+def method_label(method: str) -> str:
+    """What a threshold method is called on the page."""
+    return _METHOD_NAMES.get(method, method.capitalize())
+
+
+def threshold_sentence(found: Estimate) -> str:
+    """The level in use, how many groups it keeps, and why this level."""
+    threshold, markers = found.threshold, found.markers
+    if threshold is None:
+        return "No threshold was reached."
+    kept = "" if markers is None else f", which keeps {len(markers)} group{'s' if len(markers) != 1 else ''} of pixels"
+    level = "above 255" if threshold.level >= LEVELS else str(threshold.level)
+    return f"Threshold (orange line): level {level}{kept}. {threshold.reason}"
+
+
+def thrown_out_sentence(found: Estimate) -> str:
+    """What was masked or thrown out, and why."""
+    parts = []
+    masks = len(found.settings.masks)
+    if masks:
+        parts.append(f"{masks} mask{'s hide' if masks > 1 else ' hides'} a part of the picture.")
+    _, thrown_out, small = counts(found)
+    if small:
+        parts.append(f"{small} group{'s' if small > 1 else ''} below {found.settings.min_area_px} px ignored.")
+    if found.ring is not None:
+        parts.append(found.ring.reason)
+    elif thrown_out:
+        parts.append(f"{thrown_out} group{'s' if thrown_out > 1 else ''} kept, but no ring could be looked for.")
+    return " ".join(parts) or "Nothing was masked or thrown out."
+
+
+class DetectPanel:
+    """Method, level, smallest group, kind of centre, and the histogram with the threshold marked."""
+
+    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
+        self._labels = {method_label(method): method for method in METHODS}
+        self._method = gui.add_dropdown(
+            "Threshold by",
+            tuple(self._labels),
+            hint="HATS finds the level from the picture's own histogram. Fixed level: you set it.",
+        )
+        self._level = gui.add_slider(
+            "Level (0-255)",
+            min=0,
+            max=LEVELS - 1,
+            step=1,
+            initial_value=0,
+            hint="Pixels at least this bright count as light. It follows the method; move it and it stays fixed there.",
+        )
+        self._min_area = gui.add_slider(
+            "Min. area (px)",
+            min=1,
+            max=100,
+            step=1,
+            initial_value=1,
+            hint="Groups of fewer bright pixels than this are taken for noise.",
+        )
+        self._centroid = gui.add_dropdown(
+            "Centre of a light",
+            tuple(_CENTROIDS),
+            hint="Weighed by brightness is the more exact; the middle of the pixels kept is what the paper uses.",
+        )
+        self._chart = HistogramChart(gui)
+        self._sentence = gui.add_html("")
+        on_change(self._method, change, self._with_method)
+        on_change(self._level, change, self._with_fixed_level)
+        on_change(self._min_area, change, lambda view: with_min_area(view, self._min_area.value))
+        on_change(self._centroid, change, self._with_centroid)
+
+    def load(self, view: View) -> None:
+        """Set the controls."""
+        self._method.value = method_label(view.settings.method)
+        if view.settings.method == "fixed":
+            self._level.value = view.settings.level
+        self._min_area.max = min(MAX_AREA_PX, max(100, view.settings.min_area_px))
+        self._min_area.value = view.settings.min_area_px
+        self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
+
+    def show(self, reading: Reading) -> None:
+        """Draw the histogram; let the level's slider follow a level that was found."""
+        found = reading.estimate
+        self._sentence.content = (
+            f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>'
+            f"{escape(thrown_out_sentence(found))}<br>"
+            f"{_KEY}</div>"
+        )
+        if found.threshold is None:
+            return
+        self._chart.show(found.threshold)
+        # A result of before the slider was moved must not move it back.
+        if "fixed" not in (reading.view.settings.method, self._labels.get(self._method.value)):
+            self._level.value = min(found.threshold.level, LEVELS - 1)
+
+    def _with_method(self, view: View) -> View:
+        """Under "fixed" the level starts where the method before it left it."""
+        method = self._labels.get(self._method.value, self._method.value)
+        return with_method(view, method, self._level.value)
+
+    def _with_fixed_level(self, view: View) -> View:
+        changed = with_method(with_level(view, self._level.value), "fixed", self._level.value)
+        self._method.value = method_label("fixed")
+        return changed
+
+    def _with_centroid(self, view: View) -> View:
+        return with_centroid(view, _CENTROIDS.get(self._centroid.value))

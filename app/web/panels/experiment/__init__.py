@@ -1,0 +1,1 @@
+"""The tab of the experiment log: session, measured values and the table of rows."""

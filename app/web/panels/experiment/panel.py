@@ -1,0 +1,308 @@
+"""The tab Experiment: frames taken one by one, with what was measured, in a session on the disk."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import viser
+from dockpose.app.experiment import Row, Session
+from dockpose.app.experiment.folder import SessionShelf
+from dockpose.app.export.bundle import bundle_name, to_zip
+from dockpose.app.export.contents import session_files
+from dockpose.app.inputs.checksums import Checksums
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.background import Progress
+from dockpose.app.state.view import ValueRefusedError, View
+from dockpose.app.web.charts.errors import ErrorCharts
+from dockpose.app.web.notifications import Notify
+from dockpose.app.web.panels.experiment.measured import (
+    BLANK,
+    MeasuredFields,
+    Texts,
+    measured_of,
+    texts_of,
+    texts_of_pose,
+    values_of,
+)
+from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
+from dockpose.app.web.saving import Saver
+from dockpose.app.web.widgets import on_click
+
+NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
+WHAT = {
+    "Report (HTML)": "report.html",
+    "Table (CSV)": "table.csv",
+    "Table (Markdown)": "table.md",
+    "Table (LaTeX)": "table.tex",
+    "Table (HTML)": "table.html",
+    "Errors against range (PNG)": "errors.png",
+    "Errors against range (SVG)": "errors.svg",
+    "Errors against range (PDF)": "errors.pdf",
+    "All of these (ZIP)": ALL,
+}
+_NOT_OPEN = "No session is open. Start one in the tab Experiment, or choose one there; then take the frame again."
+
+
+class ExperimentPanel:
+    """Session, button to take a frame, boxes for what was measured, running table, charts and downloads.
+
+    What is typed belongs to the next frame, or to the row that is chosen; both are kept apart until they are saved.
+
+    Parameters
+    ----------
+    gui : where to build it.
+    sessions : the folder of sessions.
+    checksums : of the files that pictures come from.
+    notify : tells a browser what became of a frame.
+    on_error : told what goes wrong without anybody having expected it.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        sessions: SessionShelf,
+        checksums: Checksums,
+        notify: Notify,
+        on_error: Callable[[Exception], None],
+    ) -> None:
+        self._sessions, self._checksums, self._notify, self._on_error = sessions, checksums, notify, on_error
+        self._lock = threading.RLock()
+        self._reading: Reading | None = None
+        self._session: Session | None = None
+        self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
+        self._drafts: dict[int | None, Texts] = {}
+        self._known_pose: dict[str, Any] | None = None
+        self._page_number, self._said = 1, ""
+        self._add_session(gui)
+        self._add_fields(gui)
+        self._add_rows(gui)
+        self._show_session("")
+
+    def load(self, view: View) -> None:
+        """Nothing here belongs to the view."""
+
+    def show(self, reading: Reading) -> None:
+        """Remember what a frame would be; a pose that was measured in the tab Pose goes into the boxes."""
+        self._reading = reading
+        known = reading.view.measured
+        if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
+            return
+        with self._lock:
+            self._known_pose = known
+            if known is not None:
+                self._next_texts = texts_of_pose(known) | {
+                    name: self._next_texts[name] for name in ("distance_cm", "notes")
+                }
+
+    def close(self) -> None:
+        """Let go of the session."""
+        self._saver.close()
+        with self._lock:
+            if self._session is not None:
+                self._session.close()
+
+    def take(self, client: viser.ClientHandle) -> None:
+        """Take the frame that is shown, with the estimate that is shown, for the browser that asked."""
+        self._doing(self._take, client)
+
+    def _add_session(self, gui: viser.GuiApi) -> None:
+        self._choice = gui.add_dropdown(
+            "Session",
+            (NO_SESSION, *self._sessions.names()),
+            hint="A folder of plain files below the one given with --sessions. (none) closes it.",
+        )
+        self._name = gui.add_text("New session", "", hint="What to call it; without a name it is called after the day.")
+        self._start = gui.add_button("Start a new session", icon=viser.Icon.FOLDER_PLUS, hint="Make its folder.")
+        self._take_button = gui.add_button(
+            "Take this frame (T)",
+            icon=viser.Icon.CAMERA_PLUS,
+            disabled=True,
+            hint="The picture, the estimate and what is typed below become a row, on the disk at once. Key: T.",
+        )
+        self._words = gui.add_html("")
+        key = gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
+        key.on_trigger(lambda event: self._on_person(event, self._take))
+        self._choice.on_update(lambda event: self._on_person(event, self._open_chosen))
+        on_click(self._start, lambda client: self._doing(self._start_new, client))
+        on_click(self._take_button, self.take)
+
+    def _add_fields(self, gui: viser.GuiApi) -> None:
+        with gui.add_folder("Measured by hand", expand_by_default=True):
+            self._target = gui.add_dropdown(
+                "Belongs to",
+                (target_name(None),),
+                hint="Whose numbers these are: choose a row to look at them or change them.",
+            )
+            self._fields = MeasuredFields(gui)
+            self._save_row = gui.add_button(
+                "Save the row", icon=viser.Icon.DEVICE_FLOPPY, visible=False, hint="Write what was changed to the disk."
+            )
+            self._keep = gui.add_checkbox(
+                "Keep values",
+                False,
+                hint="Leave the boxes as they are once a frame was taken; else they are empty again.",
+            )
+        self._target.on_update(lambda event: self._on_person(event, self._choose_row))
+        on_click(self._save_row, lambda client: self._doing(self._save_chosen, client))
+
+    def _add_rows(self, gui: viser.GuiApi) -> None:
+        self._table = gui.add_html("")
+        self._page = gui.add_slider(
+            "Page", min=1, max=2, step=1, initial_value=1, visible=False, hint="1 has the newest rows."
+        )
+        self._charts = ErrorCharts(gui)
+        self._what = gui.add_dropdown("What", tuple(WHAT), hint="LaTeX, SVG and PDF are for papers.")
+        self._save = gui.add_button("Save", icon=viser.Icon.DOWNLOAD, hint="It goes to this browser's downloads.")
+        self._saver = Saver(gui, self._notify, self._on_error)
+        self._page.on_update(lambda event: self._on_person(event, self._turn_page))
+        on_click(self._save, lambda client: self._doing(self._download, client))
+
+    @property
+    def _next_texts(self) -> Texts:
+        """What was typed for the next frame."""
+        return self._fields.texts if self._chosen_row is None else self._drafts.get(None, BLANK)
+
+    @_next_texts.setter
+    def _next_texts(self, texts: Texts) -> None:
+        if self._chosen_row is None:
+            self._fields.texts = texts
+        else:
+            self._drafts[None] = texts
+
+    def _open_chosen(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            name = str(self._choice.value)
+            try:
+                session = None if name == NO_SESSION else self._sessions.take_up(name)
+            except ValueError:
+                self._choice.value = NO_SESSION if self._session is None else self._session.record.name
+                raise
+            self._replace(session, "" if session is None else "Taken up again.")
+        self._tell_notices(client)
+
+    def _start_new(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            self._replace(self._sessions.start(str(self._name.value)), "Started.")
+            self._name.value = ""
+
+    def _replace(self, session: Session | None, said: str) -> None:
+        if self._session is not None:
+            self._session.close()
+        self._show_row(None)
+        self._drafts.clear()
+        self._session, self._page_number = session, 1
+        self._show_session(said)
+
+    def _tell_notices(self, client: viser.ClientHandle) -> None:
+        for sentence in () if self._session is None else self._session.notices:
+            self._notify("About the session", sentence, "yellow", client)
+
+    def _take(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            reading, session, texts = self._reading, self._session, self._next_texts
+        if session is None:
+            raise ValueRefusedError(_NOT_OPEN)
+        if reading is None:
+            return
+        view, values = reading.view, values_of(texts)
+        sha256 = self._checksums.sha256(view)
+        row = session.take(view.image, reading.estimate, view.source, measured_of(values), values["notes"], sha256)
+        said = taken_words(row)
+        with self._lock:
+            if not self._keep.value and self._next_texts == texts:
+                self._next_texts = BLANK if self._known_pose is None else texts_of_pose(self._known_pose)
+            if session is self._session:
+                self._show_rows(said)
+        self._notify("Taken", said, "green", client)
+
+    def _choose_row(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            word = str(self._target.value).removeprefix("row ")
+            self._show_row(int(word) if word.isdecimal() else None)
+
+    def _show_row(self, number: int | None) -> None:
+        """Show the boxes of a row, or of the next frame; what was typed so far is kept for whom it belongs to."""
+        self._drafts[self._chosen_row] = self._fields.texts
+        row = next((row for row in self._rows() if row.number == number), None)
+        self._chosen_row = None if row is None else row.number
+        stored = BLANK if row is None else texts_of(row)
+        self._fields.texts = self._drafts.pop(self._chosen_row, stored)
+        self._keep.visible, self._save_row.visible = row is None, row is not None
+        self._save_row.label = "Save the row" if row is None else f"Save row {row.number}"
+        self._target.value = target_name(self._chosen_row)
+
+    def _save_chosen(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            if self._session is None or self._chosen_row is None:
+                return
+            row = self._session.edit(self._chosen_row, **values_of(self._fields.texts))
+            said = f"Row {row.number} is on disk as changed."
+            self._show_rows(said)
+        self._notify("Saved", said, "green", client)
+
+    def _turn_page(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            value = self._page.value
+            self._page_number = int(value) if isinstance(value, (int, float)) else 1
+            self._show_rows(self._said)
+
+    def _rows(self) -> tuple[Row, ...]:
+        return () if self._session is None else self._session.rows
+
+    def _show_session(self, said: str) -> None:
+        """Show which session is open."""
+        session = self._session
+        name = NO_SESSION if session is None else session.record.name
+        names = [NO_SESSION, *self._sessions.names()]
+        self._choice.options = names if name in names else [*names, name]
+        self._choice.value = name
+        self._name.visible = self._start.visible = session is None
+        self._take_button.disabled = self._save.disabled = session is None
+        self._show_rows(said)
+
+    def _show_rows(self, said: str) -> None:
+        """Show a page of the table, what sums it up, and the charts."""
+        self._said, rows = said, self._rows()
+        last = pages(len(rows))
+        self._page_number = min(max(self._page_number, 1), last)
+        self._page.visible, self._page.max = last > 1, max(2, last)
+        self._page.value = self._page_number
+        numbers = [row.number for row in rows_on_page(rows, self._page_number)]
+        if self._chosen_row is not None and self._chosen_row not in numbers:
+            numbers.insert(0, self._chosen_row)
+        self._target.options = [target_name(number) for number in (None, *numbers)]
+        self._table.content = "" if self._session is None else session_table(rows, self._page_number)
+        self._charts.show(rows)
+        self._words.content = state_html(None if self._session is None else self._session.folder, len(rows), said)
+
+    def _download(self, client: viser.ClientHandle) -> None:
+        session, name = self._session, WHAT.get(str(self._what.value))
+        if session is None or name is None:
+            return
+        files = session_files(session.record)
+
+        def make(progress: Progress) -> bytes:
+            return to_zip(files, progress) if name == ALL else files[name]()
+
+        called = bundle_name(session.record.name, ".zip" if name == ALL else f"_{name}")
+        self._saver.save(client, called, make)
+
+    def _on_person(self, event: Any, act: Callable[[viser.ClientHandle], None]) -> None:
+        if event.client is not None:  # None: the program itself set the value
+            self._doing(act, event.client)
+
+    def _doing(self, act: Callable[[viser.ClientHandle], None], client: viser.ClientHandle) -> None:
+        """Do what a person asked for; where that cannot be done, say so, with all that was typed still there."""
+        try:
+            act(client)
+        except ValueError as error:
+            self._notify("That did not work", str(error), "red", client)
+        except Exception as error:  # viser would only write it to the terminal, where nobody looks
+            self._on_error(error)
+
+
+def target_name(number: int | None) -> str:
+    """What the boxes belong to, as the drop-down has it."""
+    return NEXT_FRAME if number is None else f"row {number}"

@@ -1,0 +1,155 @@
+"""What was found, to take away: one file of it, or all of them in a ZIP file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import cv2
+import viser
+from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
+from dockpose.app.export.data import to_png
+from dockpose.app.export.scene import scene_html
+from dockpose.app.inputs.checksums import Checksums
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.background import Progress
+from dockpose.app.state.view import ValueRefusedError, View
+from dockpose.app.web.notifications import Notify
+from dockpose.app.web.panels.detect import SMALL
+from dockpose.app.web.saving import Saver
+from dockpose.app.web.widgets import on_click
+
+WHAT = {
+    "Annotated picture (PNG)": "annotated.png",
+    "Annotated picture for papers (SVG)": "annotated.svg",
+    "Annotated picture for papers (PDF)": "annotated.pdf",
+    "Picture as it came (PNG)": "picture.png",
+    "Report (HTML)": "report.html",
+    "Numbers (CSV)": "result.csv",
+    "Numbers (JSON)": "result.json",
+    "Pose for ROS (YAML)": "pose_ros.yaml",
+    "Camera, dock and settings (YAML)": "settings.yaml",
+    "Histogram (PNG)": "histogram.png",
+    "Histogram for papers (SVG)": "histogram.svg",
+    "All methods side by side (PNG)": "montage.png",
+    "3D view as you see it (PNG)": "view_3d.png",
+    "3D view to turn and zoom (HTML)": "view_3d.html",
+}
+# What each layer is called, and what it is.
+LAYER_WORDS = {
+    "lights": ("Lights", "The dock's lights with their numbers, and what was thrown out."),
+    "ellipse": ("Ellipse", "The ellipse through the lights."),
+    "centres": ("Centres", "The ellipse's centre and where the dock's centre is seen."),
+    "axes": ("Axes", "The axes of both poses."),
+    "normals": ("Normals", "The directions that the dock faces by both poses."),
+    "text": ("Numbers", "Threshold and both poses in numbers; in SVG and PDF they stand in the legend."),
+    "scale": ("Scale", "A bar that says how long a length at the dock is in the picture."),
+}
+_RENDER_S = 20.0
+_NOT_DRAWN = (
+    f"The browser did not draw the 3D view within {_RENDER_S:.0f} s. Keep this page in front while it is saved."
+)
+_WORDS = "What is saved goes to this browser's downloads: the picture and the numbers as they are shown now."
+
+
+class ExportPanel:
+    """A drop-down of files, the layers of the annotated picture, and two buttons.
+
+    Parameters
+    ----------
+    server : the page; its 3D scene is saved too.
+    notify : tells a browser why there is no file.
+    on_error : told what goes wrong without anybody having expected it.
+    checksums : of the files that pictures come from.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, notify: Notify, on_error: Callable[[Exception], None], checksums: Checksums
+    ) -> None:
+        self._server, self._notify, self._checksums = server, notify, checksums
+        self._reading: Reading | None = None
+        gui = server.gui
+        gui.add_html(f'<div style="{SMALL}">{_WORDS}</div>')
+        self._what = gui.add_dropdown("What", tuple(WHAT), hint="SVG and PDF stay sharp at any size.")
+        save = gui.add_button("Save", icon=viser.Icon.DOWNLOAD, hint="Save what is chosen above.")
+        self._montage = gui.add_checkbox(
+            "With the montage of all methods",
+            True,
+            hint="Also try every threshold method and put their pictures side by side: takes a second or so longer.",
+        )
+        save_all = gui.add_button(
+            "Save all as one ZIP file", icon=viser.Icon.FILE_ZIP, hint="Everything that can be chosen above."
+        )
+        self._saver = Saver(gui, notify, on_error)
+        with gui.add_folder("Drawn on the annotated picture", expand_by_default=True):
+            self._layers = {
+                name: gui.add_checkbox(LAYER_WORDS[name][0], True, hint=LAYER_WORDS[name][1]) for name in LAYERS
+            }
+        on_click(save, self._save)
+        on_click(save_all, self._save_all)
+
+    @property
+    def layers(self) -> list[str]:
+        """What is to be drawn on the annotated picture."""
+        return [name for name, box in self._layers.items() if box.value]
+
+    def load(self, view: View) -> None:
+        """Nothing here belongs to the view."""
+
+    def show(self, reading: Reading) -> None:
+        """Remember what there is to save."""
+        self._reading = reading
+
+    def close(self) -> None:
+        """Stop whatever runs."""
+        self._saver.close()
+
+    def _save(self, client: viser.ClientHandle) -> None:
+        reading, layers, name = self._reading, self.layers, WHAT.get(self._what.value)
+        if reading is None or name is None:
+            return
+
+        def make(progress: Progress) -> bytes:
+            files = self._files(reading, client, layers, progress)
+            if name not in files:
+                raise ValueRefusedError(f"{reading.view.source}: there is no {name}: {reading.estimate.message}")
+            return files[name]()
+
+        self._saver.save(client, bundle_name(reading.view.source, f"_{name}"), make)
+
+    def _save_all(self, client: viser.ClientHandle) -> None:
+        reading, layers, with_montage = self._reading, self.layers, bool(self._montage.value)
+        if reading is None:
+            return
+
+        def make(progress: Progress) -> bytes:
+            files = self._files(reading, client, layers, progress.silent())
+            if not with_montage:
+                del files["montage.png"]
+            try:
+                seen = files["view_3d.png"]()
+                files["view_3d.png"] = lambda: seen
+            except ValueRefusedError as error:
+                del files["view_3d.png"]
+                self._notify("The ZIP file lacks a picture", str(error), "yellow", client)
+            return to_zip(files, progress)
+
+        self._saver.save(client, bundle_name(reading.view.source), make)
+
+    def _files(self, reading: Reading, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
+        files = picture_files(reading, layers=layers, sha256=self._checksums.sha256(reading.view), progress=progress)
+        return files | {"view_3d.png": partial(view_picture, client), "view_3d.html": partial(scene_html, self._server)}
+
+
+def view_picture(client: viser.ClientHandle) -> bytes:
+    """The 3D view as one browser shows it, a PNG file without a background.
+
+    Raises ValueRefusedError where the browser does not draw it in time, as one whose window is not to be seen.
+    """
+    size = client.camera.image_height, client.camera.image_width
+    try:
+        picture = client.get_render(*size, transport_format="png", timeout=_RENDER_S)
+    except (TimeoutError, RuntimeError) as error:
+        raise ValueRefusedError(_NOT_DRAWN) from error
+    return to_png(cv2.cvtColor(picture, cv2.COLOR_RGBA2BGRA))

@@ -1,0 +1,196 @@
+"""Both candidates in full, why this one, how others solve it, and how far they are from a measured pose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+import viser
+from dockpose import Estimate
+from dockpose.app.drawing.annotated import POSE_NAMES
+from dockpose.app.export.words import why_this_one
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.peers import peer_poses
+from dockpose.app.state.detection import MEASURED_LIMITS, with_measured, with_pose_by_hand
+from dockpose.app.state.view import View
+from dockpose.app.web.html import MISSING, pose_name, row, table, wide_row
+from dockpose.app.web.panels.detect import SMALL
+from dockpose.app.web.panels.result import candidate_row
+from dockpose.app.web.widgets import Change, on_change
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import pose_error
+
+PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
+ERROR_COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
+_DEFAULT_MEASURED = (0.0, 0.0, 100.0, 0.0, 0.0)
+
+
+def details_html(found: Estimate) -> str:
+    """Both candidates, a column each, with one-sigma; then the ellipse, and why this one was chosen."""
+    if not found.candidates:
+        return f'<div style="{SMALL}">{escape(found.message)}</div>'
+    columns = [pose_name(index, pose is found.selected) for index, pose in enumerate(found.candidates)]
+    described = [_described(pose) for pose in found.candidates]
+    rows = [row(name, [cells[name] for cells in described]) for name in described[0]]
+    return (
+        table("pose-details", columns, rows, "±: one-sigma; twice that to either side holds the truth 19 times in 20.")
+        + f'<div style="{SMALL}">{escape(_ellipse_words(found))}<br><b>{escape(why_this_one(found))}</b></div>'
+    )
+
+
+def peers_html(found: Estimate) -> str:
+    """EPnP and its peers on coloured lights; empty where the dock has none."""
+    if not found.dock.colours:
+        return ""
+    rows = []
+    for name, pose in peer_poses(found).items():
+        if isinstance(pose, str):
+            rows.append(wide_row(f"{escape(name)}: {escape(pose)}", 7))
+        else:
+            cells = candidate_row(pose)
+            rows.append(row(escape(name), [*cells[:5], cells[6]]))
+    if not rows:
+        rows.append(wide_row("The colours do not tell which light is which.", 7))
+    return table("peers", (*ERROR_COLUMNS, "error (px)"), rows, "Point by point, since the lights' colours name them.")
+
+
+def errors_html(found: Estimate, known: dict[str, Any] | None, name: str) -> str:
+    """How far both candidates and the peers are from a known pose; empty where there is none."""
+    if known is None:
+        return ""
+    rows = []
+    for index, pose in enumerate(found.candidates):
+        is_chosen = pose is found.selected
+        rows.append(row(pose_name(index, is_chosen), error_cells(pose, known), bold=is_chosen))
+    for peer, pose in peer_poses(found).items():
+        if not isinstance(pose, str):
+            rows.append(row(escape(peer), error_cells(pose, known)))
+    words = ""
+    error = None if found.selected is None else pose_error(found.selected, known)
+    if error is not None:
+        words = f"The chosen pose is {escape(str(error))}."
+    if not rows:
+        rows.append(wide_row("No pose to compare.", 6))
+    return table(f"errors-{name}", ERROR_COLUMNS, rows, f"Estimated minus {name}. {words}")
+
+
+def error_cells(pose: CirclePose, known: dict[str, Any]) -> list[str]:
+    """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees."""
+    offsets = [100 * (found - true) for found, true in zip(pose.position_m, known["position_m"], strict=True)]
+    turns = [
+        (math.degrees(found) - true + 180) % 360 - 180
+        for found, true in (
+            (pose.theta_x_rad, known["theta_x_deg"]),
+            (pose.theta_y_rad, known["theta_y_deg"]),
+        )
+    ]
+    return [f"{round(value, 1) + 0.0:+.1f}" for value in (*offsets, *turns)]  # + 0.0: no minus before nothing
+
+
+def _described(pose: CirclePose) -> dict[str, str]:
+    """One candidate's numbers by their names with units."""
+    sigma_m, sigma_rad = pose.sigma_position_m, pose.sigma_theta_rad
+    cells = {}
+    for axis, name in enumerate("xyz"):
+        cells[f"{name} (cm)"] = _with_sigma(
+            100 * float(pose.position_m[axis]), None if sigma_m is None else 100 * sigma_m[axis]
+        )
+    for axis, (name, angle) in enumerate((("θx (°)", pose.theta_x_rad), ("θy (°)", pose.theta_y_rad))):
+        cells[name] = _with_sigma(math.degrees(angle), None if sigma_rad is None else math.degrees(sigma_rad[axis]))
+    cells["roll (°)"] = MISSING if pose.roll_rad is None else f"{math.degrees(pose.roll_rad):.1f}"
+    cells["dock centre (px)"] = f"{pose.centre_px[0]:.1f}, {pose.centre_px[1]:.1f}"
+    cells["likely (%)"] = MISSING if pose.probability is None else f"{100 * pose.probability:.1f}"
+    cells["reprojection error (px)"] = MISSING if pose.rms_px is None else f"{pose.rms_px:.3f}"
+    return cells
+
+
+def _with_sigma(value: float, sigma: float | None) -> str:
+    return f"{value:.2f}" if sigma is None else f"{value:.2f} ± {sigma:.2f}"
+
+
+def _ellipse_words(found: Estimate) -> str:
+    ellipse = found.ellipse
+    if ellipse is None:
+        return ""
+    (x, y), (major, minor) = ellipse.centre_px, ellipse.semi_axes_px
+    return (
+        f"Ellipse: centre {x:.1f}, {y:.1f} px; semi-axes {major:.1f} and {minor:.1f} px; eccentricity "
+        f"{ellipse.eccentricity:.3f} (0 is a circle); lights off it by {ellipse.rms_px:.2f} px."
+    )
+
+
+class PosePanel:
+    """Tables, three buttons to overrule the choice, and five numbers of a measured pose."""
+
+    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
+        self._candidates: Sequence[CirclePose] = ()
+        self._details = gui.add_html("")
+        use = gui.add_button_group(
+            "Use pose",
+            (PROGRAM, POSE_A, POSE_B),
+            hint="Overrule the choice where you know better; it holds until the next picture.",
+        )
+        self._peers = gui.add_html("")
+        self._compare = gui.add_checkbox(
+            "Compare with a measured pose",
+            False,
+            hint="Set the pose that you measured by hand beside the estimated one, here and in the 3D view.",
+        )
+        self._measured = {
+            name: gui.add_number(
+                f"Measured {name}",
+                value,
+                min=-limit,
+                max=limit,
+                step=0.1,
+                visible=False,
+                hint="Of the dock's centre, from the camera: x right, y down, z ahead."
+                if "cm" in name
+                else "Turn of the dock's face, 0 where it is square on: θx pitch, θy yaw.",
+            )
+            for (name, limit), value in zip(MEASURED_LIMITS.items(), _DEFAULT_MEASURED, strict=True)
+        }
+        self._errors = gui.add_html("")
+        on_change(self._compare, change, self._with_measured)
+        for number in self._measured.values():
+            on_change(number, change, self._with_measured)
+
+        @use.on_click
+        def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client is not None:
+                change(lambda view: with_pose_by_hand(view, self._named(use.value)), event.client)
+
+    def load(self, view: View) -> None:
+        """Set the measured pose."""
+        measured = view.measured
+        self._compare.value = measured is not None
+        for number in self._measured.values():
+            number.visible = measured is not None
+        if measured is not None:
+            values = [100 * value for value in measured["position_m"]]
+            values += [measured["theta_x_deg"], measured["theta_y_deg"]]
+            for number, value in zip(self._measured.values(), values, strict=True):
+                number.value = round(value, 6)
+
+    def show(self, reading: Reading) -> None:
+        """Fill the tables."""
+        found = reading.estimate
+        self._candidates = found.candidates
+        self._details.content = details_html(found)
+        self._peers.content = peers_html(found)
+        self._errors.content = errors_html(found, reading.view.truth, "truth") + errors_html(
+            found, reading.view.measured, "measured"
+        )
+
+    def _named(self, name: str) -> CirclePose | None:
+        index = POSE_NAMES.index(name) if name in POSE_NAMES else len(self._candidates)
+        return self._candidates[index] if index < len(self._candidates) else None
+
+    def _with_measured(self, view: View) -> View:
+        for number in self._measured.values():
+            number.visible = bool(self._compare.value)
+        if not self._compare.value:
+            return with_measured(view, None)
+        return with_measured(view, {name: number.value for name, number in self._measured.items()})

@@ -1,0 +1,161 @@
+"""Undo and redo, settings files, dark mode, the help and the card of the first opening."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import viser
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.state.preferences import Memory, settings_file, with_settings_file
+from dockpose.app.state.view import View
+from dockpose.app.web.server.pages import help_body
+from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.widgets import Change, add_file_button
+from viser._gui_handles import GuiModalHandle
+
+FIRST_CARD = (
+    "You see a simulated dock: its lights were found, numbered, and an ellipse was laid through them.",
+    "The table and the 3D scene show the two poses the dock may have; the chosen one is solid.",
+    "Try it: move a slider under <b>Source</b> or <b>Camera &amp; dock</b>, or drop a picture of your own on the page.",
+)
+_LINK = '<a href="/help{section}" target="_blank" rel="noopener">{words}</a>'
+
+
+def help_link(section: str, words: str = "What these numbers mean, and how far to trust them") -> str:
+    """A line that leads to a section of the help."""
+    link = _LINK.format(section=f"#{section}", words=words)
+    return f'<div style="padding: 0.3em 0.75em 0.6em; font-size: 0.85em">{link}</div>'
+
+
+@dataclass(frozen=True)
+class Actions:
+    """What the keys and the buttons do, each for the browser that asked."""
+
+    undo: Callable[[viser.ClientHandle], None]
+    redo: Callable[[viser.ClientHandle], None]
+    turn: Callable[[int, viser.ClientHandle], None]
+    play: Callable[[viser.ClientHandle], None]
+
+
+class HabitsPanel:
+    """Buttons, and the same in the command palette (Ctrl+K) with their keys."""
+
+    def __init__(self, server: viser.ViserServer, change: Change, memory: Memory, actions: Actions) -> None:
+        self._server, self._change, self._memory = server, change, memory
+        self._cards: dict[int, GuiModalHandle] = {}
+        gui = server.gui
+        self._area = gui.add_folder("Settings and help")
+        with self._area:
+            back = gui.add_button_group("Changes", ("Undo", "Redo"), hint="Keys: Ctrl+Z and Ctrl+Shift+Z.")
+            self._dark = gui.add_checkbox("Dark mode (D)", memory.now.dark, hint="For dark rooms; all browsers change.")
+            save = gui.add_button(
+                "Save the settings", icon=viser.Icon.DOWNLOAD, hint="Camera, dock and how to search, as a YAML file."
+            )
+            gui.add_html(help_link("page"))
+            help_button = gui.add_button("Help (H)", icon=viser.Icon.HELP, hint="All of it, in a window over the page.")
+            card = gui.add_button("Show the first card", hint="The three sentences of the first opening.")
+        _on(back.on_click, lambda client: (actions.undo if back.value == "Undo" else actions.redo)(client))
+        _on(save.on_click, lambda client: change(self._saver(client), client))
+        _on(help_button.on_click, self.show_help)
+        _on(card.on_click, self.show_first_card)
+        _on(self._dark.on_update, lambda client: self._set_dark(self._dark.value))
+        self._add_commands(actions)
+        self._set_dark(memory.now.dark)
+
+    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+        """Give one browser its button to load settings, and the first card if it is still to be seen."""
+
+        def take(data: bytes, name: str) -> None:
+            self._change(lambda view: with_settings_file(view, data, name), client, reload=True)
+
+        add_file_button(self._area, client, uploads, take, "Load settings", "A file that was saved here.")
+        if self._memory.now.shows_first_card:
+            self.show_first_card(client)
+
+    def load(self, view: View) -> None:
+        """Nothing here depends on the view."""
+
+    def show(self, reading: Reading) -> None:
+        """Remember how was searched, for the next start."""
+        self._memory.change(settings=reading.view.settings)
+
+    def show_first_card(self, client: viser.ClientHandle) -> None:
+        """Show the three sentences over the page of one browser."""
+        sentences = "".join(f'<p style="margin: 0 0.75em 0.7em">{sentence}</p>' for sentence in FIRST_CARD)
+        self._show_card(client, "Welcome to dockpose", sentences, "Start")
+
+    def show_help(self, client: viser.ClientHandle) -> None:
+        """Show the help over the page of one browser."""
+        link = _LINK.format(section="", words="Open it in a tab of its own")
+        self._show_card(
+            client, "Help", f'<div style="padding: 0 0.75em">{link}{help_body()}</div>', "Close", is_long=True
+        )
+
+    def forget(self, client: viser.ClientHandle) -> None:
+        """Forget the card of a browser that left."""
+        self._cards.pop(client.client_id, None)
+
+    def _show_card(
+        self, client: viser.ClientHandle, title: str, html: str, words: str, *, is_long: bool = False
+    ) -> None:
+        self._close_card(client)
+        card = client.gui.add_modal(title)
+        self._cards[client.client_id] = card
+        with card:
+            button = client.gui.add_button(words, order=0 if is_long else 2)
+            client.gui.add_html(html, order=1)
+        _on(button.on_click, self._dismiss)
+
+    def _dismiss(self, client: viser.ClientHandle) -> None:
+        self._close_card(client)
+        self._memory.change(shows_first_card=False)
+
+    def _close_card(self, client: viser.ClientHandle) -> None:
+        card = self._cards.pop(client.client_id, None)
+        if card is not None:
+            card.close()
+
+    def _set_dark(self, is_dark: bool) -> None:
+        self._server.gui.configure_theme(dark_mode=bool(is_dark), show_logo=False, show_share_button=False)
+        self._dark.value = bool(is_dark)
+        self._memory.change(dark=bool(is_dark))
+
+    def _saver(self, client: viser.ClientHandle) -> Callable[[View], View]:
+        def save(view: View) -> View:
+            client.send_file_download("settings.yaml", settings_file(view), save_immediately=True)
+            return view
+
+        return save
+
+    def _add_commands(self, actions: Actions) -> None:
+        key, with_shift = "cmd/ctrl", "cmd/ctrl+shift"
+        self._add_command("Undo", "The last change of a setting.", "Z", key, actions.undo)
+        self._add_command("Redo", "What was undone last.", "Z", with_shift, actions.redo)
+        self._add_command("Next picture", "Of the list it is from.", "N", None, lambda client: actions.turn(1, client))
+        self._add_command("Previous picture", "Of its list.", "P", None, lambda client: actions.turn(-1, client))
+        self._add_command("Play or pause", "The sequence that is open.", "K", None, actions.play)
+        self._add_command("Dark mode", "On or off.", "D", None, lambda client: self._set_dark(not self._dark.value))
+        self._add_command("Help", "What the numbers mean.", "H", None, self.show_help)
+
+    def _add_command(
+        self,
+        label: str,
+        description: str,
+        hotkey: Literal["Z", "N", "P", "K", "D", "H"],
+        modifier: Literal["cmd/ctrl", "cmd/ctrl+shift"] | None,
+        act: Callable[[viser.ClientHandle], None],
+    ) -> None:
+        command = self._server.gui.add_command(label, description=description, hotkey=hotkey, modifier=modifier)
+        _on(command.on_trigger, act)
+
+
+def _on(attach: Callable[[Callable[[Any], None]], Any], act: Callable[[viser.ClientHandle], Any]) -> None:
+    """Call ``act`` with the browser in which a person did something."""
+
+    def called(event: Any) -> None:
+        if event.client is not None:
+            act(event.client)
+
+    attach(called)

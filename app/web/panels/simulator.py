@@ -1,0 +1,140 @@
+"""A simulated scene with a slider for all that matters in it; turning one shows the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import viser
+from dockpose.app.inputs.received import read_sent
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.state.scene import (
+    DISTURBANCE_KNOBS,
+    KNOBS,
+    POSE_KNOBS,
+    PSF_MODELS,
+    WATER_KNOBS,
+    preset_name,
+    scene_of,
+    with_camera_in_use,
+    with_knob,
+    with_missing,
+    with_psf,
+    with_scene,
+    with_text,
+    with_water,
+)
+from dockpose.app.state.view import View
+from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.widgets import Change, add_file_button, on_change, on_click
+from dockpose.camera.files import to_yaml
+from dockpose.simulate import Scene, load_scene
+from dockpose.simulate.optics.water import PRESETS
+
+_OTHER_WATER = "(own mixture)"
+
+
+class SimulatorPanel:
+    """Sliders for pose, water and disturbances; a scene file can be loaded and saved."""
+
+    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
+        self._change = change
+        self._sliders: dict[str, viser.GuiSliderHandle[float]] = {}
+        self._area = gui.add_folder("Simulated scene")
+        with self._area:
+            with gui.add_folder("Pose of the dock", expand_by_default=False):
+                self._add_sliders(gui, POSE_KNOBS)
+            with gui.add_folder("Water and light", expand_by_default=False):
+                self._add_water(gui)
+            with gui.add_folder("Disturbances", expand_by_default=False):
+                self._add_disturbances(gui)
+            own = gui.add_button(
+                "Use camera & dock in use",
+                icon=viser.Icon.CAMERA,
+                hint="Simulate with the camera and the dock as they stand under Camera & dock.",
+            )
+            save = gui.add_button(
+                "Save the scene", icon=viser.Icon.DOWNLOAD, hint="A YAML file with every number of the scene."
+            )
+        on_click(own, lambda client: change(with_camera_in_use, client, reload=True))
+        on_click(save, lambda client: change(self._saver(client), client))
+        for name, slider in self._sliders.items():
+            on_change(slider, change, _turn(name, slider), reload=False)
+        on_change(self._water, change, self._with_water, reload=True)
+        on_change(self._psf, change, lambda view: with_psf(view, self._psf.value))
+        on_change(self._missing, change, lambda view: with_missing(view, self._missing.value))
+        on_change(self._text, change, lambda view: with_text(view, self._text.value))
+
+    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+        """Give one browser its button to load a scene."""
+
+        def take(data: bytes, name: str) -> None:
+            self._change(
+                lambda view: with_scene(view, read_sent(data, name, load_scene), keep=False), client, reload=True
+            )
+
+        hint = "A scene file, as saved here or as those beside the sample scenes."
+        add_file_button(self._area, client, uploads, take, "Load a scene", hint)
+
+    def load(self, view: View) -> None:
+        """Set all controls to the scene that is shown, or the one to start from."""
+        scene = scene_of(view)
+        for name, slider in self._sliders.items():
+            knob = KNOBS[name]
+            slider.value = round(knob.limits.clamp(knob.get(scene)), 3)
+        self._water.value = preset_name(scene.water) or _OTHER_WATER
+        self._psf.value = scene.psf.model if scene.psf.model in PSF_MODELS else PSF_MODELS[0]
+        self._missing.value = ", ".join(map(str, scene.lights.missing))
+        self._text.value = scene.texts[0].text if scene.texts else ""
+
+    def show(self, reading: Reading) -> None:
+        """The truth stands in the table of poses; here only the water's name follows the turbidity."""
+        name = preset_name(scene_of(reading.view).water) or _OTHER_WATER
+        if self._water.value != name:
+            self._water.value = name
+
+    def _add_sliders(self, gui: viser.GuiApi, knobs: dict[str, Any]) -> None:
+        for name, knob in knobs.items():
+            low, high, step = knob.limits.low, knob.limits.high, knob.limits.step
+            self._sliders[name] = gui.add_slider(
+                knob.label, min=float(low), max=float(high), step=float(step), initial_value=float(low), hint=knob.hint
+            )
+
+    def _add_water(self, gui: viser.GuiApi) -> None:
+        self._water = gui.add_dropdown(
+            "Water", (*PRESETS, _OTHER_WATER), hint="Measured waters, from clear ocean to harbour; tank is ours."
+        )
+        self._psf = gui.add_dropdown(
+            "Spread of light",
+            PSF_MODELS,
+            hint="Model of how water blurs a lamp. voss: measured phase functions; hou and hou_poisson: the paper's, "
+            "valid near by only; gaussian: the simplest.",
+        )
+        self._add_sliders(gui, WATER_KNOBS)
+
+    def _add_disturbances(self, gui: viser.GuiApi) -> None:
+        self._add_sliders(gui, DISTURBANCE_KNOBS)
+        self._missing = gui.add_text(
+            "Missing lights", "", hint="Numbers of the lights that are dead, counted from 0, as 0, 3, 7."
+        )
+        self._text = gui.add_text("Burnt-in text", "", hint="Letters that a recorder writes into the picture.")
+
+    def _with_water(self, view: View) -> View:
+        return view if self._water.value == _OTHER_WATER else with_water(view, self._water.value)
+
+    def _saver(self, client: viser.ClientHandle) -> Callable[[View], View]:
+        def save(view: View) -> View:
+            client.send_file_download("scene.yaml", scene_bytes(scene_of(view)), save_immediately=True)
+            return view
+
+        return save
+
+
+def scene_bytes(scene: Scene) -> bytes:
+    """A scene file that :func:`dockpose.simulate.load_scene` reads back to the same numbers."""
+    return to_yaml(msgspec.to_builtins(scene)).encode()
+
+
+def _turn(name: str, slider: viser.GuiSliderHandle[float]) -> Callable[[View], View]:
+    return lambda view: with_knob(view, name, slider.value)

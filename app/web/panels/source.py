@@ -1,0 +1,189 @@
+"""Which picture is looked at: a sample scene, an uploaded one, or one of a folder on this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import viser
+from dockpose.app.inputs.folder import Shelf, below, folders_below, pictures_in, step
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.resources import sample_names
+from dockpose.app.state.view import View, with_file, with_sample, with_upload
+from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.widgets import Change, add_file_button, on_change, on_click
+
+OWN_PICTURE = "(own picture)"
+NONE_CHOSEN = "(none)"
+
+
+class SourcePanel:
+    """Samples, uploads, a folder, and buttons that page through whichever the picture is from.
+
+    Parameters
+    ----------
+    gui, change : of the page.
+    shelf : the uploaded pictures.
+    root : the folder on this machine that may be shown; None for none.
+    """
+
+    def __init__(self, gui: viser.GuiApi, change: Change, shelf: Shelf, root: Path | None) -> None:
+        self._change, self._shelf, self._root = change, shelf, root
+        self._folder_area = gui.add_folder("Picture")
+        with self._folder_area:
+            self._sample = gui.add_dropdown(
+                "Sample scene",
+                (*sample_names(), OWN_PICTURE),
+                hint="Simulated scenes that come with the program; their camera, dock and true pose are known.",
+                order=1,
+            )
+            self._uploaded = gui.add_dropdown(
+                "Uploaded",
+                (NONE_CHOSEN,),
+                hint="Pictures that were sent to this page since it started; the oldest go when there is no more room.",
+                order=3,
+                visible=False,
+            )
+            self._forget = gui.add_button(
+                "Forget uploads",
+                icon=viser.Icon.TRASH,
+                hint="Give the memory back that uploaded pictures take. The picture that is shown stays.",
+                order=3.5,
+                visible=False,
+            )
+            self._folder, self._file = self._add_folder_choice(gui)
+            pages = gui.add_button_group(
+                "Turn pages",
+                ("Previous", "Next"),
+                hint="The picture before or after this one, in the list it is from. Keys: P and N.",
+                order=6,
+            )
+        on_change(self._sample, change, self._with_sample, reload=True)
+        on_change(self._uploaded, change, self._with_uploaded, reload=True)
+        on_change(self._file, change, self._with_file, reload=True)
+
+        on_click(
+            self._forget, lambda client: change(lambda view: self._without_uploads(view, client), client, reload=True)
+        )
+
+        @self._folder.on_update
+        def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client is not None:
+                change(self._with_folder, event.client)
+
+        @pages.on_click
+        def _(event: viser.GuiEvent[Any]) -> None:
+            if event.client is not None:
+                self.turn(-1 if pages.value == "Previous" else 1, event.client)
+
+    def turn(self, by: int, client: viser.ClientHandle) -> None:
+        """Show the next picture of the list, or the one before."""
+        self._change(lambda view: self._turned(view, by), client, reload=True)
+
+    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+        """Give one browser its upload button."""
+
+        def take(data: bytes, name: str) -> None:
+            self._change(lambda view: self._with_new_upload(view, data, name), client, reload=True)
+
+        add_file_button(
+            self._folder_area,
+            client,
+            uploads,
+            take,
+            "Upload pictures",
+            "PNG, JPEG, TIFF, BMP, WebP or PNM, 8 or 16 bit, several at once; or drop them anywhere on the page. They "
+            "stay on this machine.",
+            mime_type="image/*",
+            order=2,
+        )
+
+    def load(self, view: View) -> None:
+        """Show where the picture is from."""
+        self._sample.value = view.sample or OWN_PICTURE
+        uploaded = self._shelf.names()
+        self._uploaded.visible = self._forget.visible = bool(uploaded)
+        self._forget.label = f"Forget uploads ({_megabytes(self._shelf.kept_bytes)})"
+        _fill(self._uploaded, uploaded, view.item if view.list_name == "uploads" else None)
+        if self._root is not None:
+            files = pictures_in(self._root, self._folder.value)
+            _fill(self._file, files, view.item if view.list_name == "folder" else None)
+
+    def show(self, reading: Reading) -> None:
+        """A scene whose sliders were turned is no longer the sample."""
+        name = reading.view.sample or OWN_PICTURE
+        if self._sample.value != name:
+            self._sample.value = name
+
+    def _add_folder_choice(self, gui: viser.GuiApi) -> tuple[Any, Any]:
+        folders = ["."] if self._root is None else folders_below(self._root)
+        hint = "Folders below the one that was given when dockpose was started (--folder)."
+        folder = gui.add_dropdown("Folder", tuple(folders), hint=hint, order=4, visible=self._root is not None)
+        file = gui.add_dropdown(
+            "File",
+            (NONE_CHOSEN,),
+            hint="Pictures of that folder. A YAML of the same name beside one gives its camera and dock.",
+            order=5,
+            visible=self._root is not None,
+        )
+        return folder, file
+
+    def _with_sample(self, view: View) -> View:
+        return view if self._sample.value == OWN_PICTURE else with_sample(view, self._sample.value)
+
+    def _with_new_upload(self, view: View, data: bytes, name: str) -> View:
+        shown = with_upload(view, data, name)
+        self._shelf.add(name, data)  # only what can be read is kept
+        return shown
+
+    def _without_uploads(self, view: View, client: viser.ClientHandle) -> View:
+        """Forgetting them changes nothing in what is shown."""
+        sentence = forgotten_sentence(len(self._shelf.names()), self._shelf.kept_bytes)
+        self._shelf.make_room(0)
+        client.add_notification("Uploads forgotten", sentence, color="green")
+        return view
+
+    def _with_uploaded(self, view: View) -> View:
+        name = self._uploaded.value
+        return view if name == NONE_CHOSEN else with_upload(view, self._shelf.get(name), name)
+
+    def _with_file(self, view: View) -> View:
+        name = self._file.value
+        return view if name == NONE_CHOSEN or self._root is None else with_file(view, below(self._root, name), name)
+
+    def _with_folder(self, view: View) -> View:
+        """Choosing a folder lists its pictures, and leaves the shown one."""
+        if self._root is not None:
+            _fill(self._file, pictures_in(self._root, self._folder.value), None)
+        return view
+
+    def _turned(self, view: View, by: int) -> View:
+        if view.list_name == "samples":
+            name = step(sample_names(), view.item, by)
+            return view if name is None else with_sample(view, name)
+        if view.list_name == "uploads":
+            name = step(self._shelf.names(), view.item, by)
+            return view if name is None else with_upload(view, self._shelf.get(name), name)
+        if view.list_name == "folder" and self._root is not None:
+            name = step(pictures_in(self._root, Path(view.item).parent.as_posix()), view.item, by)
+            return view if name is None else with_file(view, below(self._root, name), name)
+        return view
+
+
+def forgotten_sentence(pictures: int, size: int) -> str:
+    """How many pictures are no longer kept, and how many bytes that frees."""
+    return f"{pictures} picture{'' if pictures == 1 else 's'} forgotten, which frees {_megabytes(size)} of memory."
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 2**20:.1f} MB"
+
+
+def _fill(dropdown: Any, names: list[str], chosen: str | None) -> None:
+    """Offer names in a drop-down, and "(none)" before them."""
+    options = (NONE_CHOSEN, *names)
+    value = chosen if chosen in options else NONE_CHOSEN
+    if dropdown.options != options:
+        dropdown.options = options
+    if dropdown.value != value:
+        dropdown.value = value

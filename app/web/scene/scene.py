@@ -1,0 +1,284 @@
+"""The scene between the panels, in metres: the camera with its image plane, both poses, and known ones beside them."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import msgspec
+import numpy as np
+import viser
+from dockpose import Camera, Dock, Estimate
+from dockpose.app.drawing.annotated import POSE_COLOURS, POSE_NAMES, to_bgr8
+from dockpose.app.processing.analysis import Reading
+from dockpose.app.state.view import View
+from dockpose.app.web.scene.known_poses import KnownDock, known_pose
+from dockpose.app.web.scene.viewpoints import OVERVIEW, Extent, viewpoint
+from dockpose.pose.circle import CirclePose
+from viser import transforms
+
+PLANE_AT = 0.3  # of the way to the dock: near enough to the camera to belong to it, large enough to be seen
+NORMAL_LENGTH = 1.3  # radii, as in the annotated picture
+_TEXTURE_WIDTH_PX = 640
+_QUICK_TEXTURE_WIDTH_PX = 320  # where pictures follow each other faster than a browser can draw large ones
+_QUICK_S = 0.5
+# Okabe and Ito's bluish green and reddish purple.
+_TRUTH_COLOUR, _MEASURED_COLOUR = (0, 158, 115), (204, 121, 167)
+_PATH_COLOUR = (86, 180, 233)
+_PATH_POINTS = 400
+_GREY = (130, 130, 130)
+_AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
+_IMAGE_OPACITY = 0.7  # the docks behind it shine through, over their own lights when seen from the camera
+_DECIMETRES_FROM_M, _DECIMETRES_TO_M = 0.5, 4.0
+_CELLS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+
+
+def ring_segments(*, dashed: bool) -> np.ndarray:
+    """Pieces (N, 2, 3) of a circle of radius 1 in the dock's plane: without gaps, or every other one."""
+    angles = np.linspace(0, 2 * np.pi, 97)
+    points = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    return pieces[np.arange(96) % 4 < 2] if dashed else pieces
+
+
+def lights_on_ring(dock: Dock, roll_rad: float | None) -> np.ndarray:
+    """Places (N, 3) of a dock's lights on a circle of radius 1 in its plane; none where their number is not known."""
+    if dock.lights is None:
+        return np.zeros((0, 3))
+    angles = (roll_rad or 0.0) + dock.light_angles_rad()
+    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+
+
+def image_plane(camera: Camera, z_m: float) -> tuple[float, float, tuple[float, float, float]]:
+    """Width, height and middle, in metres, of the image plane drawn at ``z_m`` before the camera.
+
+    The principal point lies on the optical axis, wherever it is in the picture.
+    """
+    width, height = camera.width * z_m / camera.fx, camera.height * z_m / camera.fy
+    middle_x = ((camera.width - 1) / 2 - camera.cx) * z_m / camera.fx
+    middle_y = ((camera.height - 1) / 2 - camera.cy) * z_m / camera.fy
+    return width, height, (middle_x, middle_y, z_m)
+
+
+def rays_to_lights(found: Estimate) -> np.ndarray:
+    """Lines (N, 2, 3) in metres through the water, from the camera or its port to the lights of the chosen pose."""
+    pose = found.selected
+    if pose is None or found.markers is None or found.ring is None:
+        return np.zeros((0, 2, 3))
+    points_px = found.markers.points_px[found.ring.on_ring]
+    starts, rays = found.camera.ray_starts(points_px), found.camera.rays(points_px)
+    lengths = ((pose.position_m - starts) @ pose.normal) / (rays @ pose.normal)
+    ends = starts + rays * lengths[:, None]
+    if found.camera.port is not None:  # the rays seem to come from behind its outer face, but begin there
+        face_m = found.camera.port.air_gap_m + found.camera.port.glass_m
+        starts = starts + rays * ((face_m - starts[:, 2]) / rays[:, 2])[:, None]
+    return np.stack([starts, ends], axis=1)
+
+
+def path_segments(reading: Reading) -> np.ndarray:
+    """Pieces (N, 2, 3) in metres of the way that the dock's centre took over the frames of a sequence."""
+    if reading.followed is None:
+        return np.zeros((0, 2, 3))
+    path = reading.followed.course.path_m(_PATH_POINTS)
+    return np.stack([path[:-1], path[1:]], axis=1)
+
+
+def pose_label(name: str, pose: CirclePose) -> str:
+    """What a pose is called in the scene: its letter, and how likely it is."""
+    return name if pose.probability is None else f"{name} {100 * pose.probability:.0f} %"
+
+
+def extent_of(found: Estimate, *known: dict[str, Any] | None) -> Extent:
+    """The box around the camera and all docks, estimated and known; a metre of water where there is no dock."""
+    radius = found.dock.radius
+    points = [np.zeros(3)]
+    for pose in filter(None, map(known_pose, known)):
+        points += [pose[0] - radius, pose[0] + radius]
+    for pose in found.candidates:
+        points += [pose.position_m - radius, pose.position_m + radius]
+    if len(points) == 1:
+        points.append(np.array([0.0, 0.0, 1.0]))
+    return Extent(np.min(points, axis=0), np.max(points, axis=0))
+
+
+def grid_cell_m(extent: Extent) -> float:
+    """Size of a grid square: a decimetre at a tank's distances, elsewhere about ten to the dock."""
+    if _DECIMETRES_FROM_M <= extent.depth_m <= _DECIMETRES_TO_M:
+        return 0.1
+    return next((cell for cell in _CELLS_M if cell >= extent.depth_m / 15), _CELLS_M[-1])
+
+
+@dataclass(frozen=True)
+class _PoseNodes:
+    """The scene's nodes of one pose."""
+
+    frame: viser.FrameHandle
+    ring: viser.LineSegmentsHandle
+    lights: viser.PointCloudHandle
+    normal: viser.ArrowsHandle
+    label: viser.LabelHandle
+
+
+class View3D:
+    """Draws readings. Its nodes are made once and then only changed, so that dragging a slider does not flicker."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._pictured: np.ndarray | None = None
+        self._pictured_at_s = -math.inf
+        self._looked_at: str | None = None
+        self.extent = Extent(np.zeros(3), np.ones(3))
+        self.camera = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
+        scene = server.scene
+        scene.set_up_direction("-y")
+        scene.configure_default_lights(cast_shadow=False)  # shadows tell nothing here, and take half the drawing time
+        self._grid = scene.add_grid(
+            "/grid", plane="xz", cell_color=_GREY, cell_thickness=0.5, section_color=_GREY, fade_strength=0.5
+        )
+        self._grid_label = scene.add_label("/grid/label", "", anchor="top-left", font_screen_scale=0.8)
+        no_lines = np.zeros((1, 2, 3))
+        scene.add_label("/camera/label", "camera", anchor="bottom-center")
+        self._axes = scene.add_line_segments(
+            "/camera/axes",
+            np.stack([np.zeros((3, 3)), np.eye(3)], axis=1),
+            np.repeat(_AXIS_COLOURS[:, None], 2, axis=1),
+            thickness=2.5,
+            thickness_units="screen",
+        )
+        self._axis_labels = [
+            scene.add_label(f"/camera/{axis}", axis, anchor="center-center", font_screen_scale=0.8) for axis in "xyz"
+        ]
+        self._edges = scene.add_line_segments("/camera/edges", no_lines, _GREY, thickness=1.5, thickness_units="screen")
+        self._rays = scene.add_line_segments("/rays", no_lines, _GREY, thickness=0.8, thickness_units="screen")
+        self._path = scene.add_line_segments("/path", no_lines, _PATH_COLOUR, thickness=2.0, thickness_units="screen")
+        self._image: viser.ImageHandle | None = None
+        self._truth = KnownDock(scene, "truth", _TRUTH_COLOUR)
+        self._measured = KnownDock(scene, "measured", _MEASURED_COLOUR)
+        self._poses = [self._pose_nodes(name, colour) for name, colour in zip(POSE_NAMES, POSE_COLOURS, strict=True)]
+
+    def show(self, reading: Reading) -> None:
+        """Draw what was found; called from the worker's thread."""
+        found = reading.estimate
+        view = reading.view
+        self.extent, self.camera = extent_of(found, view.truth, view.measured), found.camera
+        plane_z = PLANE_AT * self.extent.depth_m
+        with self._server.atomic():
+            plane_bottom = self._show_camera(reading.view, plane_z)
+            self._show_grid(max(float(self.extent.high[1]) + 0.15 * self.extent.depth_m, 1.05 * plane_bottom))
+            self._rays.visible = found.selected is not None
+            self._rays.points = rays_to_lights(found)
+            for index, nodes in enumerate(self._poses):
+                self._show_pose(nodes, index, found)
+            self._keep_labels_apart(found)
+            self._path.points = path_segments(reading)
+            self._truth.show(view.truth, found.dock.radius)
+            self._measured.show(view.measured, found.dock.radius)
+        self._pictured = view.image
+        if self._looked_at != view.source:  # while a simulated scene is changed the viewpoint stays
+            self._looked_at = view.source
+            self.look_from_everywhere(OVERVIEW)
+
+    def _pose_nodes(self, name: str, bgr: tuple[int, int, int]) -> _PoseNodes:
+        scene, path = self._server.scene, f"/pose_{name.lower()}"
+        blue, green, red = bgr
+        colour = (red, green, blue)
+        return _PoseNodes(
+            frame=scene.add_frame(path, show_axes=False, visible=False),
+            ring=scene.add_line_segments(
+                f"{path}/ring", ring_segments(dashed=False), colour, thickness=3.0, thickness_units="screen"
+            ),
+            lights=scene.add_point_cloud(f"{path}/lights", np.zeros((1, 3)), colour, point_shape="circle"),
+            normal=scene.add_arrows(f"{path}/normal", np.array([[[0, 0, 0], [0, 0, -NORMAL_LENGTH]]]), colour),
+            label=scene.add_label(f"{path}/label", name),
+        )
+
+    def _show_pose(self, nodes: _PoseNodes, index: int, found: Estimate) -> None:
+        nodes.frame.visible = index < len(found.candidates)
+        if not nodes.frame.visible:
+            return
+        pose, radius = found.candidates[index], found.dock.radius
+        is_chosen = pose is found.selected
+        transform = pose.T_camera_dock
+        nodes.frame.position = transform[:3, 3]
+        nodes.frame.wxyz = transforms.SO3.from_matrix(transform[:3, :3]).wxyz
+        nodes.ring.points = ring_segments(dashed=not is_chosen)
+        nodes.ring.thickness = 3.0 if is_chosen else 2.0
+        nodes.ring.scale = radius
+        dock = found.dock if found.dock.lights else msgspec.structs.replace(found.dock, lights=found.lights_on_ring)
+        nodes.lights.points = lights_on_ring(dock, pose.roll_rad)
+        nodes.lights.point_size = 0.08 if is_chosen else 0.06
+        nodes.lights.scale = radius
+        nodes.normal.scale = radius
+        nodes.normal.shaft_radius = 0.03 if is_chosen else 0.015
+        nodes.normal.head_radius = 0.09 if is_chosen else 0.06
+        nodes.normal.head_length = 0.2
+        nodes.label.position = (0, 0, -NORMAL_LENGTH * radius)
+        nodes.label.text = pose_label(POSE_NAMES[index], pose)
+
+    def _keep_labels_apart(self, found: Estimate) -> None:
+        """Write the label of the normal that ends farther left to the left of its tip, the other to the right."""
+        tips_x = [pose.position_m[0] + NORMAL_LENGTH * found.dock.radius * pose.normal[0] for pose in found.candidates]
+        leftmost = int(np.argmin(tips_x)) if tips_x else 0
+        for index, nodes in enumerate(self._poses):
+            nodes.label.anchor = "bottom-right" if index == leftmost else "top-left"
+
+    def _show_camera(self, view: View, plane_z: float) -> float:
+        """Draw the image plane, its edges and the axes; returns the lowest y of the plane."""
+        width, height, middle = image_plane(view.camera, plane_z)
+        if self._image is None or self._pictured is not view.image:
+            now_s = time.monotonic()
+            is_quick, self._pictured_at_s = now_s - self._pictured_at_s < _QUICK_S, now_s
+            widest = _QUICK_TEXTURE_WIDTH_PX if is_quick else _TEXTURE_WIDTH_PX
+            texture = _translucent(to_bgr8(view.image)[:, :, ::-1], widest)
+            self._image = self._server.scene.add_image("/camera/image", texture, width, height)
+        self._image.render_width, self._image.render_height = width, height
+        self._image.position = middle
+        corners = (
+            np.array(middle)
+            + np.array([[-width, -height, 0], [width, -height, 0], [width, height, 0], [-width, height, 0]]) / 2
+        )
+        edges = [(np.zeros(3), corner) for corner in corners]
+        edges += [(corners[i], corners[(i + 1) % 4]) for i in range(4)]
+        self._edges.points = np.array(edges)
+        self._axes.scale = plane_z / 3
+        for label, axis in zip(self._axis_labels, np.eye(3), strict=True):
+            label.position = axis * plane_z * 0.4
+        return middle[1] + height / 2
+
+    def _show_grid(self, floor_y: float) -> None:
+        cell = grid_cell_m(self.extent)
+        depth = cell * math.ceil(1.3 * self.extent.depth_m / cell)
+        self._grid.cell_size, self._grid.section_size = cell, 10 * cell
+        self._grid.width, self._grid.height = depth, depth
+        self._grid.position = (0.0, floor_y, depth / 2 - cell)
+        self._grid_label.position = (0.0, 0.0, -depth / 2)
+        self._grid_label.text = f"grid squares: {100 * cell:g} cm" if cell < 1 else f"grid squares: {cell:g} m"
+
+    def look_from(self, client: viser.ClientHandle, name: str) -> None:
+        """Move one browser's viewpoint to one of ``viewpoints.NAMES``."""
+        place = viewpoint(name, self.extent, self.camera, client.camera.aspect)
+        with client.atomic():
+            client.camera.fov = place.fov_rad
+            client.camera.position = place.position
+            client.camera.look_at = place.look_at
+
+    def look_from_everywhere(self, name: str) -> None:
+        """Move the viewpoint of every browser, and of those that are still to come."""
+        place = viewpoint(name, self.extent, self.camera, None)
+        initial = self._server.initial_camera
+        initial.fov, initial.position, initial.look_at = place.fov_rad, place.position, place.look_at
+        for client in self._server.get_clients().values():
+            self.look_from(client, name)
+
+
+def _translucent(picture: np.ndarray, widest_px: int) -> np.ndarray:
+    """The picture, at most so wide, with an opacity."""
+    height, width = picture.shape[:2]
+    scale = min(1.0, widest_px / width)
+    size = (max(1, round(width * scale)), max(1, round(height * scale)))
+    small = cv2.resize(np.ascontiguousarray(picture), size, interpolation=cv2.INTER_AREA)
+    opacity = np.full((*small.shape[:2], 1), round(255 * _IMAGE_OPACITY), dtype=np.uint8)
+    return np.concatenate([small, opacity], axis=2)

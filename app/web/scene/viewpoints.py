@@ -1,0 +1,81 @@
+"""Where to look at the scene from so that the camera and both docks are seen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from dockpose import Camera
+
+OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE = "Fit", "Camera", "Side", "Above"
+NAMES = (OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE)
+# Unit-free directions from the scene's middle to the eye; the camera frame's y points down. Straight above would leave
+# the eye without an up direction, so it stands a little aside.
+_DIRECTIONS = {
+    OVERVIEW: (0.62, -0.55, -0.75),
+    FROM_SIDE: (1.0, -0.12, 0.0),
+    FROM_ABOVE: (0.0, -1.0, -0.02),
+}
+_FOV_RAD = math.radians(50)
+_ASPECT = 0.6  # width to height of the space between the panels on a small laptop
+_MARGIN = 1.15
+
+
+@dataclass(frozen=True)
+class Extent:
+    """A box in metres: its lowest and its highest x, y, z."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def depth_m(self) -> float:
+        """How far it reaches from the camera."""
+        return max(1e-3, float(self.high[2]))
+
+    def corners(self) -> np.ndarray:
+        """Its corners (8, 3)."""
+        sides = np.array([self.low, self.high])
+        return np.array([[sides[i, 0], sides[j, 1], sides[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """Where the eye is, what it looks at (metres) and its vertical field of view (radians)."""
+
+    position: np.ndarray
+    look_at: np.ndarray
+    fov_rad: float
+
+
+def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -> Viewpoint:
+    """Return a viewpoint that shows the whole extent.
+
+    Parameters
+    ----------
+    name : one of ``NAMES``.
+    extent : what has to be seen.
+    camera : for the view through it.
+    aspect : width to height of the space it is shown in; None where it is not known yet.
+    """
+    aspect = aspect or _ASPECT
+    if name == FROM_CAMERA:
+        wide, high = camera.field_of_view_rad
+        fov = 2 * math.atan(max(math.tan(high / 2), math.tan(wide / 2) / aspect))
+        return Viewpoint(np.zeros(3), np.array([0, 0, extent.depth_m]), fov)
+    middle = (extent.low + extent.high) / 2
+    direction = np.array(_DIRECTIONS[name])
+    direction = direction / np.linalg.norm(direction)
+    return Viewpoint(middle + _distance(extent.corners() - middle, direction, aspect) * direction, middle, _FOV_RAD)
+
+
+def _distance(corners: np.ndarray, direction: np.ndarray, aspect: float) -> float:
+    """How far away the eye must stand for every corner to be inside its field of view."""
+    right = np.cross(direction, [0, -1.0, 0])
+    right = right / np.linalg.norm(right)
+    up = np.cross(right, direction)
+    half_up = math.tan(_FOV_RAD / 2)
+    towards = corners @ direction
+    needed = np.maximum(np.abs(corners @ right) / (half_up * aspect), np.abs(corners @ up) / half_up)
+    return _MARGIN * float((needed + towards).max())

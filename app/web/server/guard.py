@@ -1,0 +1,176 @@
+"""Who may talk to the page: requests from this machine's own page, with the token that was printed at the start.
+
+viser itself asks nobody who they are, so that any web page open in the same browser could steer it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hmac
+import ipaddress
+import secrets
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import viser
+import websockets.asyncio.server as websocket_server
+from dockpose.app.web.server.pages import Page
+from viser import _messages as messages
+from websockets import Headers
+from websockets.http11 import Request, Response
+
+LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
+# viser's page unpacks its script and its style itself, so both are inline, and its decoder is WebAssembly; pictures and
+# fonts come as data: and blob:. Nothing comes from another host, and nothing goes to one; handlers in HTML do not run.
+CONTENT_POLICY = "; ".join(
+    (
+        "default-src 'none'",
+        "script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'",
+        "script-src-attr 'none'",
+        "style-src 'self' 'unsafe-inline'",
+        "img-src 'self' data: blob:",
+        "font-src 'self' data:",
+        "worker-src blob:",
+        "connect-src 'self' blob: data:",
+        "base-uri 'none'",
+        "form-action 'none'",
+        "frame-ancestors 'none'",
+    )
+)
+_HEADERS = {
+    "Content-Security-Policy": CONTENT_POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+
+
+class Guard:
+    """Decides about requests.
+
+    Parameters
+    ----------
+    host : that the server listens on.
+    more_names : other names by which browsers may call it, as a reverse proxy's.
+    token : that a browser must show once; None makes a new one.
+    """
+
+    def __init__(self, host: str, more_names: Iterable[str] = (), token: str | None = None) -> None:
+        self.token = token or secrets.token_urlsafe(18)
+        self._names = {name.lower() for name in (*LOOPBACK_NAMES, host, *more_names)}
+        # A name can be made to point here by anyone (DNS rebinding), a bare address cannot.
+        self._takes_addresses = host not in LOOPBACK_NAMES
+
+    def refusal(self, headers: Headers, path: str) -> str | None:
+        """Why a request is refused, in a sentence; None where it may pass."""
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        if len(hosts) != 1 or not self._knows(hosts[0]):
+            return "This page is not known by that name (Host). Use the address that dockpose printed."
+        if len(origins) > 1 or (origins and urlsplit(origins[0]).netloc.lower() != hosts[0].lower()):
+            return "Another web page asked for this (Origin). Only the page of dockpose itself may."
+        if not self._has_cookie(headers, hosts[0]) and (is_upgrade(headers) or not self._is_in(path)):
+            return "Open the address that dockpose printed in the terminal; it ends in ?token= and some letters."
+        return None
+
+    def cookie(self, headers: Headers) -> str:
+        """The cookie by which a browser is known from then on."""
+        name = cookie_name(headers.get("Host", ""))
+        return f"{name}={self.token}; HttpOnly; SameSite=Strict; Path=/"
+
+    def _knows(self, host: str) -> bool:
+        name = (urlsplit(f"//{host}").hostname or "").lower()
+        return name in self._names or (self._takes_addresses and _is_address(name))
+
+    def _has_cookie(self, headers: Headers, host: str) -> bool:
+        wanted = f"{cookie_name(host)}={self.token}"
+        sent = (part.strip() for header in headers.get_all("Cookie") for part in header.split(";"))
+        return any(_same(part, wanted) for part in sent)
+
+    def _is_in(self, path: str) -> bool:
+        return any(_same(token, self.token) for token in parse_qs(urlsplit(path).query).get("token", ()))
+
+
+def cookie_name(host: str) -> str:
+    """Name of the cookie for a Host: browsers share cookies among the ports of a machine, so the port is in it."""
+    port = host.rpartition(":")[2]
+    return f"dockpose_{port}" if port.isdecimal() else "dockpose"
+
+
+def is_upgrade(headers: Headers) -> bool:
+    """Whether a request opens a WebSocket."""
+    return any(value.lower() == "websocket" for value in headers.get_all("Upgrade"))
+
+
+@contextlib.contextmanager
+def guarded(guard: Guard, pages: Mapping[str, Page]) -> Iterator[None]:
+    """Let the guard and our own pages go before a viser server that is made within this context.
+
+    viser offers no such place, but takes ``websockets``' serve function by its name when it starts.
+    """
+    real = websocket_server.serve
+
+    def serve(*arguments: Any, process_request: Any, **keywords: Any) -> Any:
+        def check(connection: Any, request: Request) -> Response | None:
+            return _answer(guard, pages, connection, request, process_request)
+
+        return real(*arguments, process_request=check, **keywords)
+
+    websocket_server.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
+    try:
+        yield
+    finally:
+        websocket_server.serve = real
+
+
+def accept_values_only(server_or_client: viser.ViserServer | viser.ClientHandle) -> None:
+    """Let browsers set the values of controls, and nothing else of them: viser would take any property."""
+    gui = server_or_client.gui
+    connection = gui._websock_interface
+
+    async def update(client_id: Any, message: messages.GuiUpdateMessage) -> None:
+        if set(message.updates) == {"value"}:
+            with contextlib.suppress(TypeError, ValueError, AssertionError):  # a value of another type: left aside
+                await gui._handle_gui_updates(client_id, message)
+
+    connection.unregister_handler(messages.GuiUpdateMessage, gui._handle_gui_updates)
+    connection.register_handler(messages.GuiUpdateMessage, update)
+
+
+def _answer(
+    guard: Guard, pages: Mapping[str, Page], connection: Any, request: Request, otherwise: Any
+) -> Response | None:
+    reason = guard.refusal(request.headers, request.path)
+    if reason is not None:
+        response = _response(403, "Forbidden", Page("text/plain; charset=utf-8", reason.encode()))
+    elif is_upgrade(request.headers):
+        return otherwise(connection, request)
+    else:
+        otherwise_page = otherwise(connection, request)  # asked in any case: it quietens the library's log
+        page = pages.get(urlsplit(request.path).path)
+        response = otherwise_page if page is None else _response(200, "OK", page)
+        if page is not None and page.on_request is not None:
+            page.on_request()
+        response.headers["Set-Cookie"] = guard.cookie(request.headers)
+    for name, value in _HEADERS.items():
+        response.headers[name] = value
+    return response
+
+
+def _response(status: int, phrase: str, page: Page) -> Response:
+    headers = Headers({"Content-Type": page.content_type, "Content-Length": str(len(page.body))})
+    return Response(status, phrase, headers, page.body)
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+def _same(one: str, other: str) -> bool:
+    """Compare in a time that tells nothing about where they differ."""
+    return hmac.compare_digest(one.encode(), other.encode())

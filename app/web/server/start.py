@@ -1,0 +1,62 @@
+"""Opening the viser server: the port that was asked for and no other, and a guard before it."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import socket
+from collections.abc import Callable
+
+import viser
+from dockpose.app.web.server.guard import Guard, accept_values_only, guarded
+from dockpose.app.web.server.pages import own_pages
+from dockpose.app.web.server.uploads import refuse_shared_uploads
+from viser import _messages as messages
+
+
+class PortBusyError(OSError):
+    """The port cannot be had; the text names it and says why."""
+
+
+def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[[], None]) -> viser.ViserServer:
+    """Start serving. Raises PortBusyError if the port cannot be had; another one is never taken in its place.
+
+    ``on_software_webgl`` is called when a browser tells that it draws the 3D scene without a graphics card.
+    """
+    check_port_is_free(host, port)
+    with silence(), guarded(guard, own_pages(on_software_webgl)):
+        server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
+    if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
+        with silence():
+            server.stop()
+        raise PortBusyError(_busy(host, port, "another program took it just now"))
+    server._websock_server.unregister_handler(messages.ShareUrlRequest)  # it would open the page to the internet
+    refuse_shared_uploads(server)
+    accept_values_only(server)
+    return server
+
+
+def check_port_is_free(host: str, port: int) -> None:
+    """Raise PortBusyError unless the port can be listened on: viser would silently take the next one."""
+    try:
+        places = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+    except OSError as error:
+        raise PortBusyError(f"the host {host!r} is not known ({error.strerror or error})") from error
+    for family, kind, protocol, _, place in places:
+        with socket.socket(family, kind, protocol) as attempt:
+            if os.name == "posix":  # a port that was just given up counts as free
+                attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                attempt.bind(place)
+            except OSError as error:
+                raise PortBusyError(_busy(host, port, error.strerror or str(error))) from error
+
+
+def _busy(host: str, port: int, reason: str) -> str:
+    return f"port {port} on {host} cannot be used ({reason}); choose another one with --port"
+
+
+def silence() -> contextlib.redirect_stdout[io.StringIO]:
+    """Keep viser's banner off standard output."""
+    return contextlib.redirect_stdout(io.StringIO())

@@ -1,0 +1,4 @@
+"""Cameras and the images they take: intrinsics, lenses, ports, files, calibration, decoding.
+
+The lowest folder of the library: may import `dockpose.checks` only.
+"""

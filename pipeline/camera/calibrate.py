@@ -1,0 +1,244 @@
+"""Camera calibration from pictures of a chessboard or ChArUco board, with OpenCV."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.checks import check_number, check_whole
+
+LENSES = ("perspective", "rational", "fisheye")
+FEWEST_PICTURES = 3
+# A picture whose error is this many times the median's, and worse than this, spoils the others'.
+_OUTLIER, _OUTLIER_PX = 3.0, 0.5
+_WORST_SHARE = 0.003  # of the picture's longer side: 2 px of 640; a worse fit is none
+_FEWEST_CORNERS = 8  # of a ChArUco board that is partly hidden
+_FEWEST_ROWS = 3
+
+
+class CalibrationError(ValueError):
+    """The pictures do not determine a camera; the text says why."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A flat board of black and white squares.
+
+    Parameters
+    ----------
+    columns, rows : number of squares, or of inner corners for a chessboard described in that way; at least 3.
+    square_m : side of a square, in metres.
+    dictionary : name of the ArUco dictionary of a ChArUco board, as DICT_4X4_50; None for a chessboard.
+    marker_m : side of its markers, in metres; None for three quarters of a square.
+
+    Raises
+    ------
+    ValueError
+        if a number is out of range or the dictionary is unknown.
+    """
+
+    columns: int
+    rows: int
+    square_m: float
+    dictionary: str | None = None
+    marker_m: float | None = None
+
+    def __post_init__(self) -> None:
+        check_whole("columns", self.columns, least=_FEWEST_ROWS)
+        check_whole("rows", self.rows, least=_FEWEST_ROWS)
+        check_number("square_m", self.square_m, above=0)
+        if self.marker_m is not None:
+            check_number("marker_m", self.marker_m, above=0)
+            if self.marker_m >= self.square_m:
+                raise ValueError(f"marker_m is {self.marker_m!r}; it must be below the square's {self.square_m}")
+        if self.dictionary is not None and not (
+            self.dictionary.startswith("DICT_") and hasattr(cv2.aruco, self.dictionary)
+        ):
+            raise ValueError(f"dictionary is {self.dictionary!r}; it must be one of OpenCV's, as DICT_4X4_50")
+
+
+@dataclass(frozen=True)
+class View:
+    """What became of one picture: its error, or why it was dropped.
+
+    Attributes
+    ----------
+    name : of the picture.
+    error_px : root mean square reprojection error of its corners; None where no board was found.
+    corners : how many were found.
+    dropped : why it was left out; empty where it was used.
+    """
+
+    name: str
+    error_px: float | None
+    corners: int
+    dropped: str = ""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The camera, the root mean square error over all used corners, and every picture's own.
+
+    ``counted_as`` tells how the board's numbers were understood: "squares" or "corners".
+    """
+
+    camera: Camera
+    error_px: float
+    views: tuple[View, ...]
+    counted_as: str
+
+
+@dataclass(frozen=True)
+class _Sighting:
+    """A board that was found: its corners on the board (N, 3) in metres, and in the picture (N, 2) in pixels."""
+
+    name: str
+    board_m: np.ndarray
+    picture_px: np.ndarray
+
+
+def calibrate(
+    pictures: Iterable[tuple[str, np.ndarray | None]], board: Board, lens: str = "perspective"
+) -> Calibration:
+    """Calibrate a camera.
+
+    Parameters
+    ----------
+    pictures : names and (H, W) uint8 grey pictures; None for one that could not be read. They are looked at one by
+        one, so that they need not all be in memory.
+    board : what they show.
+    lens : "perspective" (5 coefficients), "rational" (8) or "fisheye" (4).
+
+    Raises
+    ------
+    ValueError
+        if the lens is unknown.
+    CalibrationError
+        if fewer than three pictures show the board, or they do not determine the camera.
+
+    Notes
+    -----
+    Zhang 2000, as in OpenCV. Pictures whose error stands out are dropped and the rest calibrated again, until none
+    does. In the water, behind a flat port, a calibration by itself only holds at the distance of the board: calibrate
+    in air, and give the port in the camera file.
+    """
+    if lens not in LENSES:
+        raise ValueError(f"lens is {lens!r}; it must be one of {', '.join(LENSES)}")
+    views, sightings, counted_as, size = _find_boards(pictures, board)
+    if len(sightings) < FEWEST_PICTURES or size is None:
+        raise CalibrationError(
+            f"the board was found in {len(sightings)} of {len(views)} pictures; {FEWEST_PICTURES} are needed, better 15"
+        )
+    while True:
+        camera, errors = _solve(sightings, size, lens)
+        limit = max(_OUTLIER * float(np.median(errors)), _OUTLIER_PX)
+        worst = int(np.argmax(errors))
+        if errors[worst] <= limit or len(sightings) == FEWEST_PICTURES:
+            break
+        name = sightings[worst].name
+        why = f"its error of {errors[worst]:.2f} px stands out from the others' {np.median(errors):.2f} px"
+        views[name] = View(name, float(errors[worst]), len(sightings[worst].picture_px), why)
+        del sightings[worst]
+    for sighting, error in zip(sightings, errors, strict=True):
+        views[sighting.name] = View(sighting.name, float(error), len(sighting.picture_px))
+    corners = np.array([len(sighting.picture_px) for sighting in sightings])
+    overall = float(np.sqrt((corners * errors**2).sum() / corners.sum()))
+    if not overall <= _WORST_SHARE * max(size):
+        raise CalibrationError(
+            f"no camera fits the corners (error {overall:.1f} px); is the board {board.columns} x {board.rows}?"
+        )
+    return Calibration(camera, overall, tuple(views.values()), counted_as)
+
+
+def _find_boards(
+    pictures: Iterable[tuple[str, np.ndarray | None]], board: Board
+) -> tuple[dict[str, View], list[_Sighting], str, tuple[int, int] | None]:
+    """Look for the board in each picture; all must have the size of the first one in which it was found."""
+    views: dict[str, View] = {}
+    sightings: list[_Sighting] = []
+    counted_as, size = "squares", None
+    for name, grey in pictures:
+        if grey is None:
+            views[name] = View(name, None, 0, "it cannot be read as a picture")
+            continue
+        own_size = (grey.shape[1], grey.shape[0])
+        if size is not None and own_size != size:
+            why = f"it is {own_size[0]} x {own_size[1]} pixels, the others are {size[0]} x {size[1]}"
+            views[name] = View(name, None, 0, why)
+            continue
+        ways = ("squares", "corners") if not sightings and board.dictionary is None else (counted_as,)
+        for way in ways:
+            found = _find_charuco(grey, board) if board.dictionary else _find_chessboard(grey, board, way)
+            if found is not None:
+                counted_as, size = way, own_size
+                views[name] = View(name, None, len(found[1]))
+                sightings.append(_Sighting(name, *found))
+                break
+        else:
+            views[name] = View(name, None, 0, "no board was found in it")
+    return views, sightings, counted_as, size
+
+
+def _find_chessboard(grey: np.ndarray, board: Board, counted_as: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Corners on the board and in the picture; ``counted_as`` tells what the board's numbers count."""
+    inner = (board.columns - 1, board.rows - 1) if counted_as == "squares" else (board.columns, board.rows)
+    found, corners = cv2.findChessboardCornersSB(grey, inner, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
+    if not found:
+        return None
+    column, row = np.meshgrid(np.arange(inner[0]), np.arange(inner[1]))
+    flat = board.square_m * np.column_stack([column.ravel(), row.ravel(), np.zeros(column.size)])
+    return flat.astype(np.float32), corners.reshape(-1, 2).astype(np.float32)
+
+
+def _find_charuco(grey: np.ndarray, board: Board) -> tuple[np.ndarray, np.ndarray] | None:
+    dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary or ""))
+    marker_m = board.marker_m or 0.75 * board.square_m
+    pattern = cv2.aruco.CharucoBoard((board.columns, board.rows), board.square_m, marker_m, dictionary)
+    corners, numbers, _, _ = cv2.aruco.CharucoDetector(pattern).detectBoard(grey)
+    if corners is None or numbers is None or len(corners) < _FEWEST_CORNERS:
+        return None
+    seen = [int(number) for number in np.ravel(np.asarray(numbers))]
+    across = board.columns - 1
+    if len({number // across for number in seen}) < 2 or len({number % across for number in seen}) < 2:
+        return None
+    places = [list(corner) for corner in pattern.getChessboardCorners()]
+    flat = np.array([places[number] for number in seen], dtype=np.float32)
+    return flat, np.asarray(corners).reshape(-1, 2).astype(np.float32)
+
+
+def _solve(sightings: Sequence[_Sighting], size: tuple[int, int], lens: str) -> tuple[Camera, np.ndarray]:
+    """The camera, and the root mean square error (N,) of each picture."""
+    board = [sighting.board_m for sighting in sightings]
+    picture = [sighting.picture_px for sighting in sightings]
+    try:
+        if lens == "fisheye":
+            # Half the circle across the picture, to start with; OpenCV's own start often fails.
+            focal = max(size) / np.pi
+            start = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
+            answer = cv2.fisheye.calibrate(
+                [points[None].astype(float) for points in board],
+                [points[None].astype(float) for points in picture],
+                *(size, start, np.zeros(4)),
+                flags=cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_RECOMPUTE_EXTRINSIC | cv2.CALIB_FIX_SKEW,
+            )
+        else:
+            flags = cv2.CALIB_RATIONAL_MODEL if lens == "rational" else 0
+            answer = cv2.calibrateCamera(board, picture, size, np.eye(3), np.zeros(5), flags=flags)
+    except cv2.error as error:
+        raise CalibrationError(
+            "the pictures do not determine the camera; take more, with the board tilted and in the corners"
+        ) from error
+    _, K, distortion, turns, shifts = answer
+    coefficients = tuple(np.asarray(distortion).ravel()[: {"fisheye": 4, "rational": 8}.get(lens, 5)].tolist())
+    if not np.isfinite(K).all() or not np.isfinite(coefficients).all() or K[0, 0] <= 0 or K[1, 1] <= 0:
+        raise CalibrationError("the pictures lead to no finite focal length; take more, with the board tilted")
+    numbers = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
+    camera = Camera(*numbers, *size, distortion=coefficients, fisheye=lens == "fisheye")
+    errors = []
+    for flat, seen, turn, shift in zip(board, picture, turns, shifts, strict=True):
+        points = flat @ cv2.Rodrigues(np.asarray(turn))[0].T + np.asarray(shift).ravel()
+        errors.append(np.sqrt(((camera.project(points) - seen) ** 2).sum(axis=1).mean()))
+    return camera, np.nan_to_num(np.array(errors), nan=np.inf)

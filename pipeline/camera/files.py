@@ -1,0 +1,177 @@
+"""Camera files: ROS camera_info, OpenCV FileStorage and our own, all YAML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import msgspec
+import numpy as np
+import yaml
+from dockpose.camera.camera import Camera
+
+FORMATS = ("dockpose", "ros", "opencv")
+# The names of lens models in ROS and OpenCV, and how many coefficients they have; the last two are the same one.
+_DISTORTION_MODELS = {"plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,), "fisheye": (4,)}
+_FISHEYE_MODELS = ("equidistant", "fisheye")
+
+
+class FileError(ValueError):
+    """A file that cannot be used; the text names it, the key and what is wrong with it."""
+
+
+class _Matrix(msgspec.Struct):
+    rows: int
+    cols: int
+    data: list[float]
+
+
+class _Calibration(msgspec.Struct):
+    """What ROS camera_info and OpenCV's calibration share; either has more keys, which are not needed."""
+
+    image_width: int
+    image_height: int
+    camera_matrix: _Matrix
+    distortion_coefficients: _Matrix
+    distortion_model: str | None = None
+
+
+class _OpenCVLoader(yaml.SafeLoader):
+    """Safe YAML that also knows OpenCV's matrices."""
+
+
+def _opencv_matrix(loader: yaml.SafeLoader, node: yaml.Node) -> dict[Any, Any]:
+    if not isinstance(node, yaml.MappingNode):
+        raise yaml.constructor.ConstructorError(None, None, "a matrix without rows, cols and data", node.start_mark)
+    return loader.construct_mapping(node, deep=True)
+
+
+_OpenCVLoader.add_constructor("tag:yaml.org,2002:opencv-matrix", _opencv_matrix)
+
+
+def load_camera(path: str | Path) -> Camera:
+    """Read a camera file, whichever of the three formats it has.
+
+    Raises
+    ------
+    FileError
+        if the file cannot be read, is not YAML, lacks a key, or has one of a wrong type or shape.
+    """
+    content = read_yaml(path)
+    try:
+        if "camera" in content:
+            return msgspec.convert(content["camera"], Camera, strict=False)
+        if "camera_matrix" in content or "image_width" in content:
+            return _from_calibration(msgspec.convert(content, _Calibration, strict=False))
+    except (msgspec.ValidationError, ValueError) as error:
+        raise FileError(f"{path}: {error}") from error
+    raise FileError(
+        f"{path}: is no camera file: it has neither the key camera (dockpose) nor camera_matrix (ROS, OpenCV); "
+        f"its keys are {', '.join(map(str, content)) or 'none'}"
+    )
+
+
+def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose") -> None:
+    """Write a camera file that :func:`load_camera` reads back to the same numbers.
+
+    Parameters
+    ----------
+    camera : what to write.
+    path : where to; an existing file is replaced.
+    file_format : "dockpose", "ros" (camera_info YAML) or "opencv" (FileStorage YAML).
+
+    Raises
+    ------
+    ValueError
+        if the format is unknown, or cannot hold a port.
+    """
+    if file_format not in FORMATS:
+        raise ValueError(f"file_format is {file_format!r}; it must be one of {', '.join(FORMATS)}")
+    if camera.port is not None and file_format != "dockpose":
+        raise ValueError(f"file_format is {file_format!r}, which has no place for the port; use dockpose")
+    if file_format == "opencv":
+        Path(path).write_text(_opencv_text(camera), encoding="utf-8")
+        return
+    content = {"camera": msgspec.to_builtins(camera)} if file_format == "dockpose" else _ros_content(camera)
+    Path(path).write_text(to_yaml(content), encoding="utf-8")
+
+
+def read_yaml(path: str | Path) -> dict[str, Any]:
+    """Read a YAML file whose top is a mapping. Raises FileError where it cannot be read or is something else."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except UnicodeDecodeError as error:
+        raise FileError(f"{path}: is not a text file") from error
+    if text.startswith("%YAML:"):  # OpenCV's own way to write the YAML directive
+        text = text.partition("\n")[2]
+    try:
+        content = yaml.load(text, Loader=_OpenCVLoader)
+    except yaml.YAMLError as error:
+        where = getattr(error, "problem_mark", None)
+        line = "" if where is None else f", line {where.line + 1}"
+        raise FileError(f"{path}: is not valid YAML{line} ({getattr(error, 'problem', None) or error})") from error
+    if not isinstance(content, dict):
+        raise FileError(f"{path}: holds no keys; its top is {type(content).__name__}")
+    return content
+
+
+def to_yaml(content: dict[str, Any]) -> str:
+    """YAML text of plain Python values, keys in the order given, floats exact."""
+    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
+
+
+def _from_calibration(file: _Calibration) -> Camera:
+    matrix = _values("camera_matrix", file.camera_matrix)
+    if matrix.shape != (3, 3):
+        raise ValueError(f"camera_matrix is {matrix.shape[0]} x {matrix.shape[1]}; it must be 3 x 3")
+    (fx, skew, cx), (zero, fy, cy), last = matrix.tolist()
+    if skew != 0 or zero != 0 or last != [0, 0, 1]:
+        raise ValueError(f"camera_matrix is {matrix.tolist()}; it must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+    distortion = _values("distortion_coefficients", file.distortion_coefficients).ravel()
+    model = file.distortion_model
+    if model is not None and model not in _DISTORTION_MODELS:
+        raise ValueError(f"distortion_model is {model!r}; it must be one of {', '.join(_DISTORTION_MODELS)}")
+    if model is not None and len(distortion) not in (0, *_DISTORTION_MODELS[model]):
+        wanted = " or ".join(map(str, _DISTORTION_MODELS[model]))
+        raise ValueError(f"distortion_coefficients has {len(distortion)} values; {model} has {wanted}")
+    coefficients = tuple(distortion.tolist())
+    size = file.image_width, file.image_height
+    return Camera(fx, fy, cx, cy, *size, coefficients, fisheye=model in _FISHEYE_MODELS)
+
+
+def _values(name: str, matrix: _Matrix) -> np.ndarray:
+    if matrix.rows < 0 or matrix.cols < 0 or matrix.rows * matrix.cols != len(matrix.data):
+        raise ValueError(f"{name} says {matrix.rows} x {matrix.cols}, but its data has {len(matrix.data)} values")
+    return np.array(matrix.data).reshape(matrix.rows, matrix.cols)
+
+
+def _ros_content(camera: Camera) -> dict[str, Any]:
+    # ROS wants five coefficients for plumb_bob, four for equidistant.
+    distortion = list(camera.distortion) + [0.0] * max(0, (4 if camera.fisheye else 5) - len(camera.distortion))
+    model = {4: "equidistant", 5: "plumb_bob", 8: "rational_polynomial"}[len(distortion)]
+    matrix = [float(value) for value in camera.matrix.ravel()]
+    projection = np.hstack([camera.matrix, np.zeros((3, 1))])
+    return {
+        "image_width": camera.width,
+        "image_height": camera.height,
+        "camera_name": "camera",
+        "camera_matrix": {"rows": 3, "cols": 3, "data": matrix},
+        "distortion_model": model,
+        "distortion_coefficients": {"rows": 1, "cols": len(distortion), "data": distortion},
+        "rectification_matrix": {"rows": 3, "cols": 3, "data": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]},
+        "projection_matrix": {"rows": 3, "cols": 4, "data": [float(value) for value in projection.ravel()]},
+    }
+
+
+def _opencv_text(camera: Camera) -> str:
+    storage = cv2.FileStorage(".yml", cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY)
+    storage.write("image_width", camera.width)
+    storage.write("image_height", camera.height)
+    storage.write("camera_matrix", camera.matrix)
+    if camera.fisheye:  # OpenCV's files do not say so by themselves
+        storage.write("distortion_model", "fisheye")
+    storage.write("distortion_coefficients", np.array([camera.distortion or (0.0,) * (4 if camera.fisheye else 5)]))
+    return storage.releaseAndGetString()

@@ -1,0 +1,96 @@
+"""A flat port: what a camera that was calibrated in air sees through a window into water."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+from dockpose.checks import check_number
+
+FRESH_WATER, SEA_WATER = 1.333, 1.340
+ACRYLIC, GLASS = 1.491, 1.517
+_NEWTON_STEPS = 12
+_STEEPEST = 1e4  # tangent in air: no lens looks further aside, and without an air gap some points cannot be seen
+
+
+class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A plane window at right angles to the camera's axis.
+
+    Parameters
+    ----------
+    air_gap_m : from the camera's centre of projection to the window, at least 0.
+    glass_m : thickness of the window, at least 0.
+    glass_index, water_index : refractive indices, above 1 (air is 1).
+
+    Raises
+    ------
+    ValueError
+        if a length is negative, or an index not above 1.
+    """
+
+    air_gap_m: float
+    glass_m: float
+    glass_index: float = GLASS
+    water_index: float = FRESH_WATER
+
+    def __post_init__(self) -> None:
+        for name in ("air_gap_m", "glass_m"):
+            check_number(name, getattr(self, name))
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be at least 0")
+        for name in ("glass_index", "water_index"):
+            check_number(name, getattr(self, name), above=1)
+
+    @property
+    def outside_m(self) -> float:
+        """Distance from the camera's centre to the water side of the window."""
+        return self.air_gap_m + self.glass_m
+
+    def into_air(self, points_m: np.ndarray) -> np.ndarray:
+        """Directions (N, 3), with z = 1, in which the camera sees points (N, 3) in the water.
+
+        Points that are not beyond the window (z <= outside_m) give NaN.
+
+        Notes
+        -----
+        With t the tangent of the ray's angle in air, the ray has moved da tan + dg tan + dw tan sideways when it comes
+        to the point's depth, each angle by Snell's law. That grows with t, ever more slowly, so Newton's method from
+        the axis outwards never overshoots and converges without fail.
+        """
+        sideways = np.hypot(points_m[:, 0], points_m[:, 1])
+        depth = points_m[:, 2] - self.outside_m
+        beyond = depth > 0
+        depth = np.where(beyond, depth, 1.0)
+        tangent = np.zeros_like(sideways)
+        for _ in range(_NEWTON_STEPS):
+            secant2 = 1 + tangent**2
+            sine2 = tangent**2 / secant2
+            reach, slope = self.air_gap_m * tangent, np.full_like(tangent, self.air_gap_m)
+            for length, index in ((self.glass_m, self.glass_index), (depth, self.water_index)):
+                cosine2 = index**2 - sine2
+                reach += length * np.sqrt(sine2 / cosine2)
+                slope += length * index**2 / (cosine2 * secant2) ** 1.5
+            tangent = np.minimum(tangent + (sideways - reach) / slope, _STEEPEST)
+        scale = np.where(beyond, tangent / np.maximum(sideways, 1e-300), np.nan)
+        return np.column_stack([points_m[:, 0] * scale, points_m[:, 1] * scale, np.where(beyond, 1.0, np.nan)])
+
+    def into_water(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Continue rays from the camera into the water.
+
+        Parameters
+        ----------
+        directions : (N, 3) in air, from the camera's centre, z > 0.
+
+        Returns
+        -------
+        Starts (N, 3) on the camera's axis, in metres, and unit vectors (N, 3) in the water. The starts are where the
+        rays, followed backwards in the water, meet the axis: z0 = da + dg - (da tan ta + dg tan tg) / tan tw.
+        """
+        unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        sine2 = unit[:, 0] ** 2 + unit[:, 1] ** 2
+        in_water = np.column_stack([unit[:, :2] / self.water_index, np.sqrt(1 - sine2 / self.water_index**2)])
+        # tan / sin for each medium; on the axis, where both vanish, this has its limit.
+        air = 1 / unit[:, 2]
+        glass = 1 / np.sqrt(self.glass_index**2 - sine2)
+        water = 1 / np.sqrt(self.water_index**2 - sine2)
+        start_z = self.outside_m - (self.air_gap_m * air + self.glass_m * glass) / water
+        return np.column_stack([np.zeros((len(unit), 2)), start_z]), in_water

@@ -1,0 +1,262 @@
+"""The ellipse through the lights: direct least-squares fit, and conic coefficients <-> parameters."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from dockpose.checks import as_points
+from scipy import linalg
+
+MIN_POINTS = 5
+_PARTIAL = 0.5  # distance of the points' middle from the ellipse's centre: 0.64 for half of it, 0 for all of it
+_INVERSE_CONSTRAINT = np.array([[0, 0, 0.5], [0, -1, 0], [0.5, 0, 0]])
+
+
+class NoEllipseError(ValueError):
+    """The points do not determine an ellipse; the text says why."""
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """An ellipse in a picture, in pixels.
+
+    Attributes
+    ----------
+    conic : (6,) coefficients A..F of A x^2 + B x y + C y^2 + D x + E y + F = 0, negative inside, of unit norm.
+    centre_px : (x, y).
+    semi_axes_px : (major, minor).
+    angle_rad : from the x axis to the major axis towards y, in (-pi/2, pi/2].
+    rms_px : root mean square distance (first order, Sampson 1982) of the points it was fitted to; 0 where it was not.
+    """
+
+    conic: np.ndarray
+    centre_px: tuple[float, float]
+    semi_axes_px: tuple[float, float]
+    angle_rad: float
+    rms_px: float = 0.0
+
+    @property
+    def eccentricity(self) -> float:
+        """Zero for a circle, towards 1 for a line."""
+        major, minor = self.semi_axes_px
+        return math.sqrt(max(0.0, 1 - (minor / major) ** 2))
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """The symmetric 3 x 3 matrix of the conic."""
+        return conic_matrix(self.conic)
+
+    def points(self, count: int = 180) -> np.ndarray:
+        """Return ``count`` points (count, 2) around the ellipse, in pixels."""
+        t = np.linspace(0, 2 * np.pi, count, endpoint=False)
+        cos, sin = math.cos(self.angle_rad), math.sin(self.angle_rad)
+        along, across = self.semi_axes_px[0] * np.cos(t), self.semi_axes_px[1] * np.sin(t)
+        x = self.centre_px[0] + along * cos - across * sin
+        y = self.centre_px[1] + along * sin + across * cos
+        return np.column_stack([x, y])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values with their units in the names; angles in degrees."""
+        return {
+            "centre_px": list(self.centre_px),
+            "semi_axes_px": list(self.semi_axes_px),
+            "angle_deg": math.degrees(self.angle_rad),
+            "eccentricity": self.eccentricity,
+            "rms_px": self.rms_px,
+        }
+
+    def distances(self, points_px: Any) -> np.ndarray:
+        """First-order distances (N,) in pixels of points (N, 2) from the ellipse (Sampson 1982)."""
+        return sampson_distances(self.conic, as_points("points_px", points_px, 2))
+
+
+def conic_matrix(conic: np.ndarray) -> np.ndarray:
+    """Symmetric 3 x 3 matrix [[A, B/2, D/2], [B/2, C, E/2], [D/2, E/2, F]] of conic coefficients (6,)."""
+    A, B, C, D, E, F = conic
+    return np.array([[A, B / 2, D / 2], [B / 2, C, E / 2], [D / 2, E / 2, F]])
+
+
+def conic_coefficients(matrix: np.ndarray) -> np.ndarray:
+    """Coefficients (6,) of a symmetric 3 x 3 conic matrix."""
+    m = matrix
+    return np.array([m[0, 0], 2 * m[0, 1], m[1, 1], 2 * m[0, 2], 2 * m[1, 2], m[2, 2]])
+
+
+def fit_ellipse(points_px: Any) -> Ellipse:
+    """Fit an ellipse to five or more points by least squares.
+
+    Parameters
+    ----------
+    points_px : (N, 2) points in pixels.
+
+    Raises
+    ------
+    NoEllipseError
+        if there are fewer than five different points, or they lie on a line, or no ellipse runs through them.
+
+    Notes
+    -----
+    Halir and Flusser 1998, "Numerically stable direct least squares fitting of ellipses": minimises the algebraic
+    distance under 4AC - B^2 = 1. The points are centred and scaled first, so that pixels far from the origin lose
+    no precision; the fit itself does not change under an affine map. Where the points lie on about half of the ellipse
+    or less this fit comes out too small, and HyperLS takes its place (:func:`_hyper_conic`), unless it is a hyperbola.
+    """
+    points = as_points("points_px", points_px, 2)
+    if not np.isfinite(points).all():
+        raise NoEllipseError("a point is not finite")
+    different = len(set(map(tuple, points.tolist())))
+    if different < MIN_POINTS:
+        raise NoEllipseError(f"an ellipse needs {MIN_POINTS} different points, there are {different}")
+    origin = points.sum(axis=0) / len(points)
+    centred = points - origin
+    scale = math.sqrt(np.vdot(centred, centred) / len(points))
+    design = _design(centred / scale)
+    conic = _halir_flusser(design)
+    if _is_partial(conic):
+        conic = _hyper_conic(design, conic)
+    ellipse = ellipse_from_conic(_moved(conic, float(origin[0]), float(origin[1]), scale))
+    rms = scale * math.sqrt(_mean_square_distance(conic, design))
+    return Ellipse(ellipse.conic, ellipse.centre_px, ellipse.semi_axes_px, ellipse.angle_rad, rms)
+
+
+def ellipse_from_conic(conic: Any) -> Ellipse:
+    """Return the ellipse with conic coefficients A..F (6,). Raises NoEllipseError where they are no real ellipse."""
+    A, B, C, D, E, F = (float(value) for value in conic)
+    if not math.isfinite(A + B + C + D + E + F):
+        raise NoEllipseError("a coefficient of the conic is not finite")
+    determinant = A * C - B * B / 4
+    if determinant <= 0:
+        raise NoEllipseError("the points lie on a hyperbola or a parabola, not on an ellipse")
+    if A + C < 0:
+        A, B, C, D, E, F = -A, -B, -C, -D, -E, -F
+    x, y = (B * E / 4 - C * D / 2) / determinant, (B * D / 4 - A * E / 2) / determinant
+    inside = -(F + (D * x + E * y) / 2)
+    if inside <= 0:
+        raise NoEllipseError("no point of the plane lies on this ellipse")
+    large = (A + C) / 2 + math.hypot(A - C, B) / 2
+    small = determinant / large
+    norm = math.sqrt(A * A + B * B + C * C + D * D + E * E + F * F)
+    return Ellipse(
+        conic=np.array((A, B, C, D, E, F)) / norm,
+        centre_px=(x, y),
+        semi_axes_px=(math.sqrt(inside / small), math.sqrt(inside / large)),
+        angle_rad=math.atan2(-B, C - A) / 2,
+    )
+
+
+def sampson_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """First-order distances (N,) of points (N, 2) from a conic (6,): |value| / |gradient| (Sampson 1982)."""
+    x, y = points[:, 0], points[:, 1]
+    A, B, C, D, E, F = conic
+    value = A * x * x + B * x * y + C * y * y + D * x + E * y + F
+    gradient = np.hypot(2 * A * x + B * y + D, B * x + 2 * C * y + E)
+    return np.abs(value) / np.maximum(gradient, np.finfo(float).tiny)
+
+
+def _design(points: np.ndarray) -> np.ndarray:
+    """Rows x^2, x y, y^2, x, y, 1 (N, 6) of points (N, 2)."""
+    design = np.ones((len(points), 6))
+    design[:, 3:5] = points
+    design[:, 0:2] = points[:, :1] * points
+    design[:, 2] = points[:, 1] * points[:, 1]
+    return design
+
+
+def _moved(conic: np.ndarray, x: float, y: float, scale: float) -> tuple[float, ...]:
+    """Coefficients, for points in pixels, of a conic (6,) for points that were moved by -x, -y and divided by scale."""
+    A, B, C, D, E, F = conic.tolist()
+    D, E, F = D * scale, E * scale, F * scale * scale
+    return (
+        *(A, B, C),
+        D - 2 * A * x - B * y,
+        E - 2 * C * y - B * x,
+        F + A * x * x + B * x * y + C * y * y - D * x - E * y,
+    )
+
+
+def _mean_square_distance(conic: np.ndarray, design: np.ndarray) -> float:
+    """Mean of the squared first-order distances (Sampson 1982) of the points of a design matrix (N, 6)."""
+    A, B, C, D, E, _ = conic.tolist()
+    gradient = design[:, 3:] @ np.array([[2 * A, B], [B, 2 * C], [D, E]])
+    value = design @ conic
+    squared = (gradient * gradient).sum(axis=1)
+    return float((value * value / np.maximum(squared, 1e-300)).sum()) / len(design)
+
+
+def _halir_flusser(design: np.ndarray) -> np.ndarray:
+    """Conic coefficients (6,) for the design matrix (N, 6) of centred, scaled points (their section 4)."""
+    scatter = design.T @ design
+    sxx, sxy, syy, count = *scatter[3, 3:5].tolist(), float(scatter[4, 4]), float(scatter[5, 5])
+    determinant = sxx * syy - sxy * sxy
+    if determinant < 1e-12 * count * count:
+        raise NoEllipseError("the points lie on a line")
+    # The points are centred, so that the inverse of the linear part needs no solver.
+    inverse = np.array([[syy, -sxy, 0], [-sxy, sxx, 0], [0, 0, determinant / count]]) / determinant
+    T = -inverse @ scatter[3:, :3]
+    M = scatter[:3, :3] + scatter[:3, 3:] @ T
+    # All eigenvalues are real, since M is symmetric and not negative; OpenCV finds them in a tenth of numpy's time.
+    eigenvalues, vectors = cv2.eigenNonSymmetric(_INVERSE_CONSTRAINT @ M)
+    best, least = None, math.inf
+    for value, (a, b, c) in zip(eigenvalues.ravel().tolist(), vectors.tolist(), strict=True):
+        if 4 * a * c - b * b > 0 and abs(value) < least:
+            best, least = np.array([a, b, c]), abs(value)
+    if best is None:
+        raise NoEllipseError("no ellipse runs through the points")
+    return np.concatenate([best, T @ best])
+
+
+def _is_partial(conic: np.ndarray) -> bool:
+    """Whether the points, whose middle is the origin, lie on about half of the ellipse or less.
+
+    In units of its semi-axes the middle of points evenly on an arc 2a lies sin(a) / a off the ellipse's centre, which
+    the value of the conic tells: 1 - (sin(a) / a)^2 of that at the centre.
+    """
+    A, B, C, D, E, F = conic.tolist()
+    at_centre = F + (B * D * E - A * E * E - C * D * D) / (4 * A * C - B * B)
+    return at_centre != 0 and F / at_centre < 1 - _PARTIAL**2
+
+
+def _hyper_conic(design: np.ndarray, direct: np.ndarray) -> np.ndarray:
+    """Conic (6,) by HyperLS, or the direct fit where that is no ellipse.
+
+    Kanatani and Rangarajan 2011, "Hyper least squares fitting of circles and ellipses", equations 26 and 29: the weight
+    matrix N for which the algebraic fit has no bias up to the second order of the noise.
+    """
+    # In the paper's order and scale xi = (x^2, 2xy, y^2, 2x, 2y, 1), to which the coefficients belong.
+    xi = design * [1, 2, 1, 2, 2, 1]
+    x, y, one, zero = design[:, 3], design[:, 4], design[:, 5], np.zeros(len(design))
+    V0 = 4 * np.stack(
+        [
+            np.stack(row, axis=1)
+            for row in (
+                (x * x, x * y, zero, x, zero, zero),
+                (x * y, x * x + y * y, x * y, y, x, zero),
+                (zero, x * y, y * y, zero, y, zero),
+                (x, y, zero, one, zero, zero),
+                (zero, x, y, zero, one, zero),
+                (zero, zero, zero, zero, zero, zero),
+            )
+        ],
+        axis=1,
+    )
+    count = len(design)
+    M = xi.T @ xi / count
+    eigenvalues, vectors = np.linalg.eigh(M)
+    # Pseudo-inverse of rank 5: without the smallest eigenvalue, which is nought but for the noise.
+    inverse = (vectors[:, 1:] / np.maximum(eigenvalues[1:], 1e-15)) @ vectors[:, 1:].T
+    mean_xi, e = xi.sum(axis=0) / count, np.array([1.0, 0, 1, 0, 0, 0])
+    moved = xi @ inverse
+    pulled = np.einsum("nij,nj,nk->ik", V0, moved, xi)
+    N = V0.sum(axis=0) / count + np.outer(mean_xi, e) + np.outer(e, mean_xi)
+    N -= (np.einsum("ni,ni,njk->jk", moved, xi, V0) + pulled + pulled.T) / count**2
+    try:
+        # M theta = lambda N theta with the least |lambda|: the other way round, since M is positive and N is not.
+        inverted, candidates = linalg.eigh(N, M)
+    except linalg.LinAlgError:
+        return direct
+    conic = candidates[:, np.argmax(np.abs(inverted))] * [1, 2, 1, 2, 2, 1]
+    return conic if 4 * conic[0] * conic[2] > conic[1] ** 2 else direct

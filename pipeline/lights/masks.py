@@ -1,0 +1,250 @@
+"""Regions of a picture that are not looked at: their pixels count neither in the histogram nor as lights.
+
+The operator names some; over frames, what is burnt into the picture is found by itself, because it stays put.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from dockpose.checks import check_number
+from dockpose.lights.markers import Markers
+from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
+
+# x_px, y_px of the upper left corner, width_px, height_px: (10, 20, 30, 5) hides columns 10 to 39 of rows 20 to 24.
+Mask = tuple[float, float, float, float]
+_PARTS = ("x_px", "y_px", "width_px", "height_px")
+
+LEAST_FRAMES = 8  # over which a group stays put before it is masked
+_STILL_PX = 0.5
+_SIMILAR_AREA = 2.0  # the larger over the smaller
+# The rest moves where so many groups, as many as a ring needs, are so far from all groups of some frames ago. Parts of
+# letters that noise splits anew in every frame are nearer.
+_LEAST_MOVED, _MOVED_PX, _FRAMES_AGO = 5, 2.0, 50
+_AROUND_DOCK = 1.2  # of the ring's largest radius: what is so near may be one of its lights that was left out
+_MARGIN_PX = 3  # around a group: letters have soft edges
+_FEW_PAIRS = 10_000  # of points: up to so many, all their distances are sooner there than a tree
+_UNION = 1.5  # masks side by side become one where it is at most so many times as large as they are together
+
+
+def check_masks(masks: Any) -> None:
+    """Raise a ValueError that names the mask and the value unless each is four finite numbers with a positive size.
+
+    A mask may reach beyond the picture or lie outside it.
+    """
+    for index, mask in enumerate(masks):
+        if not isinstance(mask, Sequence) or isinstance(mask, str) or len(mask) != len(_PARTS):
+            raise ValueError(f"masks[{index}] is {mask!r}; it must be four numbers: {', '.join(_PARTS)}")
+        for name, value in zip(_PARTS, mask, strict=True):
+            if name in ("width_px", "height_px"):
+                check_number(f"masks[{index}] {name}", value, above=0)
+            else:
+                check_number(f"masks[{index}] {name}", value)
+
+
+def hidden_pixels(shape: tuple[int, int], masks: Sequence[Mask]) -> np.ndarray:
+    """Which pixels (H, W) bool of a picture of that shape have their centre in a mask."""
+    hidden = np.zeros(shape, dtype=bool)
+    for x, y, width, height in masks:
+        hidden[_span(y, height, shape[0]), _span(x, width, shape[1])] = True
+    return hidden
+
+
+def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, np.ndarray | None]:
+    """Blacken what is masked.
+
+    Parameters
+    ----------
+    grey : (H, W) uint8 or uint16 picture.
+    masks : what to hide.
+
+    Returns
+    -------
+    A blackened copy and which of its pixels count, (H, W) uint8 of 0 and 255; without masks the picture itself and
+    None.
+    """
+    if not masks:
+        return grey, None
+    hidden = hidden_pixels(grey.shape, masks)
+    blackened = grey.copy()
+    blackened[hidden] = 0
+    return blackened, np.where(hidden, 0, 255).astype(np.uint8)
+
+
+def _span(start: float, length: float, size: int) -> slice:
+    """Pixels of one axis whose centres, at whole numbers, lie within ``length`` from ``start`` on."""
+    first, last = (math.ceil(min(max(edge, 0), size)) for edge in (start, start + length))
+    return slice(first, last)
+
+
+@dataclass
+class _Track:
+    """A group that stays where it was first seen: in which frame it was seen last, and how many frames counted."""
+
+    point_px: tuple[float, float]
+    area_px: float
+    last_frame: int
+    frames: int = 0
+    is_dock: bool = False
+
+
+class StillGroups:
+    """Finds what stays put in the frames of a sequence of one size, as burnt-in text does, and masks it.
+
+    A group is masked once it stayed within half a pixel, with a similar area, over 8 frames in which the dock was found
+    elsewhere, while other things in the picture moved. So a picture that stands still as a whole masks nothing, nor
+    does one in which the dock was not found: what stays put there could be its lights. Groups that were lights of an
+    accepted ring, or lie near one, are never masked.
+
+    Attributes
+    ----------
+    masks : in force, for the next frame.
+    """
+
+    def __init__(self) -> None:
+        self.masks: tuple[Mask, ...] = ()
+        self._tracks: list[_Track] = []
+        self._frame = 0
+        self._past: deque[tuple[np.ndarray, Mask | None]] = deque(maxlen=_FRAMES_AGO)
+
+    def see(self, markers: Markers | None, on_ring: np.ndarray | None, region: Mask | None = None) -> tuple[Mask, ...]:
+        """Take in the next frame.
+
+        Parameters
+        ----------
+        markers : its groups; None where the search did not come so far.
+        on_ring : (N,) bool, which of them are lights of the dock; None where the dock was not found.
+        region : the part of the picture that was searched; None for all of it. Of groups elsewhere such a frame tells
+            nothing.
+
+        Returns
+        -------
+        The masks that are new.
+        """
+        self._frame += 1
+        if markers is None or len(markers) == 0:
+            return ()
+        tracks = self._follow(markers, region)
+        self._past.append((markers.points_px, region))
+        if on_ring is None or not on_ring.any():
+            return ()
+        apart = ~_near_ring(markers.points_px, on_ring)
+        for track, is_light, is_apart in zip(tracks, on_ring.tolist(), apart.tolist(), strict=True):
+            track.is_dock |= is_light
+            track.frames += is_apart
+        still = [not track.is_dock and track.frames >= LEAST_FRAMES for track in tracks]
+        if not any(still) and len(self.masks) < 2:
+            return ()
+        if not _has_moved(*self._past[0], markers.points_px):
+            return ()
+        added = _around(markers.boxes_px[np.array(still) & apart])
+        before, self.masks = self.masks, _united([*self.masks, *added], markers.points_px[on_ring])
+        return tuple(mask for mask in self.masks if mask not in before)
+
+    def _follow(self, markers: Markers, region: Mask | None) -> list[_Track]:
+        """The track of each group; a group where none was begins one."""
+        if region is not None:
+            for track in self._tracks:
+                track.last_frame += not _is_inside(region, *track.point_px)
+        self._tracks = [track for track in self._tracks if self._frame - track.last_frame <= LEAST_FRAMES]
+        known = list(self._tracks)
+        followed = []
+        for number, point, area in zip(
+            _nearest(known, markers.points_px), markers.points_px.tolist(), markers.areas_px.tolist(), strict=True
+        ):
+            if number is None:
+                track = _Track((point[0], point[1]), area, self._frame)
+                self._tracks.append(track)
+            else:
+                track = known[number]
+                track.last_frame = self._frame
+                if not 1 / _SIMILAR_AREA <= area / track.area_px <= _SIMILAR_AREA:
+                    track.area_px, track.frames = area, 0
+            followed.append(track)
+        return followed
+
+
+def _nearest(tracks: list[_Track], points_px: np.ndarray) -> list[int | None]:
+    """For each point (N, 2) the number of the track that it belongs to; None where there is none."""
+    if not tracks:
+        return [None] * len(points_px)
+    distance, nearest = _closest(points_px, np.array([track.point_px for track in tracks]))
+    return [
+        number if apart < _STILL_PX else None for apart, number in zip(distance.tolist(), nearest.tolist(), strict=True)
+    ]
+
+
+def _has_moved(before_px: np.ndarray, region: Mask | None, now_px: np.ndarray) -> bool:
+    """Whether enough of the points (N, 2) are far from all those (M, 2) that were found in a region before."""
+    if region is not None:
+        now_px = now_px[[_is_inside(region, x, y) for x, y in now_px.tolist()]]
+    distance, _ = _closest(now_px, before_px)
+    return int(np.count_nonzero(distance > _MOVED_PX)) >= _LEAST_MOVED
+
+
+def _closest(points_px: np.ndarray, others_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distance (N,) of each point (N, 2) to the nearest of some others (M, 2), and that one's number (N,)."""
+    if len(points_px) * len(others_px) > _FEW_PAIRS:
+        distance, nearest = KDTree(others_px).query(points_px)
+        return np.asarray(distance), np.asarray(nearest)
+    distances = cdist(points_px, others_px)
+    return distances.min(axis=1), distances.argmin(axis=1)
+
+
+def _near_ring(points_px: np.ndarray, on_ring: np.ndarray) -> np.ndarray:
+    """Which points (N,) lie on the ring, within it or just around it."""
+    off = points_px - points_px[on_ring].mean(axis=0)
+    distance = np.hypot(off[:, 0], off[:, 1])
+    return distance <= _AROUND_DOCK * distance[on_ring].max()
+
+
+def _around(boxes_px: np.ndarray) -> list[Mask]:
+    """Masks around boxes (N, 4: left, top, right, bottom)."""
+    masks = []
+    for left, top, right, bottom in boxes_px.tolist():
+        x, y = left - _MARGIN_PX, top - _MARGIN_PX
+        masks.append((float(x), float(y), float(right + _MARGIN_PX + 1 - x), float(bottom + _MARGIN_PX + 1 - y)))
+    return masks
+
+
+def _united(masks: list[Mask], lights_px: np.ndarray) -> tuple[Mask, ...]:
+    """Make one mask of those that belong together, as letters of a line, unless it would hide a light (N, 2)."""
+    united: list[Mask] = []
+    for first in masks:
+        mask, place = first, 0
+        while place < len(united):
+            union = _union(mask, united[place])
+            if union is None or _holds_any(union, lights_px):
+                place += 1
+            else:
+                del united[place]
+                mask, place = union, 0
+        united.append(mask)
+    return tuple(united)
+
+
+def _union(first: Mask, second: Mask) -> Mask | None:
+    """The rectangle around two, side by side within their height; None where they are not, or it is much larger."""
+    left, top = max(first[0], second[0]), max(first[1], second[1])
+    right, bottom = min(first[0] + first[2], second[0] + second[2]), min(first[1] + first[3], second[1] + second[3])
+    if left - right > max(first[3], second[3]) or top > bottom:
+        return None
+    x, y = min(first[0], second[0]), min(first[1], second[1])
+    width = max(first[0] + first[2], second[0] + second[2]) - x
+    height = max(first[1] + first[3], second[1] + second[3]) - y
+    together = first[2] * first[3] + second[2] * second[3]
+    return (x, y, width, height) if width * height <= _UNION * together else None
+
+
+def _holds_any(mask: Mask, points_px: np.ndarray) -> bool:
+    return any(_is_inside(mask, x, y) for x, y in points_px.tolist())
+
+
+def _is_inside(mask: Mask, x_px: float, y_px: float) -> bool:
+    return mask[0] <= x_px <= mask[0] + mask[2] and mask[1] <= y_px <= mask[1] + mask[3]

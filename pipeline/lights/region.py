@@ -1,0 +1,106 @@
+"""A region of interest: the part of a picture that is searched, and how what is found there is put in the whole."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.checks import check_number
+from dockpose.dock import Dock
+from dockpose.lights.markers import Markers
+from dockpose.lights.masks import Mask
+from dockpose.pose.circle import CirclePose
+from dockpose.thresholds import Threshold
+from dockpose.thresholds.bright import BrightPixels
+
+# x_px, y_px of the upper left corner, width_px, height_px; as a mask's, but it says where to look.
+Region = tuple[float, float, float, float]
+# left, top, right, bottom: columns left to right - 1 of rows top to bottom - 1.
+Part = tuple[int, int, int, int]
+
+_CIRCLE_POINTS = 24
+
+
+def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
+    """The pixels whose centres lie in a region, clipped to a picture of that size; all of them where it is None.
+
+    Where it does not begin at an even row and column, the ones before are taken too: a centre half way between two
+    pixels is rounded to the even one, in a part as in the whole.
+
+    Raises
+    ------
+    ValueError
+        if the region is not four finite numbers with a positive size, or lies outside the picture.
+    """
+    if region is None:
+        return 0, 0, width, height
+    if len(region) != 4:
+        raise ValueError(f"region is {region!r}; it must be four numbers: x_px, y_px, width_px, height_px")
+    x, y, across, down = region
+    for name, value in (("x_px", x), ("y_px", y)):
+        check_number(f"region {name}", value)
+    for name, value in (("width_px", across), ("height_px", down)):
+        check_number(f"region {name}", value, above=0)
+    left, right = (math.ceil(min(max(edge, 0), width)) for edge in (x, x + across))
+    top, bottom = (math.ceil(min(max(edge, 0), height)) for edge in (y, y + down))
+    if left >= right or top >= bottom:
+        raise ValueError(f"region is {tuple(region)!r}; it holds no pixel of the picture of {width} x {height}")
+    return left - left % 2, top - top % 2, right, bottom
+
+
+def masks_within(masks: Sequence[Mask], part: Part) -> tuple[Mask, ...]:
+    """Masks of a picture as those of a part of it."""
+    left, top, _, _ = part
+    return tuple((x - left, y - top, width, height) for x, y, width, height in masks)
+
+
+def markers_in_whole(markers: Markers, part: Part) -> Markers:
+    """Markers found in a part, in pixels of the picture."""
+    left, top, _, _ = part
+    if left == top == 0 or len(markers) == 0:
+        return markers
+    return replace(
+        markers, points_px=markers.points_px + (left, top), boxes_px=markers.boxes_px + (left, top, left, top)
+    )
+
+
+def threshold_in_whole(threshold: Threshold, part: Part, width: int) -> Threshold:
+    """A threshold of a part, the pixels that it lists as those of a picture of that width."""
+    left, top, right, _ = part
+    if threshold.kept is None or (left == top == 0 and right == width):
+        return threshold
+    pixels, lights = threshold.kept
+    row, column = np.divmod(pixels.index, right - left)
+    index = (row + top) * width + column + left
+    return replace(threshold, kept=(BrightPixels(pixels.floor, width, index, pixels.level), lights))
+
+
+def crop(image: Any, part: Part) -> np.ndarray:
+    """A part of a picture (H, W) or (H, W, C), not copied."""
+    left, top, right, bottom = part
+    return np.asarray(image)[top:bottom, left:right]
+
+
+def ring_region(pose: CirclePose, camera: Camera, dock: Dock, margin_px: float = 0.0) -> Region | None:
+    """The region around a dock's ring as the picture shows it, and a margin; None where some of it has no picture."""
+    angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS, endpoint=False)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
+    seen = camera.project(pose.position_m + dock.radius * circle)
+    if not np.isfinite(seen).all():
+        return None
+    (left, top), (right, bottom) = seen.min(axis=0).tolist(), seen.max(axis=0).tolist()
+    return left - margin_px, top - margin_px, right - left + 2 * margin_px, bottom - top + 2 * margin_px
+
+
+def is_within(inner: Region, outer: Region) -> bool:
+    """Whether one region lies wholly in another."""
+    return (
+        inner[0] >= outer[0]
+        and inner[1] >= outer[1]
+        and inner[0] + inner[2] <= outer[0] + outer[2]
+        and inner[1] + inner[3] <= outer[1] + outer[3]
+    )

@@ -1,0 +1,64 @@
+"""Simpler methods that the paper compares with, to measure what the exact ones gain."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.checks import as_points, check_number
+from dockpose.lights.ellipse import Ellipse
+from dockpose.pose.circle import CirclePose
+
+
+@dataclass(frozen=True)
+class Centres:
+    """Three answers to where the dock's centre is in the undistorted picture, each (2,) in pixels.
+
+    Attributes
+    ----------
+    mass_moment_px : middle of the lights' centres; moves when a light is hidden.
+    ellipse_px : middle of the ellipse; under perspective not the dock's.
+    true_px : image of the middle of the circle, which takes the pose.
+    """
+
+    mass_moment_px: np.ndarray
+    ellipse_px: np.ndarray
+    true_px: np.ndarray
+
+
+def centres(points_px: np.ndarray, ellipse: Ellipse, pose: CirclePose) -> Centres:
+    """Compare the dock's centre by mass moment, ellipse and pose, from lights (N, 2) in the undistorted picture."""
+    points = as_points("points_px", points_px, 2)
+    return Centres(points.mean(axis=0), np.array(ellipse.centre_px), pose.centre_px)
+
+
+def hong_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
+    """Both poses of a circle under the assumption that the ellipse's major axis is its diameter.
+
+    Parameters
+    ----------
+    ellipse : in pixels of the undistorted picture.
+    camera : its intrinsics; of fx and fy the mean counts.
+    diameter : of the circle, in metres.
+
+    Notes
+    -----
+    The assumption of Hong et al., as the paper describes it: the range is focal length times diameter over major axis,
+    the ellipse's centre is the dock's, and the dock is tilted about the major axis by acos(minor / major), to either
+    side. That is weak perspective: right for a small dock far away on the axis.
+    """
+    check_number("diameter", diameter, above=0)
+    focal = math.sqrt(camera.fx * camera.fy)
+    major, minor = ellipse.semi_axes_px
+    z = focal * diameter / (2 * major)
+    x, y = ellipse.centre_px
+    position = np.array([(x - camera.cx) / camera.fx * z, (y - camera.cy) / camera.fy * z, z])
+    tilt = math.acos(min(1.0, minor / major))
+    across = np.array([-math.sin(ellipse.angle_rad), math.cos(ellipse.angle_rad), 0.0])
+    first, second = (
+        CirclePose(position, np.array([0, 0, -math.cos(tilt)]) + side * math.sin(tilt) * across, np.array([x, y]))
+        for side in (-1.0, 1.0)
+    )
+    return first, second

@@ -1,0 +1,173 @@
+"""Which of the two poses is the right one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
+from dockpose.pose.spacing import Placement, place
+from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
+
+DECIDED = 0.95  # probability from which on the likelier pose is called the right one
+SAME_RAD = math.radians(0.2)  # two poses that face the same way up to this are one
+_SLID = 0.25  # two poses that come this much closer to each other by refinement have become one
+_NO_CHANCE = 100.0  # times the other's squares: what a pose gets on whose ring the points are no lights
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The two candidates, the likelier first, and why.
+
+    Attributes
+    ----------
+    candidates : the two poses with their probabilities, reprojection errors and uncertainties.
+    selected : index of the chosen one.
+    selected_by : "spacing" or "colours", or "none" where nothing tells them apart.
+    lights : (N,) number of the light that each point is, counted around the ring; None where that is not known.
+    coincide : the dock is seen so nearly square on that both poses are the same within their errors.
+    """
+
+    candidates: tuple[CirclePose, ...]
+    selected: int
+    selected_by: str
+    lights: np.ndarray | None
+    coincide: bool = False
+
+    @property
+    def decided(self) -> bool:
+        """Whether the chosen pose is the right one with a probability of at least 95 %."""
+        probability = self.candidates[self.selected].probability
+        return probability is not None and probability >= DECIDED
+
+
+def choose_by_spacing(
+    poses: Sequence[CirclePose],
+    points_px: np.ndarray,
+    camera: Camera,
+    dock: Dock,
+    labels: Sequence[str | None] | None = None,
+) -> Choice:
+    """Refine both candidates, and choose the one on which the lights are spaced as they should be.
+
+    Parameters
+    ----------
+    poses : the two candidates.
+    points_px : (N, 2) centres of the lights in the picture.
+    camera : that took it.
+    dock : where its number of lights is None, the points are taken to be all of them, evenly spaced.
+    labels : for each point the name of its colour, None where it cannot be told.
+
+    Notes
+    -----
+    The lights are traced back onto each candidate's plane, where their angles around the ring tell which lights they
+    are. Both candidates are then refined with the lights in these places, and what remains of the reprojection error
+    tells how well each explains the picture, see :func:`dockpose.pose.uncertainty.log_odds`. Where the spacing is not
+    known, both are refined with each light free to lie anywhere on its circle, which tells nothing about the choice.
+    """
+    rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
+    R = np.array([pose.rotation for pose in poses])
+    t = np.array([pose.position_m for pose in poses])
+    placement = place(angles_on_planes(rays, R, t), dock, labels)
+    if not any(placement.fits):
+        fit = refine(R, t, None, dock.radius, rays)
+        return choice_of(fit, [0.5, 0.5], None, "none", camera)
+    fit = refine(R, t, placement.angles_rad, dock.radius, rays)
+    fit = _apart(fit, R, t, placement, dock.radius, rays)
+    squares = _judged(fit.squares_px2.tolist(), placement.fits)
+    first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
+    by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
+    return choice_of(fit, [first, 1 - first], placement, by, camera)
+
+
+def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, radius_m: float, rays: LightRays) -> Fit:
+    """Where refinement brought both candidates to the same pose, put the one that went farther back to where it was.
+
+    Then only one pose explains the spacing, and its twin is the other one that the ellipse alone would allow.
+    """
+    before, after = _gap_rad(R), _gap_rad(fit.rotations)
+    if before < SAME_RAD or after > _SLID * before:
+        return fit
+    turned = [_angle_rad(R[k, :, 2], fit.rotations[k, :, 2]) for k in range(len(R))]
+    back = int(np.argmax(turned))
+    rotations, positions, squares = fit.rotations.copy(), fit.positions_m.copy(), fit.squares_px2.copy()
+    rotations[back], positions[back] = R[back], t[back]
+    squares[back] = squares_at(R[back], t[back], placement.angles_rad[back], radius_m, rays)
+    return Fit(rotations, positions, squares, fit.covariances, fit.numbers, fit.points)
+
+
+def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
+    """The squares by which candidates are judged: those on whose ring the points are no lights have no chance."""
+    best = min(squares for squares, ok in zip(squares_px2, fits, strict=True) if ok)
+    return [
+        squares if ok else max(squares, _NO_CHANCE * (best + 1.0))
+        for squares, ok in zip(squares_px2, fits, strict=True)
+    ]
+
+
+def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | None, by: str, camera: Camera) -> Choice:
+    """Choice among refined poses, the likelier first, with what each is known to; ``by`` tells what decided."""
+    noise, freedom = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
+    sigmas = [
+        deviations(covariance, R, noise, freedom) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)
+    ]
+    if placement is not None and len(probabilities) == 2:
+        (x0, y0), (x1, y1) = (_thetas_rad(rotation) for rotation in fit.rotations)
+        probabilities = nearer(probabilities, (x0 - x1, y0 - y1), (sigmas[0][1], sigmas[1][1]))
+    order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
+    candidates = []
+    for k in order:
+        rotation, position = fit.rotations[k], fit.positions_m[k]
+        roll = None
+        if placement is not None:
+            roll = (float(placement.rolls_rad[k]) + _roll_rad(rotation)) % placement.period_rad
+        x, y, z = position.tolist()
+        candidates.append(
+            CirclePose(
+                position_m=position,
+                normal=-rotation[:, 2],
+                centre_px=np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]),
+                probability=probabilities[k],
+                rms_px=math.sqrt(float(fit.squares_px2[k]) / fit.points),
+                roll_rad=roll,
+                sigma_position_m=sigmas[k][0],
+                sigma_theta_rad=sigmas[k][1],
+            )
+        )
+    lights = None if placement is None else placement.lights[order[0]]
+    return Choice(tuple(candidates), 0, by, lights, _is_square_on(candidates[0]))
+
+
+def _thetas_rad(rotation: np.ndarray) -> tuple[float, float]:
+    """theta_x and theta_y of a dock with this rotation."""
+    x, y, z = rotation[:, 2].tolist()
+    return math.asin(max(-1.0, min(1.0, -y))), math.atan2(x, z)
+
+
+def _is_square_on(pose: CirclePose) -> bool:
+    """Whether a pose and its twin, the mirror image about the line of sight, are the same within the pose's errors."""
+    towards = pose.position_m / -math.hypot(*pose.position_m.tolist())
+    off = _angle_rad(pose.normal, towards)
+    return 2 * off < max(SAME_RAD, *(1.96 * sigma for sigma in pose.sigma_theta_rad or ()))
+
+
+def _gap_rad(rotations: np.ndarray) -> float:
+    return _angle_rad(rotations[0, :, 2], rotations[1, :, 2])
+
+
+def _angle_rad(one: np.ndarray, other: np.ndarray) -> float:
+    return 2 * math.asin(min(1.0, math.dist(one.tolist(), other.tolist()) / 2))
+
+
+def _roll_rad(rotation: np.ndarray) -> float:
+    """Angle that a dock with this rotation is turned by in its own plane."""
+    # The dock's x and y axis against the x axis of a dock without roll, which lies level: (z, 0, -x) of its third.
+    x, z = float(rotation[0, 2]), float(rotation[2, 2])
+    along = float(rotation[0, 0]) * z - float(rotation[2, 0]) * x
+    across = float(rotation[0, 1]) * z - float(rotation[2, 1]) * x
+    return math.atan2(-across, along)

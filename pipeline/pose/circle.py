@@ -1,0 +1,152 @@
+"""The two poses of a circle that is seen as a given ellipse."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.checks import check_number
+from dockpose.lights.ellipse import Ellipse, NoEllipseError
+
+
+@dataclass(frozen=True)
+class CirclePose:
+    """Where the dock is and which way it faces, in the camera frame (x right, y down, z forward).
+
+    Attributes
+    ----------
+    position_m : (3,) the dock's centre, in metres.
+    normal : (3,) unit normal of the dock's face, towards the camera.
+    centre_px : (2,) image of the dock's centre, in pixels of the undistorted picture.
+    probability : that this is the right one of the two candidates; None where nothing tells them apart.
+    rms_px : root mean square reprojection error of the lights, evenly spaced; None where it was not computed.
+    roll_rad : angle of light 0 around the dock's axis; where lights are alike and evenly spaced any of them may be
+        light 0, and it is the smallest such angle. None where it was not computed.
+    sigma_position_m, sigma_theta_rad : one-sigma, of which 1.96 on either side hold the truth in 95 % of pictures;
+        None where they were not computed.
+    """
+
+    position_m: np.ndarray
+    normal: np.ndarray
+    centre_px: np.ndarray
+    probability: float | None = None
+    rms_px: float | None = None
+    roll_rad: float | None = None
+    sigma_position_m: tuple[float, float, float] | None = None
+    sigma_theta_rad: tuple[float, float] | None = None
+
+    @property
+    def theta_x_rad(self) -> float:
+        """The paper's pitch: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
+        return math.asin(max(-1.0, min(1.0, float(self.normal[1]))))
+
+    @property
+    def theta_y_rad(self) -> float:
+        """The paper's yaw: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
+        return math.atan2(-float(self.normal[0]), -float(self.normal[2]))
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """Rotation (3, 3) from the dock's frame, without roll, to the camera's; its third column is -normal."""
+        x, y, z = self.normal.tolist()
+        level = math.hypot(x, z)
+        if level < 1e-12:
+            return rotation_from_angles(self.theta_x_rad, self.theta_y_rad)
+        return np.array([[-z / level, x * y / -level, -x], [0, level, -y], [x / level, y * z / -level, -z]])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values with their units in the names; angles in degrees, None for what was not computed."""
+        sigma_theta = self.sigma_theta_rad
+        return {
+            "position_m": self.position_m.tolist(),
+            "normal": self.normal.tolist(),
+            "theta_x_deg": math.degrees(self.theta_x_rad),
+            "theta_y_deg": math.degrees(self.theta_y_rad),
+            "roll_deg": None if self.roll_rad is None else math.degrees(self.roll_rad),
+            "centre_px": self.centre_px.tolist(),
+            "probability": self.probability,
+            "rms_px": self.rms_px,
+            "sigma_position_m": None if self.sigma_position_m is None else list(self.sigma_position_m),
+            "sigma_theta_deg": None if sigma_theta is None else [math.degrees(angle) for angle in sigma_theta],
+        }
+
+    @property
+    def T_camera_dock(self) -> np.ndarray:
+        """The 4 x 4 transform from the dock's frame (z into the dock, away from the camera) to the camera's."""
+        transform = np.eye(4)
+        transform[:3, :3] = self.rotation
+        transform[:3, 3] = self.position_m
+        return transform
+
+
+def rotation_from_angles(theta_x_rad: float, theta_y_rad: float) -> np.ndarray:
+    """Rotation (3, 3) Ry(theta_y) Rx(theta_x) of the dock's frame; its third column is minus the dock's normal."""
+    cx, sx = math.cos(theta_x_rad), math.sin(theta_x_rad)
+    cy, sy = math.cos(theta_y_rad), math.sin(theta_y_rad)
+    return np.array([[cy, sy * sx, sy * cx], [0, cx, -sx], [-sy, cy * sx, cy * cx]])
+
+
+def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
+    """Return the two poses of a circle of ``diameter`` metres whose image is ``ellipse``.
+
+    Parameters
+    ----------
+    ellipse : in pixels of the undistorted picture.
+    camera : its intrinsics.
+    diameter : of the circle, in metres, above 0.
+
+    Returns
+    -------
+    Two poses in a fixed order: first the one whose normal turns further to the left. Seen square on they coincide.
+
+    Raises
+    ------
+    ValueError
+        if the diameter is not positive.
+    NoEllipseError
+        if the ellipse is so small or narrow that rounding leaves no circle behind it.
+
+    Notes
+    -----
+    Safaee-Rad, Tchoukanov, Smith and Benhabib 1992, "Three-dimensional location estimation of circular features for
+    machine vision", in the closed form of the cone's eigenvalues l1 >= l2 > 0 > l3.
+    """
+    check_number("diameter", diameter, above=0)
+    K = camera.matrix
+    cone = K.T @ ellipse.matrix @ K
+    _, eigenvalues, axes = cv2.eigen(cone / math.sqrt(np.vdot(cone, cone)))
+    l1, l2, l3 = eigenvalues.ravel().tolist()
+    if not l3 < 0 < l2:
+        raise NoEllipseError("the ellipse is too small, or too narrow, to be a circle's picture")
+    g = math.sqrt((l2 - l3) / (l1 - l3))
+    h = math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
+    distance = l2 * (diameter / 2) / math.sqrt(-l1 * l3)
+    # Columns: both normals and both centres, in the frame of the cone's axes by falling eigenvalue.
+    along = np.array(
+        [
+            [h, -h, distance * h * l3 / l2, -distance * h * l3 / l2],
+            [0.0, 0.0, 0.0, 0.0],
+            [g, g, distance * g * l1 / l2, distance * g * l1 / l2],
+        ]
+    )
+    normals_and_centres = along.T @ axes
+    poses = [_pose(normals_and_centres[k], normals_and_centres[2 + k], camera) for k in (0, 1)]
+    if poses[0].normal[0] > poses[1].normal[0]:
+        poses.reverse()
+    return poses[0], poses[1]
+
+
+def _pose(normal: np.ndarray, centre: np.ndarray, camera: Camera) -> CirclePose:
+    """One of the poses, with the signs for which it is in front of the camera and faces it."""
+    if centre[2] < 0:
+        centre = -centre
+    if normal @ centre > 0:
+        normal = -normal
+    # Where the centre is seen: the polar of the circle's line at infinity, not the ellipse's centre.
+    x, y, z = centre.tolist()
+    image = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
+    return CirclePose(position_m=centre, normal=normal, centre_px=image)

@@ -1,0 +1,117 @@
+"""From the lights' centres in a picture to both poses of the dock, whatever lies before the lens."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.checks import as_points
+from dockpose.dock import Dock
+from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
+from dockpose.pose.choice import Choice, choose_by_spacing
+from dockpose.pose.circle import CirclePose, circle_poses
+from dockpose.pose.few_lights import FEWEST, poses_from_few_lights
+from dockpose.pose.refine import light_rays, on_planes
+
+_ROUNDS = 6
+_SETTLED = 1e-7  # share of the range
+_FIRST_DEPTH_M = 1.0
+_ON_A_LINE_PX = 0.01  # no light's centre is known better; what is left then, as a port's bend, is no ellipse
+
+
+def find_poses(
+    points_px: Any,
+    camera: Camera,
+    dock: Dock,
+    labels: Sequence[str | None] | None = None,
+    ellipse: Ellipse | None = None,
+) -> tuple[Ellipse, Choice]:
+    """Find both poses of a dock from five or more of its lights, or from four or three whose spacing is known.
+
+    Parameters
+    ----------
+    points_px : (N, 2) centres of the lights in the picture.
+    camera : that took it.
+    dock : its diameter, and its lights where they are known.
+    labels : for each point the name of its colour, None where it cannot be told.
+    ellipse : through the lights, where it is known already.
+
+    Returns
+    -------
+    The ellipse, in pixels of the undistorted picture (behind a port: of the pinhole picture that would show the lights
+    where the chosen pose has them), and the choice between the two poses, refined. Of four or three lights the ellipse
+    is that of the chosen pose, see :func:`dockpose.pose.few_lights.poses_from_few_lights`.
+
+    Raises
+    ------
+    NoEllipseError
+        if no ellipse runs through the points.
+    """
+    points = as_points("points_px", points_px, 2)
+    if FEWEST <= len(points) < MIN_POINTS and dock.lights is not None:
+        choice = poses_from_few_lights(points, camera, dock)
+        return _ellipse_of(choice.candidates[0], camera, dock), choice
+    if _scatter_about_line_px(points) < _ON_A_LINE_PX:
+        raise NoEllipseError("the points lie on a line")
+    if camera.port is None:
+        ellipse = ellipse or fit_ellipse(camera.undistort(points))
+        poses = circle_poses(ellipse, camera, dock.diameter)
+        return ellipse, choose_by_spacing(poses, points, camera, dock, labels)
+    poses = _poses_behind_port(points, camera, dock)
+    choice = choose_by_spacing(poses, points, camera, dock, labels)
+    chosen = choice.candidates[choice.selected]
+    return fit_ellipse(camera.virtual_pixels(points, _depths(points, camera, chosen))), choice
+
+
+def _scatter_about_line_px(points: np.ndarray) -> float:
+    """How far points (N, 2) are off the line that fits them best, root mean square; NaN where one is not finite."""
+    centred = points - points.sum(axis=0) / len(points)
+    (xx, xy), (_, yy) = (centred.T @ centred / len(points)).tolist()
+    return math.sqrt(abs((xx + yy) / 2 - math.hypot((xx - yy) / 2, xy)))
+
+
+def _ellipse_of(pose: CirclePose, camera: Camera, dock: Dock) -> Ellipse:
+    """The ellipse as which a pinhole sees the dock's circle."""
+    angles = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    axes = pose.rotation[:, :2]
+    circle = pose.position_m + dock.radius * np.column_stack([np.cos(angles), np.sin(angles)]) @ axes.T
+    seen = circle @ camera.matrix.T
+    return fit_ellipse(seen[:, :2] / seen[:, 2:])
+
+
+def _poses_behind_port(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[CirclePose, CirclePose]:
+    """Both poses seen through a port.
+
+    There the rays do not meet in one point, so that where a pinhole would see a light depends on how far it is. The
+    depth of each light follows from the pose; so for each candidate by itself pixels, ellipse and pose are computed in
+    turn until they settle. That takes few rounds, since the rays nearly meet.
+    """
+    depth = _FIRST_DEPTH_M
+    pair = circle_poses(fit_ellipse(camera.virtual_pixels(points_px, depth)), camera, dock.diameter)
+    for _ in range(2):
+        depth = float(pair[0].position_m[2] + pair[1].position_m[2]) / 2
+        pair = circle_poses(fit_ellipse(camera.virtual_pixels(points_px, depth)), camera, dock.diameter)
+    first, second = (_settled(pose, points_px, camera, dock) for pose in pair)
+    return first, second
+
+
+def _settled(pose: CirclePose, points_px: np.ndarray, camera: Camera, dock: Dock) -> CirclePose:
+    for _ in range(_ROUNDS):
+        ellipse = fit_ellipse(camera.virtual_pixels(points_px, _depths(points_px, camera, pose)))
+        pair = circle_poses(ellipse, camera, dock.diameter)
+        after = max(pair, key=lambda other: float(other.normal @ pose.normal))
+        moved = float(np.abs(after.position_m - pose.position_m).max())
+        pose = after
+        if moved < _SETTLED * pose.position_m[2]:
+            break
+    return pose
+
+
+def _depths(points_px: np.ndarray, camera: Camera, pose: CirclePose) -> np.ndarray:
+    """Depth (N,) in metres at which the rays of picture points meet a dock's plane."""
+    rays = light_rays(points_px, camera, float(pose.position_m[2]))
+    (flat,) = on_planes(rays, pose.rotation[None], pose.position_m[None])
+    return pose.position_m[2] + flat @ pose.rotation[2, :2]

@@ -1,0 +1,93 @@
+"""Which light of the dock each point is, from how the lights are spaced around the ring and from their colours."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from dockpose.dock import Dock
+
+WITHIN = 0.25  # of the mean spacing: points further than this from every light are not the dock's
+_WORTH = 1.0  # of a wrong colour, in squared mean spacings: more than any point may lie off its light
+
+
+@dataclass(frozen=True)
+class Placement:
+    """The lights that N points are on each of K candidates.
+
+    Attributes
+    ----------
+    lights : (K, N) numbers of the lights.
+    rolls_rad : (K,) how far the dock is turned in its own plane, so that its lights come near the points.
+    angles_rad : (K, N) where the lights are then.
+    fits : for each candidate, whether every point is near its light and no two are the same.
+    period_rad : the roll is known modulo this; 2 pi where something breaks the ring's symmetry.
+    """
+
+    lights: np.ndarray
+    rolls_rad: np.ndarray
+    angles_rad: np.ndarray
+    fits: list[bool]
+    period_rad: float
+
+
+def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | None = None) -> Placement:
+    """Find the lights that points at angles (K, N) around the ring are, for each of K candidates.
+
+    Parameters
+    ----------
+    points_rad : angles of the points on each candidate's plane.
+    dock : where its number of lights is None, the points are taken to be all of them, evenly spaced.
+    labels : for each point the name of its colour, None where it cannot be told; used where the dock has colours.
+    """
+    coloured = bool(dock.colours) and labels is not None and any(label is not None for label in labels)
+    if not coloured and not dock.angles_deg:
+        return _place_evenly(points_rad, dock.lights or points_rad.shape[1])
+    known = dock.light_angles_rad()
+    wrong = _wrong_colours(labels or (), dock) if coloured else np.zeros((points_rad.shape[1], len(known)))
+    rows = [_place_known(row, known, wrong) for row in points_rad]
+    lights = np.array([row[0] for row in rows])
+    rolls = np.array([row[1] for row in rows])
+    even = not dock.angles_deg and not coloured
+    period = 2 * math.pi / len(known) if even else 2 * math.pi
+    return Placement(lights, rolls, known[lights] + rolls[:, None], [row[2] for row in rows], period)
+
+
+def _place_evenly(points_rad: np.ndarray, count: int) -> Placement:
+    """The common phase of the points' angles, modulo the spacing, places evenly spaced lights."""
+    step = 2 * math.pi / count
+    phases = np.exp(1j * count * points_rad).sum(axis=1)
+    rolls = (np.arctan2(phases.imag, phases.real) / count)[:, None]
+    slots = (points_rad - rolls) / step
+    lights = np.rint(slots)
+    near = np.abs(slots - lights).max(axis=1) < WITHIN
+    numbered = lights.astype(int) % count
+    fits = [bool(ok) and len(set(row)) == len(row) for ok, row in zip(near.tolist(), numbered.tolist(), strict=True)]
+    return Placement(numbered, rolls[:, 0], rolls + step * lights, fits, step)
+
+
+def _wrong_colours(labels: Sequence[str | None], dock: Dock) -> np.ndarray:
+    """Whether (N, L) point i cannot be light j, because its colour is another one."""
+    return np.array([[float(label is not None and label != colour) for colour in dock.colours] for label in labels])
+
+
+def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarray) -> tuple[np.ndarray, float, bool]:
+    """Lights (N,), roll and whether they fit: of all rolls that bring some light to the first point, the best one."""
+    step = 2 * math.pi / len(known_rad)
+    rolls = points_rad[0] - known_rad
+    off = points_rad[None, :, None] - known_rad - rolls[:, None, None]
+    off = (off + math.pi) % (2 * math.pi) - math.pi
+    lights = np.argmin(np.abs(off), axis=2)
+    row, column = np.ogrid[: len(rolls), : len(points_rad)]
+    nearest = off[row, column, lights]
+    # The first point's own error sits in the roll: take it out before judging.
+    shift = nearest.mean(axis=1)
+    squares = ((nearest - shift[:, None]) ** 2).sum(axis=1) / step**2
+    mismatch = wrong[column, lights].sum(axis=1)
+    repeated = np.array([len(points_rad) - len(set(each)) for each in lights.tolist()])
+    best = int(np.argmin(squares + _WORTH * (mismatch + repeated)))
+    apart = np.abs(nearest[best] - shift[best]).max()
+    fits = bool(apart < WITHIN * step and mismatch[best] == 0 and repeated[best] == 0)
+    return lights[best], float(rolls[best] + shift[best]), fits

@@ -1,0 +1,197 @@
+"""Point spread functions of water: where the light of one lamp goes, direct and as glow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from dockpose.checks import check_number
+from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, spread_of, transfer_of
+from dockpose.simulate.optics.water import Water, mean_phase_transform, scattering_angle_rad
+
+_WIDEST_RAD = math.pi / 2  # glow from behind the camera's back is not seen
+
+
+class Psf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Which point spread function the water has.
+
+    Parameters
+    ----------
+    model : one of ``MODELS``.
+    inner_cutoff_deg : for "hou" and "hou_poisson", which are singular at 0: flat within this angle.
+    theta0_rad : for the same, the mean scattering angle; None takes it from the water's phase function.
+    width_deg : for "gaussian", its standard deviation.
+    mtf_csv : for "mtf", a file with the columns cycles_per_rad, mtf; the last value is the direct light's share.
+    mtf_distance_m : the distance at which that was measured; at others the same water is meant.
+    tilt_deg, tilt_axis_deg : the glow is seen rotated by this angle about an axis in the picture, which makes it
+        asymmetric; the axis is measured from the x axis towards y.
+
+    Raises
+    ------
+    ValueError
+        if the model is unknown, or a number is out of range.
+    """
+
+    model: str = "voss"
+    inner_cutoff_deg: float = 0.02
+    theta0_rad: float | None = None
+    width_deg: float = 1.0
+    mtf_csv: str | None = None
+    mtf_distance_m: float = 1.0
+    tilt_deg: float = 0.0
+    tilt_axis_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.model not in MODELS:
+            raise ValueError(f"psf model is {self.model!r}; it must be one of {', '.join(MODELS)}")
+        for name in ("inner_cutoff_deg", "width_deg", "mtf_distance_m"):
+            check_number(name, getattr(self, name), above=0)
+        if self.theta0_rad is not None:
+            check_number("theta0_rad", self.theta0_rad, above=0)
+        check_number("tilt_axis_deg", self.tilt_axis_deg)
+        check_number("tilt_deg", self.tilt_deg)
+        if abs(self.tilt_deg) >= 80:
+            raise ValueError(f"tilt_deg is {self.tilt_deg!r}; it must be within -80 to 80")
+        if (self.model == "mtf") != (self.mtf_csv is not None):
+            raise ValueError(f"mtf_csv is {self.mtf_csv!r} with the model {self.model!r}; they belong together")
+
+
+@dataclass(frozen=True)
+class PointSpread:
+    """What one lamp at one distance looks like, per unit of light that would arrive through clear water.
+
+    Attributes
+    ----------
+    direct_share : of the light, arriving along a straight line: e^{-c r}.
+    glow_per_sr : (n,) glow at the angles ``hankel.ANGLES`` from the lamp.
+    glow_transfer : (n,) its modulation transfer function at ``hankel.FREQUENCIES``; at 0 the share of the glow.
+    """
+
+    direct_share: float
+    glow_per_sr: np.ndarray
+    glow_transfer: np.ndarray
+
+    @property
+    def glow_share(self) -> float:
+        """Share of the light that arrives as glow."""
+        return float(self.glow_transfer[0])
+
+
+def point_spread(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator | None = None) -> PointSpread:
+    """Return the point spread function of ``water`` for a lamp at ``distance_m``.
+
+    Parameters
+    ----------
+    psf : which model.
+    water : its coefficients.
+    distance_m : along the light's path, above 0.
+    rng : for "hou_poisson" only, which draws its number of scatterings; None draws with the seed 0.
+
+    Raises
+    ------
+    ValueError
+        if the distance is not positive, or lies beyond the model's validity; the text gives the limit.
+    """
+    check_number("distance_m", distance_m, above=0)
+    return MODELS[psf.model](psf, water, distance_m, rng or np.random.default_rng(0))
+
+
+def _voss(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
+    """Voss 1991 and Wells 1973: H = exp(-c r + b r mean_{0..psi} P^), P^ the phase function's transform."""
+    scattered = water.scattering_per_m * distance_m * _mean_transform(water.phase_function)
+    direct = math.exp(-water.attenuation_per_m * distance_m)
+    return _from_transfer(direct, direct * np.expm1(scattered))
+
+
+def _gaussian(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
+    """All light that is scattered but not absorbed, e^{-a r} - e^{-c r}, as a Gaussian."""
+    direct = math.exp(-water.attenuation_per_m * distance_m)
+    glow = math.exp(-water.absorption_per_m * distance_m) - direct
+    sigma = math.radians(psf.width_deg)
+    transfer = glow * np.exp(-2 * (math.pi * sigma * FREQUENCIES) ** 2)
+    spread = glow * np.exp(-0.5 * (ANGLES / sigma) ** 2) / (2 * math.pi * sigma**2)
+    return PointSpread(direct, spread, transfer)
+
+
+def _hou(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
+    """Hou, Gray, Weidemann and Arnone 2008: K b r e^{-tau} / (2 pi theta^m), m = 1 / (w0 - 2 tau theta0)."""
+    return _power_law(psf, water, distance_m, water.scattering_per_m * distance_m)
+
+
+def _hou_poisson(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
+    """Ghosh et al. 2016, section 2.1.2: Hou's, with a Poisson random number of mean b r in place of b r."""
+    return _power_law(psf, water, distance_m, float(rng.poisson(water.scattering_per_m * distance_m)))
+
+
+def _measured(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
+    """A modulation transfer function measured at one distance; its logarithm grows with the distance."""
+    frequencies, transfer = _read_transfer(str(psf.mtf_csv))
+    log_transfer = np.interp(FREQUENCIES, frequencies, np.log(transfer)) * distance_m / psf.mtf_distance_m
+    direct = math.exp(log_transfer[-1])
+    return _from_transfer(direct, np.exp(log_transfer) - direct)
+
+
+MODELS = {"voss": _voss, "hou": _hou, "hou_poisson": _hou_poisson, "gaussian": _gaussian, "mtf": _measured}
+
+
+def hou_exponent(psf: Psf, water: Water, distance_m: float) -> float:
+    """Hou's exponent m. Raises ValueError, with the largest distance, where the model does not hold."""
+    theta0 = psf.theta0_rad if psf.theta0_rad is not None else scattering_angle_rad(water.phase_function)
+    optical_length = water.attenuation_per_m * distance_m
+    limit = water.albedo / (2 * theta0)
+    if optical_length >= limit:
+        raise ValueError(
+            f"distance_m is {distance_m:.3g}: Hou's point spread function holds for c r below w0 / (2 theta0) = "
+            f"{limit:.3g}, here below {limit / max(water.attenuation_per_m, 1e-12):.3g} m"
+        )
+    return 1 / (water.albedo - 2 * optical_length * theta0)
+
+
+def _power_law(psf: Psf, water: Water, distance_m: float, scatterings: float) -> PointSpread:
+    direct = math.exp(-water.attenuation_per_m * distance_m)
+    if water.scattering_per_m == 0:
+        return PointSpread(direct, np.zeros_like(ANGLES), np.zeros_like(FREQUENCIES))
+    exponent = hou_exponent(psf, water, distance_m)
+    inner = math.radians(psf.inner_cutoff_deg)
+    shape = np.where(ANGLES <= _WIDEST_RAD, np.maximum(ANGLES, inner) ** -exponent, 0.0)
+    shape /= np.trapezoid(shape * ANGLES**2, np.log(ANGLES))  # so that 2 pi int shape / (2 pi) theta dtheta = 1
+    glow = scatterings * direct
+    spread = glow * shape / (2 * math.pi)
+    transfer = np.clip(transfer_of(spread), 0.0, glow)
+    transfer[0] = glow
+    return PointSpread(direct, spread, transfer)
+
+
+def _from_transfer(direct: float, glow_transfer: np.ndarray) -> PointSpread:
+    return PointSpread(direct, np.maximum(spread_of(glow_transfer), 0.0), glow_transfer)
+
+
+@lru_cache
+def _mean_transform(phase_function: str) -> np.ndarray:
+    return mean_phase_transform(phase_function, FREQUENCIES)
+
+
+@lru_cache
+def _read_transfer(path: str) -> tuple[np.ndarray, np.ndarray]:
+    """Read a modulation transfer function from CSV. Raises ValueError that names the file and what is wrong."""
+    try:
+        lines = [line for line in Path(path).read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"mtf_csv {path}: cannot be read ({error})") from error
+    if not lines or [name.strip() for name in lines[0].split(",")] != ["cycles_per_rad", "mtf"]:
+        raise ValueError(f"mtf_csv {path}: its first line must be cycles_per_rad,mtf")
+    try:
+        table = np.array([[float(value) for value in line.split(",")] for line in lines[1:]])
+    except ValueError as error:
+        raise ValueError(f"mtf_csv {path}: {error}") from error
+    if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2:
+        raise ValueError(f"mtf_csv {path}: needs at least two rows of two numbers")
+    frequencies, transfer = table.T
+    falls = (np.diff(frequencies) > 0).all() and (np.diff(transfer) <= 0).all()
+    if not falls or frequencies[0] < 0 or not (transfer[-1] > 0 and transfer[0] <= 1):
+        raise ValueError(f"mtf_csv {path}: the frequencies must rise, and the values fall within 0 (excluded) to 1")
+    return frequencies, transfer

@@ -1,0 +1,59 @@
+import cv2
+import numpy as np
+import pytest
+from dockpose.app.cli import main
+from dockpose.camera.files import load_camera
+
+from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, pictures
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("boards")
+    for name, picture in pictures(CHESSBOARD, TRUE, 6):
+        cv2.imwrite(str(folder / name), picture)
+    cv2.imwrite(str(folder / "wall.png"), np.full((480, 640), 128, np.uint8))
+    return folder
+
+
+def test_a_folder_becomes_a_camera_file(folder, tmp_path, capsys):
+    out = tmp_path / "camera.yaml"
+    assert main(["calibrate", str(folder), "--board", "10x7", "--square", "0.024", "--out", str(out)]) == 0
+    camera = load_camera(out)
+    assert camera.fx == pytest.approx(TRUE.fx, rel=0.02)
+    text = capsys.readouterr().out
+    assert "wall.png    dropped: no board was found in it" in text
+    assert "6 of 7 pictures used" in text
+    assert "54 corners" in text
+    assert str(out) in text
+
+
+def test_the_file_can_be_for_ros(folder, tmp_path):
+    out = tmp_path / "ros.yaml"
+    words = ["calibrate", str(folder), "--board", "10x7", "--square", "0.024", "--out", str(out), "--format", "ros"]
+    assert main(words) == 0
+    assert "distortion_model: plumb_bob" in out.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--board", "10by7", "--square", "0.024"], "--board 10by7: must be columns x rows"),
+        (["--board", "10x7", "--square", "0"], "square_m is 0.0"),
+        (["--board", "10x7", "--square", "0.024", "--charuco", "DICT_9"], "dictionary is 'DICT_9'"),
+        (["--board", "5x4", "--square", "0.024"], "is the board 5 x 4?"),
+        (["--board", "21x17", "--square", "0.024"], "the board was found in 0 of 7 pictures"),
+        (["--board", "10x7", "--square", "0.024", "--out", "/nowhere/c.yaml"], "--out /nowhere/c.yaml: cannot be"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_a_sentence(folder, words, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["calibrate", str(folder), *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_broken_picture_is_told_and_the_rest_is_done(folder, tmp_path, capsys):
+    (tmp_path / "broken.png").write_bytes(b"no picture")
+    words = ["calibrate", str(folder), str(tmp_path / "broken.png"), "--board", "10x7", "--square", "0.024"]
+    assert main([*words, "--out", str(tmp_path / "c.yaml")]) == 1
+    assert "broken.png  dropped: it cannot be read as a picture" in capsys.readouterr().out

@@ -1,0 +1,169 @@
+import json
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from dockpose import Settings, estimate
+from dockpose.app.cli import main
+from dockpose.app.commands.compare import COMPARED, compare, table
+from dockpose.app.resources import sample_path
+from dockpose.camera.files import save_camera
+from dockpose.simulate import render, save_scene
+from dockpose.simulate.scene import Text
+from dockpose.thresholds import METHODS, fixed
+
+from tests.support.scenes import CAMERA, DOCK, random_scene
+
+METHOD_KEYS = ["level", "groups", "on_ring", "status", "message", "candidates", "selected", "elapsed_ms"]
+
+
+@pytest.fixture
+def tank(tmp_path, monkeypatch):
+    """A folder with a picture, its YAML beside it, a camera file, a dark picture and a broken one."""
+    monkeypatch.chdir(tmp_path)
+    save_scene(random_scene(1), tmp_path, "s1")
+    save_camera(CAMERA, tmp_path / "camera.yaml")
+    cv2.imwrite("dark.png", np.zeros((480, 640), np.uint8))
+    (tmp_path / "words.png").write_text("not a picture")
+    return tmp_path
+
+
+DOCK_OPTIONS = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
+
+
+def lines(text):
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def test_every_method_but_fixed_is_compared_and_gives_what_estimate_gives(tank, capsys):
+    assert main(["compare", "s1.png", "--json", "-"]) == 0
+    captured = capsys.readouterr()
+    (line,) = lines(captured.out)
+    assert captured.err == ""
+    assert list(line) == ["source", "frame", "sha256", "methods"]
+    assert (line["source"], line["frame"], len(line["sha256"])) == ("s1.png", 0, 64)
+    assert list(line["methods"]) == [name for name in METHODS if name != "fixed"]
+    assert all(list(method) == METHOD_KEYS for method in line["methods"].values())
+    image = cv2.imread("s1.png", cv2.IMREAD_UNCHANGED)
+    for name in ("hats", "otsu"):
+        found, alone = line["methods"][name], estimate(image, CAMERA, DOCK, Settings(method=name)).to_dict()
+        assert (found["level"], found["groups"]) == (alone["threshold"]["level"], alone["threshold"]["groups"])
+        assert found["on_ring"] == 10
+        assert found["candidates"] == alone["candidates"]
+        assert found["selected"] == alone["selected"]
+
+
+def test_unknown_values_are_null_and_no_key_is_left_out(tank, capsys):
+    assert main(["compare", "dark.png", *DOCK_OPTIONS, "--json", "-"]) == 0
+    (line,) = lines(capsys.readouterr().out)
+    for method in line["methods"].values():
+        assert list(method) == METHOD_KEYS
+        assert method["status"] == "no_lights"
+        assert (method["groups"], method["on_ring"], method["candidates"], method["selected"]) == (0, None, [], None)
+
+
+def test_hats_is_shown_without_the_levels_that_it_falls_back_on(monkeypatch):
+    image, _ = render(random_scene(1))
+    monkeypatch.setitem(METHODS, "hats", lambda histogram, min_area_px, level: fixed(histogram, 256))
+    assert "each light was given its own" in estimate(image, CAMERA, DOCK).message
+    hats = compare(image, CAMERA, DOCK)["hats"]
+    assert hats.status == "no_lights"
+    assert hats.threshold is not None
+    assert hats.threshold.level == 256
+
+
+def test_without_outputs_a_table_is_printed(tank, capsys):
+    assert main(["compare", "s1.png", "dark.png", *DOCK_OPTIONS]) == 0
+    first, second = capsys.readouterr().out.strip().split("\n\n")
+    rows = first.splitlines()
+    assert rows[0] == "s1.png"
+    assert rows[1].split()[:3] == ["method", "level", "groups"]
+    assert [row.split()[0] for row in rows[2:]] == list(COMPARED)
+    hats = rows[2].split()
+    assert hats[2:4] == ["10", "10"]
+    assert "right: off by 0." in rows[2]
+    # The columns stand under each other.
+    assert len({row.index("off by") for row in rows[2:] if "off by" in row}) == 1
+    assert "No lights: " in second.splitlines()[2]
+    assert "off by" not in second
+
+
+def test_a_table_without_the_truth_says_that_there_is_a_pose():
+    image, _ = render(random_scene(1))
+    text = table("here", {"otsu": estimate(image, CAMERA, DOCK, Settings(method="otsu"))})
+    assert text.splitlines()[2].endswith("pose found")
+
+
+def test_a_montage_of_each_picture_is_written_and_overwrites_none(tank, capsys):
+    original = (tank / "s1.png").read_bytes()
+    assert main(["compare", "s1.png", "dark.png", *DOCK_OPTIONS, "--montage", "."]) == 0
+    assert capsys.readouterr().out == ""
+    assert (tank / "s1.png").read_bytes() == original
+    for name in ("s1-2.png", "dark-2.png"):
+        sheet = cv2.imread(name)
+        assert sheet is not None
+        assert sheet.shape[1] == 1600
+
+
+def test_a_broken_picture_is_told_and_the_others_are_done(tank, capsys):
+    assert main(["compare", "words.png", "gone.png", "s1.png", *DOCK_OPTIONS, "--json", "-"]) == 1
+    captured = capsys.readouterr()
+    assert [line["source"] for line in lines(captured.out)] == ["s1.png"]
+    assert "words.png: is not a picture" in captured.err
+    assert "gone.png: cannot be read" in captured.err
+
+
+def test_a_damaged_yaml_beside_a_picture_does_not_matter_where_nothing_of_it_is_needed(tank, capsys):
+    (tank / "s1.yaml").write_text("truth: [1, 2")
+    assert main(["compare", "s1.png", *DOCK_OPTIONS]) == 0
+    captured = capsys.readouterr()
+    assert "pose found" in captured.out
+    assert captured.err == ""
+
+
+@pytest.mark.parametrize("command", ["compare", "estimate"])
+def test_masks_are_left_out_by_both_commands(tank, capsys, command):
+    scene = random_scene(1, position_m=(0.0, 0.0, 1.0))
+    save_scene(msgspec.structs.replace(scene, texts=(Text(text="12:34", x_px=20, y_px=20),)), tank, "text")
+    assert main([command, "text.png", "--mask", "10,10,90,40", "--mask", "0,460,4.5,20", "--json", "-"]) == 0
+    (line,) = lines(capsys.readouterr().out)
+    if command == "estimate":
+        assert line["settings"]["masks"] == [[10, 10, 90, 40], [0, 460, 4.5, 20]]
+        assert line["threshold"]["groups"] == 10
+    else:
+        assert line["methods"]["hats"]["groups"] == 10
+
+
+@pytest.mark.parametrize("command", ["compare", "estimate"])
+@pytest.mark.parametrize("mask", ["1,2,3", "1,2,3,x", "1,2,0,5", "nan,0,5,5", ""])
+def test_a_mask_that_is_none_ends_with_2_and_one_sentence(tank, capsys, command, mask):
+    assert main([command, "s1.png", f"--mask={mask}"]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(f"dockpose: --mask {mask} must be left, top, width and height in pixels")
+    assert len(captured.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["none*.png"], "no file matches"),
+        (["dark.png"], "which camera?"),
+        (["s1.png", "--json", "no/such/folder.json"], "cannot be written"),
+        (["s1.png", "--montage", "words.png"], "cannot be made"),
+    ],
+)
+def test_bad_arguments_end_with_2_and_one_sentence(tank, capsys, arguments, message):
+    assert main(["compare", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert captured.out == ""
+
+
+def test_the_samples_with_text_and_haze_are_solved_by_hats_alone(capsys):
+    paths = [str(sample_path(name)) for name in ("tilted", "burnt_in_text", "green_haze")]
+    assert main(["compare", *paths]) == 0
+    rows = [row for row in capsys.readouterr().out.splitlines() if row.startswith("  hats ")]
+    assert len(rows) == 3
+    assert all("right: off by" in row for row in rows)

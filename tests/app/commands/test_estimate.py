@@ -1,0 +1,192 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalSubscript=false, reportOptionalOperand=false
+
+import csv
+import hashlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from dockpose.app.cli import main
+from dockpose.app.drawing.annotated import MASK_COLOUR
+from dockpose.app.inputs.sidecar import load_sample
+from dockpose.app.resources import sample_names, sample_path
+from dockpose.camera.files import save_camera
+from dockpose.lights.masks import hidden_pixels
+from dockpose.simulate import save_scene
+from dockpose.simulate.scene import Text
+
+from tests.support.scenes import CAMERA, random_scene
+
+
+@pytest.fixture
+def tank(tmp_path, monkeypatch):
+    """A folder with two pictures, their YAML beside them, a camera file, and a broken picture."""
+    monkeypatch.chdir(tmp_path)
+    for index in (1, 2):
+        save_scene(random_scene(index), tmp_path, f"s{index}")
+    save_camera(CAMERA, tmp_path / "camera.yaml")
+    (tmp_path / "words.png").write_text("not a picture")
+    return tmp_path
+
+
+def lines(text):
+    return [json.loads(line) for line in text.splitlines()]
+
+
+@pytest.mark.parametrize("name", sample_names())
+def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, capsys):
+    truth = load_sample(name).truth
+    assert main(["estimate", str(sample_path(name)), "--json", "-"]) == 0
+    (line,) = lines(capsys.readouterr().out)
+    assert line["status"] == "ok"
+
+    def angle_error(pose):
+        return max(abs(pose[key] - truth[key]) for key in ("theta_x_deg", "theta_y_deg"))
+
+    best = min(line["candidates"], key=angle_error)
+    assert abs(best["position_m"][2] / truth["position_m"][2] - 1) < 0.01
+    assert angle_error(best) < 2
+
+
+def test_json_lines_come_in_order_and_alone(tank, capsys):
+    assert main(["estimate", "s2.png", "s1.png", "--json", "-"]) == 0
+    captured = capsys.readouterr()
+    found = lines(captured.out)
+    assert [line["source"] for line in found] == ["s2.png", "s1.png"]
+    assert found[0]["sha256"] == hashlib.sha256((tank / "s2.png").read_bytes()).hexdigest()
+    assert captured.err == ""
+
+
+def test_a_broken_picture_is_told_and_the_others_are_done(tank, capsys):
+    arguments = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
+    assert main(["estimate", "words.png", "s1.png", "gone.png", *arguments, "--json", "-"]) == 1
+    captured = capsys.readouterr()
+    assert [line["source"] for line in lines(captured.out)] == ["s1.png"]
+    assert "words.png: is not a picture" in captured.err
+    assert "gone.png: cannot be read" in captured.err
+
+
+def test_a_frame_without_a_dock_is_a_result(tank, capsys):
+    cv2.imwrite("dark.png", np.zeros((480, 640), np.uint8))
+    assert main(["estimate", "dark.png", "--camera", "camera.yaml", "--dock-diameter", "0.3", "--json", "-"]) == 0
+    (line,) = lines(capsys.readouterr().out)
+    assert line["status"] == "no_lights"
+    assert line["candidates"] == []
+
+
+def test_without_outputs_a_sentence_is_printed(tank, capsys):
+    assert main(["estimate", "s1.png"]) == 0
+    assert "s1.png: 10 lights on the ring; the dock is" in capsys.readouterr().out
+
+
+def test_files_are_written_where_asked(tank, capsys):
+    assert main(["estimate", "s1.png", "s2.png", "--json", "o.jsonl", "--csv", "o.csv", "--annotate", "out/a"]) == 0
+    assert capsys.readouterr().out == ""
+    from_json = lines((tank / "o.jsonl").read_text())
+    with open(tank / "o.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["a_z_m"]) for row in rows] == [line["candidates"][0]["position_m"][2] for line in from_json]
+    assert [row["lights_on_ring"] for row in rows] == ["10", "10"]
+    drawn = cv2.imread(str(tank / "out/a/s2.png"))
+    assert drawn is not None
+    assert drawn.shape == (480, 640, 3)
+
+
+def test_annotated_copies_never_overwrite_a_picture_or_each_other(tank):
+    original = (tank / "s1.png").read_bytes()
+    (tank / "b").mkdir()
+    save_scene(random_scene(3), tank / "b", "s1")
+    assert main(["estimate", "s1.png", "b/s1.png", "--annotate", "."]) == 0
+    assert (tank / "s1.png").read_bytes() == original
+    assert (tank / "s1-2.png").exists()
+    assert (tank / "s1-3.png").exists()
+
+
+def test_camera_of_another_size_is_refused_by_name(tank, capsys):
+    cv2.imwrite("wide.png", np.zeros((400, 640), np.uint8))
+    assert main(["estimate", "wide.png", "--camera", "camera.yaml", "--dock-diameter", "0.3"]) == 1
+    assert (
+        "wide.png: the image is 640 x 400 pixels, but the camera was calibrated at 640 x 480" in capsys.readouterr().err
+    )
+
+
+def test_a_fixed_level_is_used(tank, capsys):
+    assert main(["estimate", "s1.png", "--level", "60", "--json", "-"]) == 0
+    (line,) = lines(capsys.readouterr().out)
+    assert line["threshold"]["method"] == "fixed"
+    assert line["threshold"]["level"] == 60
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["s1.png", "--dock-diameter", "0"], "diameter is 0"),
+        (["s1.png", "--dock-diameter", "nan"], "diameter is nan"),
+        (["s1.png", "--dock-diameter", "0.3", "--lights", "2"], "lights is 2"),
+        (["s1.png", "--lights", "10"], "--lights 10 needs --dock-diameter"),
+        (["s1.png", "--camera", "none.yaml"], "none.yaml: cannot be read"),
+        (["s1.png", "--camera", "words.png"], "words.png: holds no keys"),
+        (["s1.png", "--level", "300"], "level is 300"),
+        (["s1.png", "--level", "30", "--method", "hats"], "does not go with --method hats"),
+        (["s1.png", "--method", "fixed"], "needs --level"),
+        (["none*.png"], "no file matches"),
+        (["words.png"], "which camera?"),
+        (["words.png", "--camera", "camera.yaml"], "how large is the dock?"),
+        (["s1.png", "--json", "no/such/folder.json"], "cannot be written"),
+        (["s1.png", "--annotate", "words.png"], "cannot be made"),
+    ],
+)
+def test_bad_arguments_end_with_2_and_one_sentence(tank, capsys, arguments, message):
+    assert main(["estimate", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert captured.out == ""
+
+
+def test_an_unknown_method_or_option_ends_with_2(tank):
+    for arguments in (["s1.png", "--method", "magic"], ["s1.png", "--fast"], []):
+        with pytest.raises(SystemExit) as ended:
+            main(["estimate", *arguments])
+        assert ended.value.code == 2
+
+
+def test_the_program_runs_as_a_process(tank):
+    command = [sys.executable, "-m", "dockpose.app.cli", "estimate", str(tank / "s1.png"), "--json", "-"]
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=60, check=False, cwd=sample_path("plain").parents[1]
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["status"] == "ok"
+
+
+def test_text_that_stays_put_over_pictures_of_one_size_is_masked_told_once_and_shown(tank, capsys):
+    (tank / "film").mkdir()
+    for index in range(10):
+        scene = random_scene(4, position_m=(0.01 * index, 0.05, 1.0))
+        text = Text(text="REC 7", x_px=20, y_px=430, height_px=20)
+        save_scene(msgspec.structs.replace(scene, texts=(text,)), tank / "film", f"f{index}")
+    save_scene(random_scene(5, camera=CAMERA.for_size(320, 240)), tank / "film", "g")
+    assert main(["estimate", "film", "--json", "-", "--annotate", "out", "--mask", "600,0,40,40"]) == 0
+    captured = capsys.readouterr()
+    assert len(captured.err.splitlines()) == 1
+    assert captured.err.startswith(f"dockpose: {Path('film', 'f7.png')}: something bright stays put")
+    masks = [line["settings"]["masks"] for line in lines(captured.out)]
+    assert masks[:8] == [[[600, 0, 40, 40]]] * 8
+    assert masks[8][0] == [600, 0, 40, 40]
+    letters = cv2.imread("film/f0.png", cv2.IMREAD_UNCHANGED) > 200
+    letters[:400] = False
+    assert letters.any()
+    assert hidden_pixels((480, 640), masks[8][1:])[letters].all()
+    # The picture of another size starts anew.
+    assert masks[10] == [[600, 0, 40, 40]]
+    shown = cv2.imread("out/f8.png")
+    assert shown is not None
+    x, y, width, _ = (int(number) for number in masks[8][1])
+    assert (shown[y, x : x + width] == MASK_COLOUR).all()

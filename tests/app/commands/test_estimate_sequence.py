@@ -1,0 +1,201 @@
+"""Live streams, videos and simulated courses through ``dockpose estimate``."""
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from dockpose.app.cli import main
+from dockpose.app.commands.console import FrameProgress, told_text
+from dockpose.camera.files import save_camera
+from dockpose.simulate import Approach, Sequence, film, save_sequence
+
+from tests.support.scenes import CAMERA, random_scene
+from tests.support.streams import MjpegServer
+
+SMALL = CAMERA.for_size(320, 240)
+KNOWN = ["--dock-diameter", "0.3", "--lights", "10"]
+FRAMES = 12
+
+
+@pytest.fixture(scope="module")
+def tank(tmp_path_factory):
+    """A scene file with a motion, its video with the scene beside it, its pictures, and a camera file."""
+    folder = tmp_path_factory.mktemp("tank")
+    sequence = Sequence(
+        scene=random_scene(4, camera=SMALL, position_m=(0.05, 0.0, 1.0)),
+        motion=Approach(frames=FRAMES, start_m=1.2, end_m=0.8, rate_hz=20, drift_m=0.02),
+    )
+    for name in ("scene.yaml", "film.yaml"):
+        save_sequence(sequence, folder / name)
+    save_camera(SMALL, folder / "camera.yaml")
+    (folder / "pictures").mkdir()
+    writer = cv2.VideoWriter(str(folder / "film.avi"), cv2.VideoWriter.fourcc(*"FFV1"), 20.0, (320, 240), False)
+    for frame in film(sequence):
+        writer.write(frame.image)
+        cv2.imwrite(str(folder / "pictures" / f"frame_{frame.number:04d}.png"), frame.image)
+    writer.release()
+    return folder
+
+
+@pytest.fixture
+def here(tank, monkeypatch):
+    monkeypatch.chdir(tank)
+    return tank
+
+
+def lines_of(text):
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def without_times(lines):
+    kept = ("status", "image", "camera", "dock", "settings", "threshold", "markers", "candidates", "selected", "track")
+    return [{key: line[key] for key in kept} for line in lines]
+
+
+def test_video_course_and_pictures_at_a_rate_give_the_same_tracked_lines(here, capsys):
+    found = {}
+    for source in (["film.avi"], ["scene.yaml"], ["pictures", "--rate", "20", "--camera", "camera.yaml", *KNOWN]):
+        assert main(["estimate", *source, "--json", "-"]) == 0
+        found[source[0]] = lines_of(capsys.readouterr().out)
+    video = found["film.avi"]
+    assert [line["frame"] for line in video] == list(range(FRAMES))
+    assert [line["time_s"] for line in video] == pytest.approx(np.arange(FRAMES) / 20)
+    assert {line["source"] for line in video} == {"film.avi"}
+    assert {line["sha256"] for line in video} == {None}
+    assert [line["track"]["age"] for line in video] == list(range(1, FRAMES + 1))
+    assert set(video[0]["track"]) == {"probability", "age", "predicted", "lost"}
+    assert without_times(found["scene.yaml"]) == without_times(video)
+    assert without_times(found["pictures"]) == without_times(video)
+    assert [line["time_s"] for line in found["pictures"]] == pytest.approx(np.arange(FRAMES) / 20)
+    assert all(len(line["sha256"]) == 64 for line in found["pictures"])
+
+
+def test_pictures_without_a_rate_are_not_tracked(here, capsys):
+    known = ["--camera", "camera.yaml", *KNOWN]
+    assert main(["estimate", "pictures/frame_0001.png", "pictures/frame_0002.png", *known, "--json", "-"]) == 0
+    lines = lines_of(capsys.readouterr().out)
+    assert [(line["frame"], line["time_s"], line["track"]) for line in lines] == [(0, None, None)] * 2
+
+
+def test_the_table_has_times_and_the_track(here, tmp_path):
+    assert main(["estimate", "film.avi", "--csv", str(tmp_path / "o.csv")]) == 0
+    with open(tmp_path / "o.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["frame"] for row in rows] == [str(number) for number in range(FRAMES)]
+    assert [row["track_age"] for row in rows] == [str(number) for number in range(1, FRAMES + 1)]
+    assert {row["track_lost"] for row in rows} == {"False"}
+
+
+def test_a_sequence_without_outputs_says_a_sentence_a_frame(here, capsys):
+    assert main(["estimate", "film.avi"]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert len(told) == FRAMES
+    assert told[3].startswith("film.avi frame 3 (0.150 s): 10 lights on the ring")
+
+
+@pytest.mark.parametrize("jobs", [[], ["--jobs", "2"]], ids=["one", "split"])
+def test_annotated_frames_are_numbered_and_overwrite_no_original(here, tmp_path, jobs):
+    before = {path: path.read_bytes() for path in (here / "pictures").iterdir()}
+    if jobs:
+        assert main(["estimate", "film.avi", "--annotate", str(tmp_path / "out"), *jobs]) == 0
+        names = sorted(path.name for path in (tmp_path / "out").iterdir())
+        assert names == [f"frame_{number:04d}.png" for number in range(1, FRAMES + 1)]
+        return
+    assert main(["estimate", "film.avi", "--annotate", str(tmp_path / "out.mp4")]) == 0
+    capture = cv2.VideoCapture(str(tmp_path / "out.mp4"))
+    assert capture.get(cv2.CAP_PROP_FPS) == 20
+    assert sum(capture.read()[0] for _ in range(FRAMES + 5)) == FRAMES
+    known = ["--rate", "20", "--camera", "camera.yaml", *KNOWN]
+    assert main(["estimate", "pictures", *known, "--annotate", "pictures"]) == 0
+    assert {path: path.read_bytes() for path in before} == before
+    for path in set((here / "pictures").iterdir()) - set(before):
+        assert path.name.endswith("-2.png")
+        path.unlink()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (["http://127.0.0.1:9/x"], 2, "http://127.0.0.1:9/x: which camera? Give --camera C.yaml"),
+        (["http://127.0.0.1:9/x", "--camera", "camera.yaml"], 2, "how large is the dock?"),
+        (["http://127.0.0.1:9/x", "--camera", "camera.yaml", *KNOWN], 1, "nothing answers there"),
+        (["98", "--camera", "camera.yaml", *KNOWN], 1, "camera 98: there is none"),
+        (["gone.mp4"], 1, "gone.mp4: there is no such file"),
+        (["words.mp4", "--camera", "camera.yaml", *KNOWN], 1, "words.mp4: is no video"),
+        (["camera.yaml"], 1, "camera.yaml"),
+        (["film.avi", "scene.yaml", "--annotate", "x.mp4"], 2, "a video is made of one sequence"),
+        (["film.avi", "--camera", "wide.yaml"], 1, "calibrated at 640 x 400"),
+    ],
+)
+def test_what_cannot_be_read_is_one_sentence(here, capfd, arguments, status, message):
+    (here / "words.mp4").write_text("these are words " * 50)
+    save_camera(msgspec.structs.replace(CAMERA, height=400), here / "wide.yaml")
+    assert main(["estimate", *arguments, "--json", "-"]) == status
+    captured = capfd.readouterr()
+    assert message in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert captured.out == ""
+
+
+def test_a_stopped_run_keeps_all_it_did_and_a_cut_stream_comes_back(here, tmp_path):
+    capture = cv2.VideoCapture("film.avi")
+    pictures = [capture.read()[1] for _ in range(FRAMES)]
+    server = MjpegServer(pictures, rate_hz=25)
+    command = [sys.executable, "-m", "dockpose.app.cli", "estimate", server.address, "--camera", "camera.yaml", *KNOWN]
+    outputs = ["--json", str(tmp_path / "o.jsonl"), "--csv", str(tmp_path / "o.csv")]
+    obey = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # which a job in the background ignores
+    process = subprocess.Popen([*command, *outputs], stderr=subprocess.PIPE, text=True, preexec_fn=obey)
+    try:
+        wait_for_lines(tmp_path / "o.jsonl", 10, process)
+        server.close()
+        before = len((tmp_path / "o.jsonl").read_text().splitlines())
+        server = MjpegServer(pictures, rate_hz=25, port=server.port)
+        wait_for_lines(tmp_path / "o.jsonl", before + 10, process)
+        process.send_signal(signal.SIGINT)
+        told = process.communicate(timeout=30)[1].splitlines()
+    finally:
+        process.kill()
+        process.wait()
+        server.close()
+    lines = lines_of((tmp_path / "o.jsonl").read_text())
+    rows = (tmp_path / "o.csv").read_text().splitlines()
+    assert process.returncode == 130
+    assert len(rows) - 1 in (len(lines), len(lines) - 1)
+    assert any("no more frames come; it is tried again after 0.5 s" in line for line in told)
+    assert any("is back after" in line for line in told)
+    assert told[-1] == f"dockpose: stopped after {len(rows) - 1} frames, whose results are kept"
+    assert {line["status"] for line in lines} == {"ok"}
+    assert all(line["track"] is not None for line in lines)
+
+
+def wait_for_lines(path, count, process):
+    end_s = time.monotonic() + 60
+    while time.monotonic() < end_s and process.poll() is None:
+        if path.exists() and len(path.read_text().splitlines()) >= count:
+            return
+        time.sleep(0.05)
+    raise AssertionError(f"{count} lines did not come")
+
+
+def test_progress_tells_rate_and_time_left_in_plain_lines(monkeypatch, capsys):
+    assert told_text(300, 1000, 10.0, 4) == "300 of 1000 frames, 30.0 a second, 4 dropped"
+    assert told_text(5, None, 2.0) == "5 frames, 2.5 a second"
+    now_s = iter([0.0, *range(1, 100)])
+    monkeypatch.setattr("dockpose.app.commands.console.time.monotonic", lambda: next(now_s))
+    with FrameProgress("film.avi") as progress:
+        progress.total = 100
+        for _ in range(25):
+            progress.step()
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert len(told.err.splitlines()) == 2
+    assert told.err.splitlines()[0].startswith("dockpose: film.avi: 10 of 100 frames, 1.0 a second")
+    assert told.err.splitlines()[0].endswith("90 s left")

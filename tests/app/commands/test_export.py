@@ -1,0 +1,172 @@
+import hashlib
+import json
+import zipfile
+
+import cv2
+import numpy as np
+import pandas
+import pytest
+from dockpose import Settings, estimate
+from dockpose.app.cli import main
+from dockpose.app.commands.export import export
+from dockpose.app.commands.replay import replay_session
+from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.experiment import Measured, Session
+from dockpose.app.export.contents import read_lines
+from dockpose.app.inputs.expand import UsageError
+from dockpose.app.inputs.sidecar import load_sample
+from dockpose.app.resources import sample_path
+from dockpose.camera.files import FileError
+
+NAMES = ("plain", "tilted", "flat_port")
+NASTY = "<script>alert(1)</script>&\"'"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A session of three sample scenes, one of them with another method."""
+    with Session.create(tmp_path / "tank", NASTY) as session:
+        for name, method in zip(NAMES, ("hats", "otsu", "hats"), strict=True):
+            sample = load_sample(name)
+            found = estimate(sample.image, sample.camera, sample.dock, Settings(method=method))
+            session.take(sample.image, found, f"{name} {NASTY}", Measured.of_pose(sample.truth), NASTY)
+    return tmp_path / "tank"
+
+
+def test_a_session_becomes_a_folder_of_files(folder, tmp_path, capsys):
+    assert export(folder, None, None, tmp_path / "out") == 0
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    tables = {f"table.{ending}" for ending in ("csv", "md", "tex", "html")}
+    assert written == {"report.html", "errors.svg", "errors.png", "errors.pdf"} | tables
+    assert len(capsys.readouterr().out.splitlines()) == len(written)
+    table = pandas.read_csv(tmp_path / "out" / "table.csv")
+    assert max(map(abs, table["error_z_cm"].tolist())) < 2
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<script" not in report
+    assert report.count("data:image/jpeg") == 3
+    assert "RMS error" in report
+
+
+def test_a_picture_becomes_one_file_of_the_kind_asked_for(tmp_path):
+    source = sample_path("plain")
+    for name, start in (("a.svg", b"<?xml"), ("a.pdf", b"%PDF"), ("a.png", b"\x89PNG"), ("a.html", b"<!DOCTYPE")):
+        assert export(source, None, None, tmp_path / name) == 0
+        assert (tmp_path / name).read_bytes().startswith(start)
+    export(source, None, None, tmp_path / "a.json")
+    line = json.loads((tmp_path / "a.json").read_text())
+    assert line["sha256"] == hashlib.sha256(source.read_bytes()).hexdigest()
+    assert line["program"]["dockpose"]
+    export(source, None, None, tmp_path / "bare.png", layers="")
+    drawn = cv2.imread(str(tmp_path / "bare.png"))
+    np.testing.assert_array_equal(drawn, cv2.imread(str(source)))
+
+
+@pytest.fixture
+def lines(tmp_path):
+    path = tmp_path / "seq.jsonl"
+    content = []
+    for index, name in enumerate(NAMES):
+        sample, source = load_sample(name), sample_path(name)
+        found = estimate(sample.image, sample.camera, sample.dock)
+        line = found.to_dict(str(source), index, 0.1 * index, hashlib.sha256(source.read_bytes()).hexdigest())
+        content.append(line | {"track": {"probability": 0.99, "age": index, "predicted": False, "lost": False}})
+    content[1]["source"] = NASTY
+    path.write_text("".join(json.dumps(line) + "\n" for line in content))
+    return path
+
+
+def test_a_sequence_becomes_a_zip(lines, tmp_path):
+    assert export(lines, None, None, tmp_path / "seq.zip") == 0
+    archive = zipfile.ZipFile(tmp_path / "seq.zip")
+    assert set(archive.namelist()) == {"report.html", "results.csv", "poses.svg", "poses.png", "poses.pdf"}
+    report = archive.read("report.html").decode()
+    assert "<script" not in report
+    assert report.count("data:image/jpeg") == 2  # the file that is not there cannot be shown
+    assert "seen 99.0 %" in report
+    with archive.open("results.csv") as file:
+        assert pandas.read_csv(file)["frame"].tolist() == [0, 1, 2]
+
+
+def test_lines_that_are_none_are_named(tmp_path, lines):
+    path = tmp_path / "bad.jsonl"
+    good = lines.read_text()
+    for text, words in (("", "has no lines"), ("{}\n", "line 1 is none"), (good + "[1]\n", "line 4 is none")):
+        path.write_text(text)
+        with pytest.raises(FileError, match=words):
+            read_lines(path)
+    path.write_text(good.replace('"selected": 0', '"selected": 7'))
+    with pytest.raises(FileError, match="selected is 7"):
+        read_lines(path)
+    path.write_text(good + good[:200])  # a run that was stopped
+    assert len(read_lines(path)) == 3
+
+
+def test_what_cannot_be_exported_is_said(tmp_path, folder):
+    picture = tmp_path / "tank.png"
+    picture.write_bytes(sample_path("plain").read_bytes())
+    with pytest.raises(UsageError, match="which camera"):
+        export(picture, None, None, tmp_path / "out")
+    sample = load_sample("plain")
+    with pytest.raises(UsageError, match="how large is the dock"):
+        export(picture, sample.camera, None, tmp_path / "out")
+    with pytest.raises(UsageError, match="is the source itself"):
+        export(picture, sample.camera, sample.dock, picture)
+    with pytest.raises(UsageError, match=r"there is no \.docx"):
+        export(folder, None, None, tmp_path / "a.docx")
+    with pytest.raises(UsageError, match="--layers has 'lamps'"):
+        export(folder, None, None, tmp_path / "a.svg", layers="lamps")
+    with pytest.raises(UsageError, match="no session"):
+        export(tmp_path, None, None, tmp_path / "out")
+    with pytest.raises(UsageError, match="cannot be read"):
+        export(tmp_path / "gone.png", None, None, tmp_path / "out")
+    assert set(LAYERS) >= {"lights", "scale"}
+
+
+def test_replaying_gives_the_same_numbers_to_the_last_bit(folder, capsys):
+    assert replay_session(folder) == 0
+    assert capsys.readouterr().out == f"{folder}: 3 of 3 rows give the same numbers.\n"
+
+
+def test_replaying_says_what_differs_and_why(folder, capsys):
+    path = folder / "frames/0002.json"
+    line = json.loads(path.read_text())
+    line["threshold"]["level"] += 1
+    line["program"]["numpy"] = "1.0"
+    path.write_text(json.dumps(line))
+    image = load_sample("flat_port").image
+    cv2.imwrite(str(folder / "frames/0003.png"), image // 2)
+    assert replay_session(folder) == 0
+    first, second, last = capsys.readouterr().out.splitlines()
+    level = line["threshold"]["level"]
+    assert first.startswith(f"row 2: threshold.level {level} is now {level - 1} (numpy was 1.0, is ")
+    assert second.startswith("row 3: ")
+    assert "the picture's file was changed" in second
+    assert last.endswith("1 of 3 rows give the same numbers, 2 differ.")
+
+
+def test_replaying_tells_frames_that_cannot_be_read(folder, capsys):
+    (folder / "frames/0001.png").unlink()
+    line = json.loads((folder / "frames/0002.json").read_text())
+    (folder / "frames/0002.json").write_text(json.dumps(line | {"settings": {"wobble": 1}}))
+    assert replay_session(folder) == 1
+    captured = capsys.readouterr()
+    assert "row 1" in captured.err
+    assert "wobble" in captured.err
+    assert "1 of 3 rows give the same numbers, 2 cannot be read." in captured.out
+    with pytest.raises(UsageError, match="no session"):
+        replay_session(folder / "frames")
+
+
+def test_the_command_line_exports_and_replays(folder, tmp_path, capsys):
+    assert main(["export", str(folder), "--out", str(tmp_path / "table.csv")]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'table.csv'}\n"
+    assert main(["estimate", "--session", str(folder)]) == 0
+    assert "3 of 3 rows" in capsys.readouterr().out
+    for bad in (
+        ["estimate", "tank.png", "--session", str(folder)],
+        ["estimate", "--session", str(folder), "--json", "-"],
+        ["estimate", "--session", str(tmp_path)],
+        ["export", str(tmp_path / "gone.png"), "--out", str(tmp_path / "a.svg")],
+    ):
+        assert main(bad) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1

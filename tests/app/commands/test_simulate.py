@@ -1,0 +1,214 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false
+
+import csv
+import json
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from dockpose import Camera
+from dockpose.app.cli import main
+from dockpose.app.commands import simulate as simulate_command
+from dockpose.app.resources import sample_path
+from dockpose.camera.files import to_yaml
+from dockpose.simulate import ClosedLoop, Hover, Lights, Pose, Scene, Sensor, Sequence, load_sequence, save_sequence
+
+from tests.support.scenes import CAMERA, DOCK
+
+SMALL = Camera(175.0, 175.0, 79.5, 59.5, 160, 120)
+SCENE = Scene(camera=SMALL, dock=DOCK, pose=Pose(position_m=(0.05, 0.02, 0.9), theta_y_deg=20.0), seed=5)
+SEQUENCE = Sequence(scene=SCENE, motion=Hover(frames=3, rate_hz=4.0))
+
+
+@pytest.fixture
+def desk(tmp_path, monkeypatch):
+    """A folder to work in, with a scene file of three small pictures."""
+    monkeypatch.chdir(tmp_path)
+    save_sequence(SEQUENCE, "s.yaml")
+    return tmp_path
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_numbered_pictures_with_their_truth(desk, capsys):
+    assert main(["simulate", "--scene", "s.yaml", "--out", "deep/o"]) == 0
+    numbered = [f"frame_000{number}.{ending}" for number in (1, 2, 3) for ending in ("png", "yaml")]
+    assert names(desk / "deep/o") == [*numbered, "scene.yaml", "truth.csv"]
+    table = rows(desk / "deep/o/truth.csv")
+    assert [(row["frame"], row["time_s"]) for row in table] == [("1", "0.0"), ("2", "0.25"), ("3", "0.5")]
+    assert {row["visible_lights"] for row in table} == {"10"}
+    assert load_sequence(desk / "deep/o/scene.yaml") == SEQUENCE
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "3 pictures in" in captured.err
+
+
+def test_what_it_writes_can_be_estimated_as_it_lies(desk, capsys):
+    save_sequence(Sequence(scene=msgspec.structs.replace(SCENE, camera=CAMERA, lights=Lights(level=900.0))), "s.yaml")
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o", "--frames", "2"]) == 0
+    assert main(["estimate", "o", "--json", "-"]) == 0
+    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    for line, truth in zip(found, rows(desk / "o/truth.csv"), strict=True):
+        x_m, _, z_m = line["candidates"][line["selected"]]["position_m"]
+        assert (x_m, z_m) == pytest.approx((float(truth["x_m"]), float(truth["z_m"])), abs=0.01)
+
+
+def test_the_same_scene_gives_the_same_bytes_and_another_seed_others(desk):
+    for out, seed in (("a", "5"), ("b", "5"), ("c", "6")):
+        assert main(["simulate", "--scene", "s.yaml", "--seed", seed, "--out", out]) == 0
+    for name in names(desk / "a"):
+        assert (desk / "a" / name).read_bytes() == (desk / "b" / name).read_bytes()
+        assert (desk / "a" / name).read_bytes() != (desk / "c" / name).read_bytes()
+
+
+def test_a_sample_scene_comes_out_as_it_is(desk):
+    assert main(["simulate", "--scene", str(sample_path("tilted").with_suffix(".yaml")), "--out", "o"]) == 0
+    again = cv2.imread("o/frame_0001.png", cv2.IMREAD_UNCHANGED)
+    np.testing.assert_array_equal(again, cv2.imread(str(sample_path("tilted")), cv2.IMREAD_UNCHANGED))
+
+
+def test_without_a_scene_it_is_an_approach_from_20_m_to_1_m(desk):
+    assert main(["simulate", "--out", "o", "--frames", "3"]) == 0
+    table = rows(desk / "o/truth.csv")
+    assert [float(row["z_m"]) for row in table] == pytest.approx([20, 10.5, 1])
+    for row in table:
+        image = cv2.imread(f"o/frame_000{row['frame']}.png", cv2.IMREAD_UNCHANGED)
+        x, y = round(float(row["centre_x_px"])), round(float(row["centre_y_px"]))
+        assert image[y - 140 : y + 140, x - 140 : x + 140].max() > image[:20].max() + 10  # something is to be seen
+
+
+@pytest.mark.parametrize(("name", "loss"), [("v.avi", 0), ("v.MP4", 12)])
+def test_a_video_with_its_truth_beside_it(desk, name, loss):
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o"]) == 0
+    assert main(["simulate", "--scene", "s.yaml", "--out", name]) == 0
+    assert (desk / "v.csv").read_bytes() == (desk / "o/truth.csv").read_bytes()
+    assert load_sequence("v.yaml") == SEQUENCE
+    video = cv2.VideoCapture(name)
+    assert video.get(cv2.CAP_PROP_FPS) == 4
+    for number in (1, 2, 3):
+        read, image = video.read()
+        assert read
+        still = cv2.imread(f"o/frame_000{number}.png", cv2.IMREAD_UNCHANGED)
+        assert np.abs(image[:, :, 0].astype(int) - still).mean() <= loss
+    assert not video.read()[0]
+
+
+def test_a_coloured_video_keeps_its_colours(desk):
+    red = msgspec.structs.replace(SCENE, lights=Lights(colours=("red",) * 10), sensor=Sensor(colour="bgr"))
+    save_sequence(Sequence(scene=red), "red.yaml")
+    assert main(["simulate", "--scene", "red.yaml", "--out", "red.avi"]) == 0
+    image = cv2.VideoCapture("red.avi").read()[1].astype(int)
+    assert image[:, :, 2].max() > image[:, :, 0].max() + 50
+
+
+def test_a_closed_loop_is_steered_by_our_estimates(desk):
+    start = Pose(position_m=(0.2, 0.0, 1.6), theta_y_deg=25.0)
+    scene = msgspec.structs.replace(SCENE, camera=CAMERA, pose=start, lights=Lights(level=2000.0))
+    save_sequence(Sequence(scene=scene, motion=ClosedLoop(rate_hz=2.0, frames=8)), "loop.yaml")
+    assert main(["simulate", "--scene", "loop.yaml", "--out", "o"]) == 0
+    table = rows(desk / "o/truth.csv")
+    assert float(table[-1]["z_m"]) < 1.2
+    assert abs(float(table[-1]["theta_y_deg"])) < 12
+
+
+def test_interrupted_it_leaves_what_was_done(desk, capsys, monkeypatch):
+    rendered = simulate_command.film
+
+    def interrupted(*arguments):
+        frames = rendered(*arguments)
+        yield next(frames)
+        yield next(frames)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(simulate_command, "film", interrupted)
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o"]) == 130
+    assert "frame_0002.png" in names(desk / "o")
+    assert len(rows(desk / "o/truth.csv")) == 2
+    assert main(["simulate", "--scene", "s.yaml", "--out", "v.avi"]) == 130
+    video = cv2.VideoCapture("v.avi")
+    assert [video.read()[0] for _ in range(3)] == [True, True, False]
+    assert "stopped" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"fog": 3}, "fog"),
+        ({"water": "soup"}, "water is 'soup'"),
+        ({"water": {"absorption_per_m": -0.1, "scattering_per_m": 0.1}}, "absorption_per_m is -0.1"),
+        ({"pose": {"position_m": [0.0, 0.0, -1.0]}}, "position_m z is -1"),
+        ({"pose": {"position_m": [0.0, float("nan"), 1.0]}}, "position_m y is nan"),
+        ({"dock": {"diameter_m": 0.3, "lights": 0}}, "lights is 0"),
+        ({"dock": {"diameter_m": -0.3, "lights": 10}}, "diameter is -0.3"),
+        ({"mirror": {"height_m": -0.2}}, "height_m is -0.2"),
+        ({"lights": {"radius_m": -0.01}}, "radius_m is -0.01"),
+        ({"psf": {"model": "magic"}}, "psf model is 'magic'"),
+        ({"psf": {"model": "mtf", "mtf_csv": "none.csv"}}, "none.csv: cannot be read"),
+        ({"psf": {"model": "hou", "theta0_rad": 5.0}}, "holds for c r below"),
+        ({"motion": {"kind": "fly"}}, "fly"),
+        ({"motion": {"kind": "approach", "start_m": -3.0}}, "start_m is -3"),
+        ({"motion": {"kind": "hover", "drift_m": 50.0}}, "position_m z is -"),
+    ],
+)
+def test_a_wrong_scene_ends_with_2_and_one_sentence(desk, capsys, change, message):
+    (desk / "wrong.yaml").write_text(to_yaml(msgspec.to_builtins(SCENE) | change))
+    assert main(["simulate", "--scene", "wrong.yaml", "--out", "o"]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert captured.out == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--scene", "gone.yaml", "--out", "o"], "--scene gone.yaml: cannot be read"),
+        (["--out", "o", "--frames", "0"], "--frames is 0"),
+        (["--out", "o", "--seed", "-1"], "--seed is -1"),
+        (["--scene", "s.yaml", "--out", "s.yaml"], "--out s.yaml: cannot be written"),
+        (["--scene", "s.yaml", "--out", "no/such/v.mp4"], "--out no/such/v.mp4: cannot be written"),
+        (["--scene", "deep.yaml", "--out", "v.mp4"], "a video stores 8 bits, the scene's sensor has 12"),
+        (["--scene", "odd.yaml", "--out", "v.avi"], "even width and height, the camera has 161 x 120 pixels"),
+    ],
+)
+def test_bad_arguments_end_with_2_and_one_sentence(desk, capsys, arguments, message):
+    save_sequence(Sequence(scene=msgspec.structs.replace(SCENE, sensor=Sensor(bits=12))), "deep.yaml")
+    odd = Camera(175.0, 175.0, 79.5, 59.5, 161, 120)
+    save_sequence(Sequence(scene=msgspec.structs.replace(SCENE, camera=odd)), "odd.yaml")
+    assert main(["simulate", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert len(captured.err.splitlines()) == 1
+
+
+def test_a_shorter_run_does_not_mix_with_a_longer_one(desk, capsys):
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o"]) == 0
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o"]) == 0
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o", "--frames", "2"]) == 2
+    assert "--out o: holds frame_0003.png of a longer run" in capsys.readouterr().err
+
+
+def test_a_dock_out_of_view_is_an_empty_picture(desk):
+    away = msgspec.structs.replace(SCENE, pose=Pose(position_m=(5.0, 0.0, 1.0)))
+    save_sequence(Sequence(scene=away), "away.yaml")
+    assert main(["simulate", "--scene", "away.yaml", "--out", "o"]) == 0
+    assert rows(desk / "o/truth.csv")[0]["visible_lights"] == "0"
+
+
+def test_progress_is_shown_on_standard_error_where_a_person_sits_before_it(desk, capsys, monkeypatch):
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o"]) == 0
+    assert "3/3" not in capsys.readouterr().err
+    monkeypatch.setenv("FORCE_COLOR", "1")  # tells rich that this is a terminal
+    assert main(["simulate", "--scene", "s.yaml", "--out", "o"]) == 0
+    captured = capsys.readouterr()
+    assert "3/3" in captured.err
+    assert captured.out == ""

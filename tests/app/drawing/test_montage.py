@@ -1,0 +1,129 @@
+import math
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import Estimate, Settings, estimate
+from dockpose.app.drawing.annotated import MASK_COLOUR, annotate
+from dockpose.app.drawing.montage import WIDTH_PX, caption, montage
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import pose_error
+from dockpose.simulate import render
+
+from tests.support.scenes import CAMERA, DOCK, random_scene
+
+POSE = {"position_m": [0.0, 0.05, 0.9], "theta_x_deg": 25.0, "theta_y_deg": -20.0}
+
+
+@pytest.fixture(scope="module")
+def scene() -> tuple[np.ndarray, Estimate, Estimate]:
+    image, _ = render(random_scene(2, theta_x_deg=25.0, theta_y_deg=-20.0, position_m=(0.0, 0.05, 0.9)))
+    hats = estimate(image, CAMERA, DOCK)
+    return image, hats, estimate(image, CAMERA, DOCK, Settings(method="fixed", level=255, min_area_px=1000))
+
+
+def cells(sheet, columns, rows, height):
+    """The tiles of a sheet, row by row."""
+    width = (WIDTH_PX - (columns + 1) * 8) // columns
+    return [
+        sheet[8 + row * (height + 8) :, 8 + column * (width + 8) :][:height, :width]
+        for row in range(rows)
+        for column in range(columns)
+    ]
+
+
+def test_there_is_a_tile_a_method_in_order(scene):
+    image, hats, none = scene
+    sheet = montage(image, {"hats": hats, "none": none, "again": hats})
+    assert sheet.dtype == np.uint8
+    # Two columns of 788 pixels, their pictures 591 high, and strips of 4 lines of 21 with a margin of 8.
+    height = 591 + 92
+    assert sheet.shape == (2 * (height + 8) + 8, 1600, 3)
+    first, second, third, fourth = cells(sheet, 2, 2, height)
+    expected = cv2.resize(annotate(image, hats, words=False), (788, 591), interpolation=cv2.INTER_LINEAR)
+    np.testing.assert_array_equal(first[:591], expected)
+    np.testing.assert_array_equal(third[:591], first[:591])
+    assert (second[:591] != first[:591]).any()
+    assert (third[591:] != first[591:]).any()  # another name
+    assert (fourth == 255).all()
+
+
+def test_it_changes_neither_the_picture_nor_its_mind(scene):
+    image, hats, _ = scene
+    before = image.copy()
+    first, second = montage(image, {"hats": hats}, POSE), montage(image, {"hats": hats}, POSE)
+    np.testing.assert_array_equal(first, second)
+    np.testing.assert_array_equal(image, before)
+
+
+def test_nine_tiles_make_three_columns_and_a_tall_picture_gets_margins():
+    image = np.full((900, 100), 7, np.uint8)
+    found = estimate(np.full((480, 640), 7, np.uint8), CAMERA, DOCK)
+    sheet = montage(image, dict.fromkeys("abcdefghi", found))
+    tile = cells(sheet, 3, 3, 626 + 92)[0]
+    assert sheet.shape[0] == 3 * (626 + 92 + 8) + 8
+    assert (tile[:626, 226:296] == 7).all()
+    assert (tile[:626, :225] != 7).all()
+
+
+def test_a_montage_of_nothing_is_refused(scene):
+    with pytest.raises(ValueError, match="estimates is empty"):
+        montage(scene[0], {})
+
+
+def test_the_caption_says_counts_pose_and_error(scene):
+    _, hats, none = scene
+    words = [text for text, _ in caption("hats", hats, POSE)]
+    assert hats.threshold is not None
+    assert words[0] == f"hats: level {hats.threshold.level}, 10 groups, 10 on the ring"
+    assert words[1].startswith("z 90.0 cm, theta x 2")
+    assert words[2].startswith("Agrees with the truth: off by 0.")
+    assert len(caption("hats", hats)) == 2
+    turned = POSE | {"theta_y_deg": 20.0}
+    assert caption("hats", hats, turned)[2][0].startswith("Not the truth: off by 0.")
+    failed = caption("fixed", none, POSE)
+    assert failed[0][0] == "fixed: level 255, 0 groups, 0 on the ring"
+    assert failed[1][0].startswith("No pose. No lights: ")
+    assert len(failed) == 2
+
+
+def pose(position_m, theta_x_deg, theta_y_deg):
+    tx, ty = math.radians(theta_x_deg), math.radians(theta_y_deg)
+    normal = np.array([-math.cos(tx) * math.sin(ty), math.sin(tx), -math.cos(tx) * math.cos(ty)])
+    return CirclePose(position_m=np.array(position_m), normal=normal, centre_px=np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    ("found", "distance_cm", "angle_deg", "agrees"),
+    [
+        (pose([0.0, 0.05, 0.9], 25.0, -20.0), 0.0, 0.0, True),
+        (pose([0.01, 0.05, 0.9], 27.9, -20.0), 1.0, 2.9, True),
+        (pose([0.03, 0.05, 0.94], 25.0, -20.0), 5.0, 0.0, False),
+        (pose([0.0, 0.05, 0.9], 21.0, -20.0), 0.0, 4.0, False),
+    ],
+)
+def test_the_error_of_a_pose(found, distance_cm, angle_deg, agrees):
+    error = pose_error(found, POSE)
+    assert error is not None
+    assert 100 * error.distance_m == pytest.approx(distance_cm, abs=1e-9)
+    assert math.degrees(error.angle_rad) == pytest.approx(angle_deg, abs=1e-6)
+    assert error.agrees is agrees
+    assert str(error) == f"off by {distance_cm:.1f} cm, {angle_deg:.1f} deg"
+
+
+@pytest.mark.parametrize("truth", [None, "here", {}, {"position_m": [0, 1]}, POSE | {"position_m": ["a", 1, 2]}])
+def test_what_is_no_truth_tells_no_error(truth):
+    assert pose_error(pose([0.0, 0.05, 0.9], 25.0, -20.0), truth) is None
+
+
+def test_a_mask_is_outlined_and_hatched():
+    image = np.full((480, 640), 10, np.uint8)
+    found = estimate(image, CAMERA, DOCK, Settings(masks=((300, 200, 100, 50), (900, 900, 5, 5))))
+    drawn = annotate(image, found, words=False)
+    assert (drawn[200:250, 300] == MASK_COLOUR).all()
+    assert (drawn[249, 300:400] == MASK_COLOUR).all()
+    inside = (drawn[201:249, 301:399] == MASK_COLOUR).all(axis=2).mean()
+    assert 0.05 < inside < 0.3
+    assert (drawn[:200] == 10).all()
+    assert (drawn[200:250, :300] == 10).all()
+    assert (drawn[252:275, 290:400] != 10).any()  # the word

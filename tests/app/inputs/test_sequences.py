@@ -1,0 +1,191 @@
+"""Sequences that the page can play: which there are, opening them, and reading their frames."""
+
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import Camera, Dock
+from dockpose.app.inputs.sequences import (
+    SIMULATED,
+    Given,
+    Opened,
+    choices,
+    is_sequence,
+    open_choice,
+    open_given,
+    open_sent,
+    simulated,
+)
+from dockpose.app.processing.following import Follower, chosen_by_track
+from dockpose.app.state.view import DEFAULT_DOCK, ValueRefusedError, open_source, with_diameter_cm, with_frame
+from dockpose.camera.files import save_camera
+from dockpose.simulate import Approach, Pose, Scene, Sequence
+from dockpose.simulate.optics.water import preset
+from dockpose.sources import Simulated, SourceError
+
+CAMERA = Camera(350, 350, 159.5, 119.5, 320, 240)
+SCENE = Scene(
+    camera=CAMERA,
+    dock=Dock(0.30, 10),
+    pose=Pose(position_m=(0.05, 0.02, 1.2), theta_x_deg=15, theta_y_deg=20),
+    water=preset("tank"),
+)
+
+
+@pytest.fixture(scope="module")
+def view():
+    return open_source(None, None, None)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Two pictures in a folder, a video beside it with its YAML, and a text file."""
+    (tmp_path / "shots").mkdir()
+    for number, level in enumerate((0, 255)):
+        cv2.imwrite(str(tmp_path / "shots" / f"shot{number}.png"), np.full((48, 64), level, np.uint8))
+    writer = cv2.VideoWriter(str(tmp_path / "tank.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 25, (320, 240))
+    for level in (0, 100, 200):
+        writer.write(np.full((240, 320, 3), level, np.uint8))
+    writer.release()
+    save_camera(CAMERA, tmp_path / "tank.yaml")
+    (tmp_path / "notes.txt").write_text("not a video")
+    return tmp_path
+
+
+def refuse(text):
+    raise AssertionError(text)
+
+
+def test_choices_are_the_given_one_those_below_the_folder_and_simulated_ones(folder):
+    given = Given("/dev/videos/dive.mp4")
+    assert choices(given, folder) == ["dive.mp4", "tank.avi", "pictures in shots", *SIMULATED]
+    assert choices(None, None) == [*SIMULATED]
+
+
+def test_video_comes_with_the_camera_beside_it(folder, view):
+    opened = open_choice("tank.avi", None, folder, view, refuse)
+    assert (opened.frames.count, opened.camera, opened.dock) == (3, CAMERA, None)
+    opened.close()
+
+
+def test_pictures_of_a_folder_come_in_order(folder, view):
+    opened = open_choice("pictures in shots", None, folder, view, refuse)
+    assert [int(frame.image.max()) for frame in opened.frames] == [0, 255]
+
+
+@pytest.mark.parametrize(
+    "name", ["notes.txt", "../tank.avi", "/etc/passwd", "rtsp://127.0.0.1/x", "0", "", None, 3, "x.avi"]
+)
+def test_browser_opens_nothing_else(folder, view, name):
+    with pytest.raises(ValueRefusedError, match="no sequence called"):
+        open_choice(name, None, folder, view, refuse)
+
+
+@pytest.mark.parametrize("name", ["pictures in ..", "pictures in /etc", "pictures in nowhere"])
+def test_browser_leaves_not_the_folder(folder, view, name):
+    with pytest.raises(ValueRefusedError, match="not"):
+        open_choice(name, None, folder, view, refuse)
+
+
+def test_sent_video_is_played_and_deleted(folder):
+    opened = open_sent((folder / "tank.avi").read_bytes(), "my dive.avi", refuse)
+    assert opened.name == "my dive.avi"
+    assert [int(frame.image.mean().round(-2)) for frame in opened.frames] == [0, 100, 200]
+    assert opened.folder is not None
+    kept = opened.folder.name
+    opened.close()
+    assert not Path(kept).exists()
+
+
+def test_sent_file_that_is_no_video_is_named(folder):
+    for name in ("text.mp4", "text.txt"):
+        with pytest.raises(ValueRefusedError, match=name):
+            open_sent(b"not a video at all", name, refuse)
+
+
+def test_given_camera_and_dock_go_before_those_beside(folder):
+    mine, dock = Camera(500, 500, 159.5, 119.5, 320, 240), Dock(0.5)
+    opened = open_given(Given(str(folder / "tank.avi"), mine, dock), refuse)
+    assert (opened.camera, opened.dock) == (mine, dock)
+    opened.close()
+    assert open_given(Given(str(folder / "shots")), refuse).frames.count == 2
+
+
+def test_what_is_a_sequence(folder):
+    for source in (str(folder), str(folder / "tank.avi"), "0", "rtsp://127.0.0.1/x"):
+        assert is_sequence(source)
+    assert not is_sequence(str(folder / "shots" / "shot0.png"))
+
+
+def test_missing_video_is_told_at_the_start():
+    with pytest.raises(SourceError, match=r"nowhere\.mp4"):
+        open_given(Given("nowhere.mp4"), refuse)
+
+
+@pytest.mark.parametrize("name", SIMULATED)
+def test_simulated_courses_suit_the_dock(name):
+    opened = simulated(name, SCENE)
+    frames = opened.frames.between(0, 2)
+    first, second = next(frames), next(frames)
+    assert first.image.shape == (240, 320)
+    assert second.time_s == pytest.approx(1 / 25)
+    assert (opened.camera, opened.dock) == (CAMERA, SCENE.dock)
+
+
+def test_frame_keeps_the_camera_that_fits_and_guesses_where_none_does(view):
+    same = with_frame(view, np.zeros((480, 640), np.uint8), "x, frame 1")
+    assert (same.camera, same.note, same.list_name, same.truth) == (view.camera, "", "sequence", None)
+    other = with_frame(view, np.zeros((100, 300), np.uint8), "x, frame 1")
+    assert (other.camera.width, other.camera.height) == (300, 100)
+    assert "was assumed" in other.note
+    brought = with_frame(view, np.zeros((240, 320), np.uint8), "x, frame 1", CAMERA, DEFAULT_DOCK)
+    assert (brought.camera, brought.given_camera, brought.given_dock) == (CAMERA, CAMERA, DEFAULT_DOCK)
+
+
+@pytest.fixture
+def follower():
+    motion = Approach(start_m=1.2, end_m=1.0, frames=20, rate_hz=10)
+    sequence = Sequence(scene=SCENE, motion=motion)
+    return Follower(Opened(Simulated(sequence, "course"), "course", CAMERA, SCENE.dock))
+
+
+def read(follower, view, index):
+    frame = follower._frames.at(index)
+    view = follower.view_of(view, frame)
+    return view, follower.read(view, frame)
+
+
+def test_frames_are_followed_one_after_the_other(follower, view):
+    view, reading = read(follower, view, 0)
+    for index in range(1, 4):
+        view, reading = read(follower, view, index)
+        assert reading.followed.tracked.track.age == index + 1
+    assert view.source == "course, frame 4 of 20, 0.30 s"
+    assert reading.estimate.selected.position_m[2] == pytest.approx(1.2 - 0.2 * 3 / 19, abs=0.01)
+    assert len(follower.course) == 4
+
+
+def test_a_leap_and_another_dock_begin_a_new_track(follower, view):
+    for index in range(3):
+        view, reading = read(follower, view, index)
+    view, reading = read(follower, view, 10)
+    assert reading.followed.tracked.track.age == 1
+    view, reading = read(follower, with_diameter_cm(view, 40), 11)
+    assert reading.followed.tracked.track.age == 1
+    assert reading.estimate.selected.position_m[2] == pytest.approx((1.2 - 0.2 * 11 / 19) * 40 / 30, abs=0.02)
+    view, reading = read(follower, view, 12)
+    assert reading.followed.tracked.track.age == 2
+
+
+def test_track_that_decides_is_shown_as_chosen_and_told(follower, view):
+    _, reading = read(follower, view, 0)
+    tracked = reading.followed.tracked
+    other = 1 - tracked.estimate.choice.selected
+    decided = type(tracked)(tracked.estimate, tracked.track, other, "tracking", tracked.estimate.candidates[other])
+    found = chosen_by_track(decided)
+    assert found.choice is not None
+    assert (found.choice.selected, found.choice.selected_by) == (other, "tracking")
+    assert "by pose B" in found.message
+    assert math.isclose(found.elapsed_ms, tracked.estimate.elapsed_ms)

@@ -1,0 +1,144 @@
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dockpose.app.commands.compare import COMPARED
+from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.background import CancelledError, Progress, Task
+from dockpose.app.processing.comparison import Sweep, compare_view, error_words, sweep_levels
+from dockpose.app.state.view import open_source, with_min_area
+from dockpose.app.web.charts.sweep import sweep_data, sweep_sentence, sweep_top_px, swept_so_far
+from dockpose.app.web.panels.compare import COLUMNS, compare_html, method_cells
+
+
+@pytest.fixture(scope="module")
+def view():
+    return open_source(None, None, None)
+
+
+def quiet():
+    return Progress(lambda share: None)
+
+
+def test_every_method_with_the_settings_of_the_view(view):
+    told = []
+    found = compare_view(with_min_area(view, 3), Progress(told.append))
+    assert tuple(found) == COMPARED
+    assert all(one.settings.method == name and one.settings.min_area_px == 3 for name, one in found.items())
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+def test_table_has_a_row_a_method_and_the_error_where_the_truth_is_known(view):
+    found = compare_view(view, quiet())
+    assert all(len(method_cells(one, view)) == len(COLUMNS) for one in found.values())
+    assert "cm" in method_cells(found["hats"], view)[-1]
+    assert "Kapur" in compare_html(found, view)
+    assert error_words(found["hats"], replace(view, truth=None)) == ""
+    nothing = read_view(with_min_area(view, 999)).estimate
+    assert method_cells(nothing, view)[3] in ("no lights", "not a ring", "too few markers")
+
+
+def test_sweep_of_the_true_centre_is_the_best_of_three(view):
+    present = read_view(view).estimate
+    assert present.threshold is not None
+    level = present.threshold.level
+    sweep = sweep_levels(view, present, quiet(), [level - 20, level, 255])
+    assert sweep.reference == "the true centre"
+    _, ellipse, true = sweep.errors_px[1]
+    assert true < 0.2
+    assert ellipse > true
+    assert "true centre" in sweep_sentence(sweep)
+    levels, *errors = sweep_data(sweep)
+    assert len(errors) == 3
+    assert np.isfinite(errors).all()
+    assert len(levels) == 3
+
+
+def test_sweep_is_shown_as_it_grows(view):
+    grown = []
+    whole = sweep_levels(view, read_view(view).estimate, quiet(), [100, 120, 255], grown.append)
+    assert [one.levels.tolist() for one in grown] == [[100], [100, 120], [100, 120, 255]]
+    for one in grown:
+        np.testing.assert_array_equal(one.errors_px, whole.errors_px[: len(one.levels)])
+    assert swept_so_far(grown[1]).startswith("Levels up to 120 of 255 are drawn. A dock at 2 of 2 levels")
+
+
+def test_stopped_sweep_keeps_what_it_has():
+    class Stopped(Progress):
+        def over(self, items):
+            yield from items[:2]
+            raise CancelledError
+
+    grown, view = [], open_source(None, None, None)
+    with pytest.raises(CancelledError):
+        sweep_levels(view, read_view(view).estimate, Stopped(lambda share: None), [100, 120, 255], grown.append)
+    assert len(grown[-1].levels) == 2
+
+
+@pytest.mark.parametrize(("error_px", "top"), [(0.0, 1), (0.9, 1), (0.95, 2), (4, 5), (4.6, 10), (30, 50), (95, 200)])
+def test_axis_of_a_sweep_ends_at_a_round_number(error_px, top):
+    assert sweep_top_px(Sweep(np.array([9]), np.full((1, 3), error_px), "nothing")) == top
+
+
+def test_sweep_without_truth_is_measured_against_what_is_found(view):
+    unknown = replace(view, truth=None)
+    present = read_view(unknown).estimate
+    assert present.threshold is not None
+    sweep = sweep_levels(unknown, present, quiet(), [present.threshold.level])
+    assert sweep.errors_px[0, 2] == pytest.approx(0, abs=0.01)
+    assert "present settings" in sweep.reference
+
+
+def test_sweep_that_finds_nothing_is_said(view):
+    sweep = sweep_levels(view, read_view(view).estimate, quiet(), [255])
+    assert np.isnan(sweep.errors_px).all()
+    assert sweep_top_px(sweep) == 1
+    assert "No level" in sweep_sentence(sweep)
+
+
+def test_progress_stops_at_the_next_step():
+    progress = quiet()
+    steps = progress.over([1, 2, 3])
+    assert next(steps) == 1
+    progress.stop()
+    with pytest.raises(CancelledError):
+        next(steps)
+
+
+class Ends:
+    def __init__(self):
+        self.told, self.errors, self.ended = [], [], threading.Event()
+        self.task = Task(self.told.append, self.ended.set, self.errors.append)
+
+
+def test_task_turns_others_away_and_can_be_cancelled():
+    ends, may_go = Ends(), threading.Event()
+
+    def work(progress):
+        for _ in progress.over([1, 2]):
+            may_go.wait(5)
+
+    assert ends.task.start(work)
+    assert not ends.task.start(work)
+    ends.task.cancel()
+    may_go.set()
+    assert ends.ended.wait(5)
+    assert ends.errors == []
+    assert ends.told == [0.0]
+    ends.task.close()
+
+
+def test_task_reports_an_error_and_goes_on():
+    ends = Ends()
+
+    def fail(progress):
+        raise ValueError("broke")
+
+    assert ends.task.start(fail)
+    assert ends.ended.wait(5)
+    assert [str(error) for error in ends.errors] == ["broke"]
+    ends.ended.clear()
+    assert ends.task.start(lambda progress: None)
+    assert ends.ended.wait(5)

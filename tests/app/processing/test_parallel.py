@@ -1,0 +1,103 @@
+import json
+import warnings
+
+import cv2
+import msgspec
+import pytest
+from dockpose.app.cli import main
+from dockpose.camera.files import save_camera
+from dockpose.simulate import Approach, Sequence, film, save_sequence
+from dockpose.simulate.scene import Text
+
+from tests.support.scenes import CAMERA, random_scene
+
+FRAMES = 40
+SMALL = CAMERA.for_size(320, 240)
+
+
+@pytest.fixture(scope="module")
+def tank(tmp_path_factory):
+    """A video of an approach with burnt-in text, its pictures one by one, one of them broken, and their camera."""
+    folder = tmp_path_factory.mktemp("tank")
+    text = Text(text="REC 7", x_px=5, y_px=215, height_px=16)
+    scene = msgspec.structs.replace(random_scene(4, camera=SMALL, position_m=(0.05, 0.0, 1.0)), texts=(text,))
+    sequence = Sequence(scene=scene, motion=Approach(frames=FRAMES, start_m=1.6, end_m=0.8, drift_m=0.05))
+    save_sequence(sequence, folder / "film.yaml")
+    save_camera(SMALL, folder / "camera.yaml")
+    (folder / "pictures").mkdir()
+    writer = cv2.VideoWriter(str(folder / "film.avi"), cv2.VideoWriter.fourcc(*"FFV1"), 10.0, (320, 240), False)
+    for frame in film(sequence):
+        writer.write(frame.image)
+        cv2.imwrite(str(folder / "pictures" / f"p{frame.number}.png"), frame.image)
+    writer.release()
+    (folder / "pictures" / "p30.png").write_text("not a picture")
+    return folder
+
+
+KNOWN = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
+
+
+def run(arguments, capsys):
+    """Exit status, lines without what is measured, and what was told."""
+    status = main(["estimate", *arguments, "--json", "-"])
+    captured = capsys.readouterr()
+    lines = [json.loads(line) for line in captured.out.splitlines()]
+    assert all(line.pop("elapsed_ms") > 0 for line in lines)
+    told = [line for line in captured.err.splitlines() if " a second" not in line]  # a slow machine tells how far it is
+    return status, [json.dumps(line) for line in lines], "\n".join(told)
+
+
+@pytest.mark.parametrize(
+    "source", [["film.avi"], ["pictures", "--rate", "10", *KNOWN], ["pictures", *KNOWN]], ids=["video", "rate", "each"]
+)
+def test_processes_give_the_same_lines_in_the_same_order(tank, monkeypatch, capsys, source):
+    monkeypatch.chdir(tank)
+    alone = run(source, capsys)
+    assert run([*source, "--jobs", "2"], capsys) == alone
+    assert len(alone[1]) == FRAMES - (source[0] == "pictures")
+    assert "stays put" in alone[2]  # so that some frames were searched again with the mask
+    assert alone[0] == (1 if source[0] == "pictures" else 0)
+
+
+def test_a_dask_cluster_gives_the_same_lines(tank, monkeypatch, capsys):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.chdir(tank)
+    alone = run(["film.avi"], capsys)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
+        cluster = distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            worker_dashboard_address=None,
+        )
+        with cluster:
+            address = cluster.scheduler_address
+            assert run(["film.avi", "--scheduler", address], capsys) == alone
+    assert len(alone[1]) == FRAMES
+
+
+def test_a_scheduler_that_does_not_answer_is_told(tank, monkeypatch, capsys):
+    pytest.importorskip("distributed")
+    monkeypatch.chdir(tank)
+    monkeypatch.setattr("dockpose.app.processing.parallel.SCHEDULER_TIMEOUT_S", 0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert main(["estimate", "film.avi", "--scheduler", "tcp://127.0.0.1:9"]) == 2
+    assert "no Dask scheduler answers" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--jobs", "0"], "--jobs is 0"),
+        (["--rate", "nan"], "--rate is nan"),
+        (["--rate", "-1"], "--rate is -1"),
+    ],
+)
+def test_bad_arguments_end_with_2(tank, monkeypatch, capsys, arguments, message):
+    monkeypatch.chdir(tank)
+    assert main(["estimate", "film.avi", *arguments]) == 2
+    assert message in capsys.readouterr().err

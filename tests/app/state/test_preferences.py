@@ -1,0 +1,132 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dockpose import Camera, Settings
+from dockpose.app.processing.analysis import read_view
+from dockpose.app.state import preferences as memory
+from dockpose.app.state import view as state
+from dockpose.app.state.preferences import Memory, Remembered, settings_file, with_last_settings, with_settings_file
+from dockpose.app.web.app import App
+from dockpose.app.web.server.options import Options
+
+
+@pytest.fixture
+def view():
+    return state.open_source(None, None, None)
+
+
+def test_settings_file_is_read_back(view):
+    changed = state.with_level(state.with_diameter_cm(state.with_intrinsic(view, "fx", 812.5), 45), 99)
+    back = with_settings_file(view, settings_file(changed), "mine.yaml")
+    assert (back.camera, back.dock, back.settings) == (changed.camera, changed.dock, changed.settings)
+
+
+def test_what_a_file_leaves_out_stays(view):
+    back = with_settings_file(view, b"settings: {method: otsu}", "mine.yaml")
+    assert (back.settings.method, back.camera, back.dock) == ("otsu", view.camera, view.dock)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"colour: red", r"^mine\.yaml: .*colour"),
+        (b"settings: {methode: otsu}", r"^mine\.yaml: .*methode"),
+        (b"settings: {level: 999}", r"^mine\.yaml: .*level"),
+        (b"[1, 2]", r"^mine\.yaml: holds no keys"),
+        (settings_file(state.open_source(None, None, None)).replace(b"width_px: 640", b"width_px: 300"), r"300 x 480"),
+    ],
+)
+def test_wrong_settings_file_is_named(view, data, words):
+    with pytest.raises(ValueError, match=words):
+        with_settings_file(view, data, "mine.yaml")
+
+
+def test_last_settings_are_there_at_the_next_start(tmp_path):
+    first = Memory(tmp_path / "dockpose")
+    assert first.now == Remembered()
+    first.change(settings=Settings(method="otsu", masks=((1, 2, 3, 4),)), dark=True)
+    first.change(shows_first_card=False)
+    first.write()
+    assert Memory(tmp_path / "dockpose").now == Remembered(Settings(method="otsu"), True, False)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\xff\xfe", b"settings: 3", b"settings: {method: gone}", b"a: [", b"[" * 9999]
+)
+def test_broken_memory_is_as_none(tmp_path, content):
+    (tmp_path / "last.yaml").write_bytes(content)
+    assert Memory(tmp_path).now == Remembered()
+
+
+def test_memory_that_cannot_be_written_is_no_fault(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    kept = Memory(tmp_path / "file" / "dockpose")
+    kept.change(dark=True)
+    kept.write()
+
+
+def test_without_a_folder_nothing_is_remembered_and_no_card_shown():
+    assert not Memory(None).now.shows_first_card
+
+
+@pytest.mark.parametrize(
+    ("platform", "end"), [("linux", "set/dockpose"), ("darwin", "Support/dockpose"), ("win32", "apps/dockpose")]
+)
+def test_folder_for_settings(monkeypatch, platform, end):
+    monkeypatch.setattr(memory.sys, "platform", platform)
+    monkeypatch.setenv("XDG_CONFIG_HOME", "/set")
+    monkeypatch.setenv("APPDATA", "/apps")
+    assert str(memory.config_folder()).endswith(end)
+
+
+def test_app_starts_with_the_last_settings(tmp_path):
+    options = Options(remember_in=tmp_path)
+    app = App.build(options=options)
+    app.change(lambda view: state.with_method(view, "otsu", 0))
+    assert app.wait_until_idle(10)
+    app.stop()
+    app = App.build(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options)
+    try:
+        assert app.view.settings.method == "otsu"
+    finally:
+        app.stop()
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (Settings(method="fixed", level=254), "a fixed level of 254"),
+        (Settings(method="otsu", min_area_px=999), "groups of 999 px or more"),
+    ],
+)
+def test_last_settings_that_hide_the_dock_are_not_taken_and_that_is_said(view, settings, words):
+    first = with_last_settings(replace(view, note="No camera is known."), settings)
+    assert first.settings == Settings()
+    assert first.note.startswith("No camera is known. The last settings")
+    assert words in first.note
+    assert read_view(first).estimate.status == "ok"
+
+
+@pytest.mark.parametrize("settings", [Settings(), Settings(method="fixed", level=100), Settings(method="otsu")])
+def test_last_settings_that_show_the_dock_are_taken(view, settings):
+    first = with_last_settings(view, settings)
+    assert (first.settings, first.note) == (settings, "")
+
+
+def test_last_settings_stay_where_no_others_show_a_dock_either(view):
+    dark = replace(view, image=np.zeros_like(view.image))
+    settings = Settings(method="fixed", level=200)
+    assert with_last_settings(dark, settings).settings == settings
+
+
+def test_app_starts_with_a_pose_after_a_fixed_level(tmp_path):
+    options = Options(remember_in=tmp_path)
+    kept = Memory(tmp_path)
+    kept.change(settings=Settings(method="fixed", level=254))
+    kept.write()
+    app = App.build(options=options)
+    try:
+        assert (app.view.settings, "a fixed level of 254" in app.view.note) == (Settings(), True)
+    finally:
+        app.stop()

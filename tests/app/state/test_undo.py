@@ -1,0 +1,88 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dockpose.app.state import view as state
+from dockpose.app.state.scene import with_knob
+from dockpose.app.state.undo import History, changed_names
+
+
+class Clock:
+    now_s = 0.0
+
+    def __call__(self):
+        return self.now_s
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def history(clock):
+    return History(clock)
+
+
+@pytest.fixture(scope="module")
+def view():
+    return state.open_source(None, None, None)
+
+
+def walk(history, clock, view, *steps, pause_s=1.0):
+    for step in steps:
+        after = step(view)
+        clock.now_s += pause_s
+        history.note(view, after)
+        view = after
+    return view
+
+
+def fx(value):
+    return lambda view: state.with_intrinsic(view, "fx", value)
+
+
+def test_undo_and_redo_go_back_and_forth(history, clock, view):
+    last = walk(history, clock, view, fx(710), fx(720), lambda one: state.with_level(one, 90))
+    back = history.undo(last)
+    assert (back.camera.fx, back.settings) == (720, view.settings)
+    history.note(last, back)  # as the app does with every change
+    assert history.undo(back).camera.fx == 710
+    assert history.redo(history.redo(state.with_intrinsic(view, "fx", 710))) is last
+    assert history.redo(last) is last
+
+
+def test_a_drag_is_one_step(history, clock, view):
+    last = walk(history, clock, view, *map(fx, range(701, 741)), pause_s=0.05)
+    assert history.undo(last) is view
+    assert history.undo(view) is view
+
+
+def test_other_numbers_moved_at_once_are_steps_of_their_own(history, clock, view):
+    last = walk(history, clock, view, fx(710), lambda one: state.with_diameter_cm(one, 50), pause_s=0.05)
+    assert history.undo(last).camera.fx == 710
+
+
+def test_a_new_change_ends_what_could_be_redone(history, clock, view):
+    last = walk(history, clock, view, fx(710))
+    back = history.undo(last)
+    other = walk(history, clock, back, fx(900))
+    assert history.redo(other) is other
+    assert history.undo(other) is back
+
+
+def test_scenes_are_undone_but_other_pictures_are_not(history, clock, view):
+    turned = walk(history, clock, view, lambda one: with_knob(one, "z", 90))
+    assert history.undo(turned) is view
+    other = walk(history, clock, view, lambda one: replace(one, image=np.zeros((4, 4), np.uint8)))
+    assert history.undo(other) is other
+
+
+def test_what_changed_nothing_is_no_step(history, clock, view):
+    same = walk(history, clock, view, fx(view.camera.fx))
+    assert history.undo(same) is same
+
+
+def test_changes_are_named(view):
+    assert changed_names(view, fx(710)(view)) == {"camera.fx"}
+    assert changed_names(view, with_knob(view, "theta_x", 3)) == {"scene.pose.theta_x_deg"}

@@ -1,0 +1,145 @@
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dockpose.app.processing.analysis import read_view
+from dockpose.app.state.detection import with_mask
+from dockpose.app.state.view import open_source, with_lights, with_method, with_sample
+from dockpose.app.web.charts.histogram import groups_top, histogram_data, histogram_top, labelled_peaks, peaks_html
+from dockpose.app.web.panels.detect import method_label, threshold_sentence, thrown_out_sentence
+from dockpose.app.web.panels.picture import widen
+from dockpose.app.web.panels.result import COLUMNS, candidate_row, status_html, table_html, truth_row
+from dockpose.app.web.server.uploads import clean_name
+from dockpose.thresholds import Threshold
+
+
+@pytest.fixture(scope="module")
+def reading():
+    return read_view(open_source(None, None, None))
+
+
+@pytest.fixture(scope="module")
+def empty():
+    return read_view(with_method(open_source(None, None, None), "fixed", 255))
+
+
+def test_row_of_the_likelier_candidate_agrees_with_the_truth(reading):
+    found = [float(cell) for cell in candidate_row(reading.estimate.candidates[0])[:5]]
+    truth = truth_row(reading.view.truth)
+    assert truth is not None
+    true = [float(cell) for cell in truth[:5]]
+    assert found == pytest.approx(true, abs=0.3)
+    assert len(candidate_row(reading.estimate.candidates[0])) == len(COLUMNS)
+
+
+def test_unknown_values_are_a_dash():
+    pose = replace(read_view(open_source(None, None, None)).estimate.candidates[0], probability=None, rms_px=None)
+    assert candidate_row(pose)[-2:] == ["–", "–"]
+
+
+@pytest.mark.parametrize("truth", [None, {}, {"position_m": [1, 2, 3]}])
+def test_no_truth_row_without_the_truth(truth):
+    assert truth_row(truth) is None
+
+
+def test_table_names_the_chosen_one(reading, empty):
+    table = table_html(reading)
+    assert table.index("A, chosen") < table.index(" B<")
+    assert "Truth" in table
+    assert "chosen" not in table_html(empty)
+
+
+def test_status_says_what_was_found_or_not(reading, empty):
+    assert "Dock found" in status_html(reading)
+    assert "No pose" in status_html(empty)
+    assert empty.estimate.message in status_html(empty)
+
+
+def test_outside_text_is_escaped(reading):
+    hostile = "<img src=x onerror=alert(1)>"
+    view = replace(reading.view, source=hostile, note=hostile)
+    estimate = replace(reading.estimate, message=hostile)
+    page = status_html(replace(reading, view=view, estimate=estimate))
+    assert "<img" not in page
+    assert page.count("&lt;img") == 3
+
+
+def test_histogram_marks_the_threshold(reading):
+    threshold = reading.estimate.threshold
+    levels, counts, spike, peaks, groups = histogram_data(threshold)
+    assert len({len(levels), len(counts), len(spike), len(peaks), len(groups)}) == 1
+    assert (np.diff(levels) > 0).all()
+    assert levels[spike > 0].tolist() == [threshold.level]
+    np.testing.assert_allclose(counts[levels == 20], np.log10(1 + threshold.histogram[20]))
+    assert counts.max() < histogram_top(threshold)
+    assert levels[peaks >= 0].tolist() == sorted(peak.level for peak in threshold.peaks)
+    assert groups[levels == threshold.level] == 10
+    assert groups[levels == 0] < 0
+    assert groups_top(threshold) == 20
+
+
+def test_histogram_of_a_threshold_that_keeps_nothing(reading):
+    levels, counts, spike, _, _ = histogram_data(replace(reading.estimate.threshold, level=256))
+    assert levels[spike > 0].tolist() == [256]
+    assert np.isfinite(counts).all()
+    words = threshold_sentence(replace(reading.estimate, threshold=replace(reading.estimate.threshold, level=256)))
+    assert "above 255" in words
+
+
+def test_peaks_are_labelled_with_their_votes():
+    """Three heaps of pixels: background 20, a dim light at 100, brighter ones at 180 and 190 that are one label."""
+    counts = np.zeros(256, int)
+    counts[[20, 100, 180, 190]] = 9000, 40, 40, 40
+    groups = np.full(256, -1)
+    groups[50:101], groups[101:185], groups[185:191], groups[191:] = 4, 3, 1, 0
+    threshold = Threshold("hats", 100, 100, counts, "", groups, floor=50)
+    assert [(peak.level, peak.groups) for peak in labelled_peaks(threshold)] == [(180, 3), (100, 4)]
+    html = peaks_html(threshold)
+    assert re.findall(r'data-peak="(\d+)".*?>(\d+)<', html) == [("180", "3"), ("100", "4")]
+    assert f"left: {100 * 180 / 256:.2f}%" in html
+    assert "data-peak" not in peaks_html(replace(threshold, level=256))
+
+
+def test_threshold_sentence_names_level_and_groups(reading):
+    assert f"level {reading.estimate.threshold.level}, which keeps 10 groups" in threshold_sentence(reading.estimate)
+
+
+def test_what_was_thrown_out_is_said(reading):
+    assert thrown_out_sentence(reading.estimate) == "All 10 groups lie on one ellipse."
+    masked = with_mask(with_sample(reading.view, "burnt_in_text"), 0, 0, 30, 30)
+    words = thrown_out_sentence(read_view(masked).estimate)
+    assert words.startswith("1 mask hides a part of the picture.")
+    assert "do not" in words
+
+
+def test_unknown_method_still_has_a_label():
+    assert method_label("hats") == "HATS (adaptive)"
+    assert method_label("otsu") == "Otsu"
+
+
+@pytest.mark.parametrize(
+    ("name", "clean"),
+    [
+        ("tank.png", "tank.png"),
+        ("../../etc/passwd", "passwd"),
+        ("C:\\pictures\\a.png", "a.png"),
+        ("a\x00b\nc\x1b[31m.png", "abc[31m.png"),
+        ("", "the file"),
+        ("x" * 500, "x" * 80),
+    ],
+)
+def test_names_of_uploads_are_made_harmless(name, clean):
+    assert clean_name(name) == clean
+
+
+def test_reading_without_known_lights_still_has_two_candidates(reading):
+    assert len(read_view(with_lights(reading.view, 0)).estimate.candidates) == 2
+
+
+@pytest.mark.parametrize(("height", "width", "shown"), [(480, 640, 640), (90, 160, 160), (1280, 720, 1707), (4, 1, 6)])
+def test_tall_pictures_are_widened(height, width, shown):
+    picture = np.zeros((height, width, 3), np.uint8)
+    wide = widen(picture)
+    assert wide.shape == (height, shown, 3)
+    assert (wide == 0).sum() == picture.size

@@ -1,0 +1,148 @@
+import math
+
+import numpy as np
+import pytest
+from dockpose import Camera, Dock, estimate
+from dockpose.app.processing.analysis import read_view
+from dockpose.app.state.view import open_source, with_method
+from dockpose.app.web.scene.known_poses import known_pose
+from dockpose.app.web.scene.scene import (
+    extent_of,
+    grid_cell_m,
+    image_plane,
+    lights_on_ring,
+    pose_label,
+    rays_to_lights,
+    ring_segments,
+)
+from dockpose.app.web.scene.viewpoints import NAMES, OVERVIEW, Extent, viewpoint
+from dockpose.camera.port import FlatPort
+from dockpose.simulate import Pose, Scene, render
+from dockpose.simulate.optics.water import preset
+
+
+@pytest.fixture(scope="module")
+def found():
+    return read_view(open_source(None, None, None)).estimate
+
+
+def test_image_plane_puts_the_corner_pixels_on_their_rays():
+    camera = Camera(700, 650, 300, 260, 640, 480)
+    width, height, (x, y, z) = image_plane(camera, 0.5)
+    corner = np.array([[x - width / 2, y - height / 2, z], [x + width / 2, y + height / 2, z]])
+    np.testing.assert_allclose(camera.project(corner), [[-0.5, -0.5], [639.5, 479.5]])
+
+
+def test_rays_end_on_the_lights(found):
+    lines = rays_to_lights(found)
+    pose = found.selected
+    model = (
+        lights_on_ring(found.dock, pose.roll_rad) * found.dock.radius @ pose.T_camera_dock[:3, :3].T + pose.position_m
+    )
+    gaps = np.linalg.norm(lines[:, 1][:, None] - model[None], axis=2).min(axis=1)
+    assert len(lines) == 10
+    assert gaps.max() < 0.001
+    assert not lines[:, 0].any()
+
+
+def test_rays_leave_the_port_and_end_on_the_lights():
+    camera = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(air_gap_m=0.03, glass_m=0.01))
+    scene = Scene(
+        camera=camera,
+        dock=Dock(0.30, angles_deg=(0, 50, 100, 170, 220, 300)),
+        pose=Pose(position_m=(0.05, 0.02, 0.9), theta_x_deg=20, theta_y_deg=-25, roll_deg=10),
+        water=preset("clear"),
+    )
+    found = estimate(render(scene)[0], camera, scene.dock)
+    lines, pose = rays_to_lights(found), found.selected
+    assert pose is not None
+    assert found.markers is not None
+    assert found.ring is not None
+    np.testing.assert_allclose(lines[:, 0, 2], 0.04)  # the outer face of the glass
+    np.testing.assert_allclose(camera.project(lines[:, 1]), found.markers.points_px[found.ring.on_ring], atol=1e-6)
+    model = lights_on_ring(scene.dock, pose.roll_rad) * scene.dock.radius @ pose.T_camera_dock[:3, :3].T
+    gaps = np.linalg.norm(lines[:, 1][:, None] - (model + pose.position_m)[None], axis=2).min(axis=1)
+    assert len(lines) == 6
+    assert gaps.max() < 0.001
+
+
+def test_lights_are_where_the_dock_has_them():
+    quarter = lights_on_ring(Dock(0.30, angles_deg=(0, 90, 180)), math.pi / 2)
+    np.testing.assert_allclose(quarter, [[0, 1, 0], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
+    assert lights_on_ring(Dock(0.30), None).shape == (0, 3)
+
+
+def test_no_rays_without_a_pose():
+    empty = read_view(with_method(open_source(None, None, None), "fixed", 255)).estimate
+    assert rays_to_lights(empty).shape == (0, 2, 3)
+    assert extent_of(empty).depth_m == 1
+
+
+def test_dashed_ring_has_gaps():
+    whole, dashed = ring_segments(dashed=False), ring_segments(dashed=True)
+    np.testing.assert_allclose(np.linalg.norm(whole, axis=2), 1)
+    np.testing.assert_allclose(whole[1:, 0], whole[:-1, 1])
+    assert len(dashed) == len(whole) / 2
+
+
+def test_pose_label(found):
+    assert pose_label("A", found.candidates[0]).startswith("A 9") or pose_label("A", found.candidates[0]) == "A 100 %"
+
+
+def seen(place, points, aspect):
+    """Whether each point is inside the picture of an eye whose up is -y."""
+    ahead = place.look_at - place.position
+    ahead = ahead / np.linalg.norm(ahead)
+    right = np.cross(ahead, [0, -1, 0])
+    right = right / np.linalg.norm(right)
+    up = np.cross(right, ahead)
+    offset = points - place.position
+    depth, half = offset @ ahead, math.tan(place.fov_rad / 2)
+    return (depth > 0) & (np.abs(offset @ up) < half * depth) & (np.abs(offset @ right) < half * aspect * depth)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "Camera"])
+@pytest.mark.parametrize("aspect", [0.3, 0.55, 1.0, 2.5])
+@pytest.mark.parametrize("depth", [0.2, 1.0, 15.0])
+def test_camera_and_docks_are_seen_from_every_viewpoint(name, aspect, depth):
+    extent = Extent(np.array([-0.4, -0.2, 0.0]), np.array([0.3, 0.5, depth]))
+    assert seen(viewpoint(name, extent, Camera(700, 700, 320, 240, 640, 480), aspect), extent.corners(), aspect).all()
+
+
+@pytest.mark.parametrize("aspect", [0.5, 2.0])
+def test_view_from_the_camera_holds_its_whole_picture(aspect):
+    camera = Camera(700, 700, 319.5, 239.5, 640, 480)
+    extent = Extent(np.array([-0.1, -0.1, 0.0]), np.array([0.1, 0.1, 1.0]))
+    corners = camera.rays([[0, 0], [639, 0], [639, 479], [0, 479]])
+    assert seen(viewpoint("Camera", extent, camera, aspect), corners, aspect).all()
+
+
+def test_first_viewpoint_needs_no_browser_yet():
+    extent = Extent(np.zeros(3), np.ones(3))
+    place = viewpoint(OVERVIEW, extent, Camera(700, 700, 320, 240, 640, 480), None)
+    assert np.isfinite(place.position).all()
+
+
+@pytest.mark.parametrize(
+    ("depth", "cell"), [(0.1, 0.01), (1.1, 0.1), (3.0, 0.1), (6.0, 0.5), (14.0, 1.0), (1000.0, 5.0)]
+)
+def test_grid_squares_suit_the_distance(depth, cell):
+    assert grid_cell_m(Extent(np.zeros(3), np.array([1, 1, depth]))) == cell
+
+
+def test_extent_holds_known_docks_too(found):
+    far = {"position_m": [0.0, 0.0, 9.0], "theta_x_deg": 0.0, "theta_y_deg": 0.0}
+    assert extent_of(found, far).depth_m == pytest.approx(9 + found.dock.radius)
+    assert extent_of(found, None).depth_m < 3
+
+
+def test_known_pose_faces_as_an_estimated_one_does(found):
+    pose = found.selected
+    told = pose.to_dict()
+    known = known_pose({key: told[key] for key in ("position_m", "theta_x_deg", "theta_y_deg")})
+    assert known is not None
+    position, rotation = known
+    np.testing.assert_allclose(position, pose.position_m)
+    np.testing.assert_allclose(-rotation[:, 2], pose.normal, atol=1e-9)
+    assert known_pose(None) is None
+    assert known_pose({"position_m": [0, 0, 1]}) is None

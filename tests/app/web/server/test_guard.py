@@ -1,0 +1,158 @@
+import contextlib
+import http.client
+import urllib.error
+from importlib.metadata import version
+from urllib.request import Request, urlopen
+
+import pytest
+from dockpose.app.web.app import App
+from dockpose.app.web.server.guard import Guard, cookie_name
+from websockets import Headers
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+
+@pytest.fixture(scope="module")
+def app():
+    running = App.build(port=0)
+    yield running
+    running.stop()
+
+
+def ask(app, path="/", **headers):
+    """Status and text of a plain request; Host and the like may be given."""
+    with contextlib.closing(http.client.HTTPConnection("127.0.0.1", app.port, timeout=5)) as connection:
+        connection.putrequest("GET", path, skip_host="Host" in headers)
+        for name, value in headers.items():
+            connection.putheader(name, value)
+        connection.endheaders()
+        with connection.getresponse() as answer:
+            return answer.status, answer.read().decode("utf-8", "replace"), answer.headers
+
+
+def open_socket(app, cookie=True, origin=None):
+    """Open the page's WebSocket as a browser would, or as another page's script."""
+    headers = {"Cookie": cookie_of(app)} if cookie else {}
+    return connect(
+        f"ws://127.0.0.1:{app.port}",
+        origin=Origin(origin or f"http://127.0.0.1:{app.port}"),
+        additional_headers=headers,
+        subprotocols=[Subprotocol(f"viser-v{version('viser')}")],
+    )
+
+
+def cookie_of(app):
+    return f"dockpose_{app.port}={app._guard.token}"
+
+
+def test_printed_address_opens_the_page_and_leaves_a_cookie(app):
+    with urlopen(app.address, timeout=5) as answer:
+        assert answer.status == 200
+        assert "/page.js" in answer.read().decode()
+        cookie = answer.headers["Set-Cookie"]
+        assert answer.headers["X-Frame-Options"] == "DENY"
+        assert answer.headers["Referrer-Policy"] == "no-referrer"
+        policy = dict(part.split(" ", 1) for part in answer.headers["Content-Security-Policy"].split("; "))
+    assert policy["default-src"] == policy["frame-ancestors"] == policy["base-uri"] == policy["form-action"] == "'none'"
+    assert not any("*" in sources or "http" in sources or "ws:" in sources for sources in policy.values())
+    assert cookie.startswith(cookie_of(app))
+    assert "HttpOnly" in cookie
+    assert "SameSite=Strict" in cookie
+
+
+@pytest.mark.parametrize("path", ["/", "/index.html", "/help", "/page.js"])
+def test_cookie_is_enough_from_then_on(app, path):
+    status, _, _ = ask(app, path, Cookie=f"other=1; {cookie_of(app)}")
+    assert status == 200
+
+
+@pytest.mark.parametrize("path", ["/", "/help", "/?token=", "/?token=wrong", "/?token=%C3%A9", "/?tokens=x"])
+def test_without_the_token_nothing_is_shown(app, path):
+    status, text, headers = ask(app, path)
+    assert status == 403
+    assert "Open the address" in text
+    assert headers["Content-Security-Policy"].startswith("default-src 'none'")
+    assert headers["Set-Cookie"] is None
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1.evil.example", "", "192.168.0.9"])
+def test_unknown_host_is_refused(app, host):
+    status, text, _ = ask(app, Host=host, Cookie=cookie_of(app))
+    assert status == 403
+    assert "Host" in text
+
+
+@pytest.mark.parametrize("name", ["localhost", "127.0.0.1", "LOCALHOST"])
+def test_own_names_are_known(app, name):
+    assert ask(app, f"/?token={app._guard.token}", Host=f"{name}:{app.port}")[0] == 200
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "http://127.0.0.1:1", "http://localhost.evil.example"]
+)
+def test_foreign_origin_is_refused(app, origin):
+    status, text, _ = ask(app, Origin=origin, Cookie=cookie_of(app))
+    assert status == 403
+    assert "Origin" in text
+    with pytest.raises(InvalidStatus, match="403"):
+        open_socket(app, origin=origin)
+
+
+def test_socket_opens_for_the_own_page_only(app):
+    open_socket(app).close()
+    with pytest.raises(InvalidStatus, match="403"):
+        open_socket(app, cookie=False)
+
+
+def test_token_in_the_address_opens_no_socket(app):
+    with pytest.raises(InvalidStatus, match="403"):
+        connect(f"ws://127.0.0.1:{app.port}/?token={app._guard.token}")
+
+
+def test_nothing_outside_the_page_is_served(app):
+    for path in ("/../pyproject.toml", "/%2e%2e/%2e%2e/etc/passwd", "/app/guard.py"):
+        assert ask(app, path, Cookie=cookie_of(app))[0] == 404
+
+
+def test_every_start_has_its_own_token():
+    assert Guard("127.0.0.1").token != Guard("127.0.0.1").token
+    assert len(Guard("127.0.0.1").token) >= 20
+
+
+def test_addresses_are_known_only_where_others_may_come():
+    """A name may be rebound to this machine by anyone; a bare address cannot."""
+    for host, name, passes in [
+        ("127.0.0.1", "192.168.0.9:8080", False),
+        ("0.0.0.0", "192.168.0.9:8080", True),
+        ("0.0.0.0", "[fe80::1]:8080", True),
+        ("0.0.0.0", "evil.example:8080", False),
+    ]:
+        guard = Guard(host, token="t")
+        assert (guard.refusal(Headers({"Host": name}), "/?token=t") is None) is passes
+
+
+def test_proxy_with_its_own_name():
+    guard = Guard("127.0.0.1", ["tank.example.org"], token="t")
+    headers = Headers({"Host": "tank.example.org", "Origin": "https://tank.example.org", "Cookie": "dockpose=t"})
+    assert guard.refusal(headers, "/") is None
+    assert guard.cookie(headers).startswith("dockpose=t;")
+
+
+def test_two_hosts_or_origins_in_one_request_are_refused():
+    guard = Guard("127.0.0.1", token="t")
+    twice = Headers([("Host", "127.0.0.1"), ("Host", "127.0.0.1")])
+    assert guard.refusal(twice, "/?token=t") is not None
+    assert guard.refusal(Headers(), "/?token=t") is not None
+
+
+def test_each_port_has_its_own_cookie():
+    assert cookie_name("127.0.0.1:8080") == "dockpose_8080"
+    assert cookie_name("tank.example.org") == "dockpose"
+
+
+def test_refusal_says_what_to_do(app):
+    with pytest.raises(urllib.error.HTTPError, match="403") as refused:
+        urlopen(Request(f"http://127.0.0.1:{app.port}/"), timeout=5)
+    assert "dockpose printed" in refused.value.read().decode()
+    refused.value.close()

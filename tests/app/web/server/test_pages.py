@@ -1,0 +1,21 @@
+import re
+
+import pytest
+from dockpose.app.web.panels.source import forgotten_sentence
+from dockpose.app.web.server.pages import help_body
+
+SECTIONS = (
+    *("annotated", "threshold", "compare", "original"),
+    *("source", "camera", "detect", "pose", "sequence", "experiment", "export", "page"),
+)
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_help_has_the_section_that_a_tab_leads_to(name):
+    (text,) = re.findall(rf'<h2 id="{name}">.*?</h2>(.*?)(?=<h2|</main>)', help_body(), re.DOTALL)
+    assert len(text.split()) > 10
+
+
+def test_forgotten_uploads_are_counted():
+    assert forgotten_sentence(1, 2**20) == "1 picture forgotten, which frees 1.0 MB of memory."
+    assert forgotten_sentence(12, 0) == "12 pictures forgotten, which frees 0.0 MB of memory."

@@ -1,0 +1,146 @@
+import socket
+from urllib.request import urlopen
+
+import pytest
+from dockpose.app.state.scene import with_knob, with_psf, with_water
+from dockpose.app.state.view import with_diameter_cm, with_intrinsic
+from dockpose.app.web import app as server
+from dockpose.app.web.app import App
+from dockpose.app.web.notifications import together
+from dockpose.app.web.server import start as opening
+from dockpose.app.web.server.start import PortBusyError
+from viser import _messages as messages
+
+
+@pytest.fixture
+def app():
+    running = App.build(port=0)
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def busy_port():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        yield taken.getsockname()[1]
+
+
+def test_serves_a_page_on_the_loopback_address_and_prints_nothing(capsys):
+    app = App.build(port=0)
+    assert app.address.startswith(f"http://127.0.0.1:{app.port}/?token=")
+    assert urlopen(app.address, timeout=5).status == 200
+    app.stop()
+    assert capsys.readouterr().out == ""
+
+
+def test_listens_on_no_other_address(app):
+    with socket.socket() as elsewhere:
+        elsewhere.bind(("127.0.0.2", app.port))  # free, since only 127.0.0.1 is taken
+
+
+def test_asked_for_port_is_the_one_that_is_taken():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    app = App.build(port=port)
+    try:
+        assert app.port == port
+    finally:
+        app.stop()
+
+
+def test_busy_port_is_named_and_no_other_one_taken(busy_port):
+    with pytest.raises(PortBusyError, match=rf"port {busy_port} on 127\.0\.0\.1"):
+        App.build(port=busy_port)
+
+
+def test_port_taken_after_the_check_is_noticed(busy_port, monkeypatch):
+    monkeypatch.setattr(opening, "check_port_is_free", lambda host, port: None)
+    with pytest.raises(PortBusyError, match=str(busy_port)):
+        App.build(port=busy_port)
+
+
+def test_unknown_host_is_named():
+    with pytest.raises(OSError, match=r"no\.such\.host\.invalid"):
+        App.build(host="no.such.host.invalid")
+
+
+def test_serve_tells_the_address_and_stops_on_interrupt(monkeypatch):
+    told = []
+
+    class Interrupted:
+        def wait(self):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(server.threading, "Event", Interrupted)
+    monkeypatch.setattr(server.App, "build", lambda *_, **__: FakeApp())
+    server.serve(None, None, None, report=told.append)
+    assert "http://127.0.0.1:1234" in told[0]
+    assert FakeApp.stopped
+
+
+def test_serving_to_others_says_what_that_means(monkeypatch):
+    told = []
+    monkeypatch.setattr(server.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+    monkeypatch.setattr(server.App, "build", lambda *_, **__: FakeApp())
+    server.serve(None, None, None, host="0.0.0.0", report=told.append)
+    assert "every machine of that network" in told[1]
+
+
+class FakeApp:
+    address = "http://127.0.0.1:1234"
+    stopped = False
+
+    def stop(self):
+        FakeApp.stopped = True
+
+
+def test_no_browser_can_open_a_tunnel_or_upload_to_a_shared_control(app):
+    handlers = app._server._websock_server._incoming_handlers
+    assert not handlers.get(messages.ShareUrlRequest)
+    assert not handlers.get(messages.FileTransferStartUpload)
+    assert not handlers.get(messages.FileTransferPart)
+
+
+def test_change_is_worked_on(app):
+    app.change(lambda view: with_diameter_cm(view, 60))
+    assert app.wait_until_idle(10)
+    assert app.view.dock.diameter == pytest.approx(0.6)
+    assert app._scene.extent.high[2] > 2
+
+
+def test_refused_change_keeps_the_view(app):
+    before = app.view
+    app.change(lambda view: with_intrinsic(view, "fx", float("nan")))
+    assert app.view is before
+
+
+def test_notices_in_a_rush_are_one_text():
+    assert together(["a", "b"]) == "a | b"
+    assert together([str(number) for number in range(40)]) == "0 | 1 | 2 | 3 | 4 | (34 more) | 39"
+
+
+def test_scene_that_cannot_be_rendered_leaves_what_was_shown(app):
+    assert app.wait_until_idle(10)
+    before = app.view
+    far = with_knob(before, "z", 2000)
+    app.change(lambda _: with_psf(with_water(far, "harbour"), "hou"))
+    assert app.wait_until_idle(10)
+    assert app.view is before
+
+
+def test_error_in_a_panel_is_told_and_the_next_view_is_worked_on(app, monkeypatch, capsys):
+    def fail(reading):
+        raise RuntimeError("the panel broke")
+
+    assert app.wait_until_idle(10)
+    monkeypatch.setattr(app._panels[-1], "show", fail)
+    app.change(lambda view: with_diameter_cm(view, 40))
+    assert app.wait_until_idle(10)
+    assert "the panel broke" in capsys.readouterr().err
+    monkeypatch.undo()
+    app.change(lambda view: with_diameter_cm(view, 60))
+    assert app.wait_until_idle(10)
+    assert app._scene.extent.high[2] > 2

@@ -1,0 +1,124 @@
+"""Boards rendered here, through cameras that are known."""
+
+import functools
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import Camera
+from dockpose.camera.calibrate import Board, CalibrationError, calibrate
+from dockpose.pose.circle import rotation_from_angles
+
+TRUE = Camera(520, 515, 322, 236, 640, 480, (-0.18, 0.05, 0.001, -0.001, 0.0))
+FISHEYE = Camera(300, 300, 322, 236, 640, 480, (-0.02, 0.01, -0.004, 0.001), fisheye=True)
+SQUARE_M, COLUMNS, ROWS = 0.024, 10, 7
+CHESSBOARD = Board(COLUMNS, ROWS, SQUARE_M)
+CHARUCO = Board(COLUMNS, ROWS, SQUARE_M, "DICT_4X4_50", 0.018)
+_PX = 40  # of a square in the drawing of the board
+
+
+def drawing(board):
+    """The board itself, with a white rim of one square."""
+    if board.dictionary:
+        dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary))
+        pattern = cv2.aruco.CharucoBoard((COLUMNS, ROWS), SQUARE_M, board.marker_m, dictionary)
+        flat = pattern.generateImage((COLUMNS * _PX, ROWS * _PX), marginSize=0)
+    else:
+        row, column = np.indices((ROWS, COLUMNS))
+        flat = np.kron(255 * ((row + column) % 2), np.ones((_PX, _PX))).astype(np.uint8)
+    return cv2.copyMakeBorder(flat, _PX, _PX, _PX, _PX, cv2.BORDER_CONSTANT, value=255)
+
+
+@functools.cache
+def rays_of(camera):
+    """Unit rays (H, W, 3) of all pixels."""
+    x, y = np.meshgrid(np.arange(640.0), np.arange(480.0))
+    return camera.rays(np.column_stack([x.ravel(), y.ravel()])).reshape(480, 640, 3)
+
+
+def picture(board, camera, seed):
+    """Look along every pixel's ray at the board, whose drawing is as sharp as a pixel."""
+    rng = np.random.default_rng(seed)
+    rotation = rotation_from_angles(*rng.uniform(-0.5, 0.5, 2))
+    z = rng.uniform(0.28, 0.36) * camera.fx / 520
+    middle = np.array([*rng.uniform(-0.03, 0.03, 2), z])
+    place = middle - rotation @ [COLUMNS * SQUARE_M / 2, ROWS * SQUARE_M / 2, 0]
+    rays = rays_of(camera)
+    on_board = (rays * ((place @ rotation[:, 2]) / (rays @ rotation[:, 2]))[..., None] - place) @ rotation
+    warp = (on_board[..., :2] / SQUARE_M * _PX + _PX - 0.5).astype(np.float32)
+    sharp = cv2.GaussianBlur(drawing(board), (0, 0), 0.5 * _PX * z / SQUARE_M / camera.fx)
+    seen = cv2.remap(sharp, warp[..., 0], warp[..., 1], cv2.INTER_LINEAR, borderValue=90).astype(float)
+    return np.clip(0.7 * seen + 20 + rng.normal(0, 2, seen.shape), 0, 255).astype(np.uint8)
+
+
+def pictures(board, camera, count=10):
+    return [(f"board{seed}.png", picture(board, camera, seed)) for seed in range(count)]
+
+
+@pytest.mark.parametrize("board", [CHESSBOARD, CHARUCO], ids=["chessboard", "charuco"])
+def test_a_known_camera_comes_back(board):
+    done = calibrate(pictures(board, TRUE), board)
+    assert done.error_px < 0.25
+    assert done.camera.fx == pytest.approx(TRUE.fx, rel=0.01)
+    assert done.camera.fy == pytest.approx(TRUE.fy, rel=0.01)
+    assert (done.camera.cx, done.camera.cy) == pytest.approx((TRUE.cx, TRUE.cy), abs=6)
+    # What counts: rays all over the picture, but for its corners, which few boards reach.
+    x, y = np.meshgrid(np.linspace(60, 580, 9), np.linspace(60, 420, 7))
+    pixels = np.column_stack([x.ravel(), y.ravel()])
+    off = np.degrees(np.linalg.norm(done.camera.rays(pixels) - TRUE.rays(pixels), axis=1))
+    assert np.median(off) < 0.4
+    assert all(view.error_px is not None and not view.dropped for view in done.views)
+
+
+def test_a_fisheye_comes_back():
+    done = calibrate(pictures(CHESSBOARD, FISHEYE), CHESSBOARD, "fisheye")
+    assert done.camera.fisheye
+    assert done.error_px < 0.25
+    assert done.camera.fx == pytest.approx(FISHEYE.fx, rel=0.01)
+
+
+def test_pictures_are_dropped_with_their_reason():
+    good = pictures(CHESSBOARD, TRUE, 7)
+    blank = np.full((480, 640), 128, np.uint8)
+    bent = picture(CHESSBOARD, Camera(760, 515, 322, 236, 640, 480), 3)
+    found = [*good, ("blank.png", blank), ("small.png", blank[::2, ::2]), ("broken.png", None), ("bent.png", bent)]
+    done = calibrate(found, CHESSBOARD)
+    dropped = {view.name: view.dropped for view in done.views if view.dropped}
+    assert dropped["blank.png"] == "no board was found in it"
+    assert dropped["small.png"] == "it is 320 x 240 pixels, the others are 640 x 480"
+    assert dropped["broken.png"] == "it cannot be read as a picture"
+    assert "stands out" in dropped["bent.png"]
+    assert len(dropped) == 4
+    assert done.camera.fx == pytest.approx(TRUE.fx, rel=0.015)
+
+
+def test_a_board_described_by_its_corners_is_understood():
+    by_corners = Board(COLUMNS - 1, ROWS - 1, SQUARE_M)
+    done = calibrate(pictures(CHESSBOARD, TRUE, 4), by_corners)
+    assert done.counted_as == "corners"
+    assert done.views[0].corners == (COLUMNS - 1) * (ROWS - 1)
+
+
+def test_too_few_boards_are_named():
+    blank = np.full((480, 640), 128, np.uint8)
+    with pytest.raises(CalibrationError, match="found in 0 of 1 pictures; 3 are needed"):
+        calibrate([("blank.png", blank)], CHESSBOARD)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ((2, 7, 0.024), "columns is 2"),
+        ((10, 7, 0.0), "square_m is 0.0"),
+        ((10, 7, 0.024, "DICT_NONE"), "dictionary is 'DICT_NONE'"),
+        ((10, 7, 0.024, "DICT_4X4_50", 0.03), "marker_m is 0.03"),
+    ],
+)
+def test_impossible_boards_are_named(values, message):
+    with pytest.raises(ValueError, match=message):
+        Board(*values)
+
+
+def test_an_unknown_lens_is_named():
+    with pytest.raises(ValueError, match="'anamorphic'"):
+        calibrate([], CHESSBOARD, "anamorphic")

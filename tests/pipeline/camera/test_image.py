@@ -1,0 +1,123 @@
+import struct
+import tracemalloc
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from dockpose.camera.image import ImageError, decode, read, significant_bits, to_grey, to_levels
+
+GRADIENT = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
+
+
+def encoded(image: np.ndarray, ending: str = ".png") -> bytes:
+    return cv2.imencode(ending, image)[1].tobytes()
+
+
+def png_header(width: int, height: int) -> bytes:
+    """A PNG that claims a size and holds next to nothing."""
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    content = zlib.compress(bytes(1000))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", content) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize("ending", [".png", ".tiff", ".bmp", ".pgm"])
+def test_lossless_grey_comes_back(ending):
+    np.testing.assert_array_equal(decode(encoded(GRADIENT, ending)), GRADIENT)
+
+
+def test_16_bit_grey_comes_back():
+    image = GRADIENT.astype(np.uint16) * 250
+    np.testing.assert_array_equal(decode(encoded(image)), image)
+
+
+def test_16_bit_colour_comes_back():
+    image = np.random.default_rng(0).integers(0, 65536, (5, 7, 3), dtype=np.uint16)
+    np.testing.assert_array_equal(decode(encoded(image)), image)
+
+
+def test_transparent_pixels_are_put_on_black():
+    image = np.full((2, 3, 4), 200, np.uint8)
+    image[0, :, 3], image[1, :, 3] = 255, 0
+    decoded = decode(encoded(image))
+    assert decoded.shape == (2, 3, 3)
+    assert decoded[0].min() == 200
+    assert decoded[1].max() == 0
+
+
+def test_grey_of_colour_by_hand():
+    # ITU-R BT.601: 0.299 R + 0.587 G + 0.114 B; the picture is B, G, R.
+    image = np.array([[[255, 0, 0], [0, 255, 0], [0, 0, 255]]], np.uint8)
+    assert to_grey(image).tolist() == [[29, 150, 76]]
+
+
+def test_grey_of_grey_is_itself():
+    assert to_grey(GRADIENT) is GRADIENT
+    np.testing.assert_array_equal(to_grey(GRADIENT[:, :, None]), GRADIENT)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"", r"dock\.png: the file is empty"),
+        (b"these are words, not a picture", r"dock\.png: is not a picture"),
+        (encoded(GRADIENT)[:-20], r"dock\.png: .*(damaged|cut short)"),
+        (encoded(np.tile(GRADIENT, (50, 50)), ".jpg")[:600], r"dock\.png: .*(damaged|cut short)"),
+        (encoded(GRADIENT)[:20], r"dock\.png: "),
+        (png_header(10001, 10000), r"dock\.png: .*10001 x 10000, 100 megapixels"),
+        (png_header(20000, 20000), r"dock\.png: .*megapixels"),
+        (png_header(2**31 - 1, 2**31 - 1), r"dock\.png: "),
+    ],
+)
+def test_what_is_no_picture_is_refused_by_name(data, message):
+    with pytest.raises(ImageError, match=message):
+        decode(data, "dock.png")
+
+
+def test_a_huge_picture_costs_no_memory():
+    data = png_header(20000, 20000)
+    tracemalloc.start()
+    try:
+        with pytest.raises(ImageError):
+            decode(data, "huge.png")
+        assert tracemalloc.get_traced_memory()[1] < 5_000_000
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("image", "message"),
+    [
+        (np.zeros((4, 4)), "float64"),
+        (np.zeros((4, 4), bool), "bool"),
+        (np.zeros((4, 4, 2), np.uint8), r"\(4, 4, 2\)"),
+        (np.zeros((0, 4), np.uint8), r"\(0, 4\)"),
+        (np.zeros(4, np.uint8), r"\(4,\)"),
+    ],
+)
+def test_arrays_that_are_no_picture_are_refused(image, message):
+    with pytest.raises(ImageError, match=message):
+        to_grey(image)
+
+
+def test_reading_a_missing_file_names_it(tmp_path):
+    with pytest.raises(ImageError, match=r"none\.png: cannot be read"):
+        read(tmp_path / "none.png")
+    with pytest.raises(ImageError, match="cannot be read"):
+        read(tmp_path)
+
+
+@pytest.mark.parametrize(("largest", "bits"), [(0, 10), (1023, 10), (1024, 12), (4095, 12), (4096, 14), (65535, 16)])
+def test_significant_bits_of_16_bit_pictures(largest, bits):
+    assert significant_bits(np.array([[0, largest]], np.uint16)) == bits
+
+
+def test_levels_of_16_bit_are_256_equal_bins():
+    levels, step = to_levels(np.array([[0, 255, 256, 65535]], np.uint16))
+    assert levels.tolist() == [[0, 0, 1, 255]]
+    assert step == 256
+    assert to_levels(GRADIENT)[0] is GRADIENT

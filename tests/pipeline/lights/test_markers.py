@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+from dockpose.lights.markers import find_markers
+from dockpose.thresholds import fixed, histogram_of
+
+
+def markers_at(image: np.ndarray, level: int, min_area_px: int = 1, centroid: str = "grey"):
+    histogram = histogram_of(image)
+    return find_markers(image, histogram, fixed(histogram, level), min_area_px, centroid)
+
+
+def test_two_groups_by_hand():
+    image = np.zeros((12, 20), np.uint8)
+    image[2:4, 3:6] = 100
+    image[8, 10] = image[9, 11] = 100  # touch at a corner: one group
+    markers = markers_at(image, 100)
+    np.testing.assert_allclose(markers.points_px, [[4, 2.5], [10.5, 8.5]])
+    assert markers.areas_px.tolist() == [6, 2]
+
+
+def test_mass_moment_and_grey_weighted_centre_by_hand():
+    image = np.full((15, 19), 10, np.uint8)
+    image[7, 8:11] = [60, 110, 90]
+    image[7, 12] = 25  # outside the group, and less than a fifth of the light's height above the water
+    (binary,) = markers_at(image, 60, centroid="binary").points_px
+    (grey,) = markers_at(image, 60, centroid="grey").points_px
+    assert binary == pytest.approx([9, 7])
+    # The water is 10, the foot a fifth of 100 above it: weights 30, 80 and 60.
+    assert grey == pytest.approx([(30 * 8 + 80 * 9 + 60 * 10) / 170, 7])
+
+
+def test_light_below_the_threshold_weighs_but_a_neighbours_does_not():
+    image = np.full((21, 40), 10, np.uint8)
+    image[10, 10:13] = [50, 110, 50]
+    image[10, 15:18] = [50, 110, 50]
+    for level in (100, 45):  # the groups are one pixel, or three
+        points = markers_at(image, level).points_px
+        np.testing.assert_allclose(points, [[11, 10], [16, 10]], atol=1e-9)
+
+
+def test_a_saturated_light_is_centred_by_its_flanks():
+    # A Gaussian of height 1000 at (20.3, 15.6), clipped at 255.
+    y, x = np.mgrid[:32, :40]
+    light = 1000 * np.exp(-((x - 20.3) ** 2 + (y - 15.6) ** 2) / (2 * 1.8**2))
+    image = np.clip(np.rint(light + 8), 0, 255).astype(np.uint8)
+    (grey,) = markers_at(image, 255).points_px
+    assert grey == pytest.approx([20.3, 15.6], abs=0.02)
+
+
+@pytest.mark.parametrize("corner", [(0, 0), (0, 18), (14, 0), (14, 18)])
+def test_a_light_at_the_edge_of_the_picture_is_no_fault(corner):
+    image = np.full((15, 19), 10, np.uint8)
+    image[corner] = 200
+    np.testing.assert_allclose(markers_at(image, 100).points_px, [corner[::-1]])
+
+
+def test_small_groups_are_dropped_and_counted():
+    image = np.zeros((12, 20), np.uint8)
+    image[2:4, 3:6] = 100
+    image[8, 10] = 100
+    markers = markers_at(image, 50, min_area_px=2)
+    assert len(markers) == 1
+    assert markers.dropped == 1
+
+
+def test_nothing_above_the_level_gives_no_markers():
+    markers = markers_at(np.zeros((6, 6), np.uint8), 1)
+    assert len(markers) == 0
+    assert markers.points_px.shape == (0, 2)
+
+
+def test_everything_above_the_level_is_one_group():
+    markers = markers_at(np.full((6, 8), 9, np.uint8), 0)
+    np.testing.assert_allclose(markers.points_px, [[3.5, 2.5]])
+
+
+def test_a_16_bit_picture_weighs_by_its_own_grey_values():
+    image = np.full((15, 19), 1000, np.uint16)
+    image[7, 8:10] = [40000, 50000]
+    (grey,) = markers_at(image, 40000 >> 8).points_px
+    weights = np.array([40000, 50000]) - (1000 + 0.2 * 49000)
+    assert grey == pytest.approx([(8 * weights[0] + 9 * weights[1]) / weights.sum(), 7])
+
+
+def test_two_lights_that_run_together_are_split():
+    y, x = np.mgrid[:60, :200]
+    image = np.full((60, 200), 10.0)
+    for centre in ((30, 30), (60, 30), (90, 30), (120, 30), (127, 30)):
+        image += 200 * np.exp(-((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / (2 * 2.0**2))
+    image = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    level = 40
+    assert histogram_of(image).bright(level).groups()[0] == 4
+    markers = markers_at(image, level, min_area_px=2)
+    assert len(markers) == 5
+    distance = np.abs(markers.points_px[:, 0][:, None] - [30, 60, 90, 120, 127]).min(axis=0)
+    assert distance.max() < 0.5
+
+
+def test_more_than_400_groups_leave_the_largest():
+    image = np.zeros((300, 300), np.uint8)
+    image[::6, ::6] = 200
+    image[100:104, 100:104] = 200
+    markers = markers_at(image, 100)
+    assert len(markers) >= 1
+    assert 16 in markers.areas_px
+    assert len(markers) <= 2500
+
+
+@pytest.mark.parametrize("size", [1, 4])
+def test_peaks_are_the_brightest_levels(size):
+    image = np.zeros((40, 60), np.uint8)
+    image[10 : 10 + size, 10 : 10 + size] = 90
+    image[10, 10] = 140
+    image[20 : 20 + size, 30 : 30 + size] = 200
+    assert markers_at(image, 80).peaks.tolist() == [140, 200]

@@ -1,0 +1,273 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+import math
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from dockpose import Camera, Settings, estimate
+from dockpose.lights.markers import Markers
+from dockpose.lights.masks import LEAST_FRAMES, StillGroups, hidden_pixels, hide
+from dockpose.simulate import Hover, Lights, Pose, Scene, Sequence, film, render
+from dockpose.simulate.scene import Background, Snow, Text
+from dockpose.thresholds import METHODS, histogram_of
+
+from tests.support.scenes import CAMERA, DOCK, random_scene
+
+SMALL = Camera(350.0, 350.0, 159.5, 119.5, 320, 240)
+
+
+@pytest.mark.parametrize(
+    ("mask", "hidden"),
+    [
+        ((1, 0, 2, 1), ["·##·", "····", "····"]),
+        ((0.5, 0.5, 2, 5), ["····", "·##·", "·##·"]),
+        ((-3, -3, 5, 4), ["##··", "····", "····"]),
+        ((3, 2, 1e9, 1e9), ["····", "····", "···#"]),
+        ((4, 0, 5, 5), ["····", "····", "····"]),
+        ((1.2, 1.2, 0.5, 0.5), ["····", "····", "····"]),
+    ],
+)
+def test_pixels_whose_centres_lie_in_a_mask_are_hidden(mask, hidden):
+    found = hidden_pixels((3, 4), [mask])
+    assert ["".join("#" if pixel else "·" for pixel in row) for row in found] == hidden
+
+
+def test_nothing_is_copied_without_masks():
+    grey = np.zeros((3, 4), np.uint8)
+    same, counted = hide(grey, ())
+    assert same is grey
+    assert counted is None
+
+
+def test_masked_pixels_are_black_and_do_not_count():
+    grey = np.array([[0, 9, 9], [7, 9, 0]], np.uint8)
+    shown, counted = hide(grey, [(1, 0, 2, 1), (1, 0, 1, 2)])
+    assert shown.tolist() == [[0, 0, 0], [7, 0, 0]]
+    assert grey[0, 1] == 9
+    counts = histogram_of(shown, counted).counts
+    assert {level: counts[level] for level in np.flatnonzero(counts)} == {0: 2, 7: 1}
+
+
+@pytest.mark.parametrize(
+    ("masks", "message"),
+    [
+        (((1, 2, 3),), r"masks\[0\] is \(1, 2, 3\); it must be four numbers: x_px, y_px, width_px, height_px"),
+        (((0, 0, 5, 5), (0, 0, 0, 5)), r"masks\[1\] width_px is 0; it must be a finite number above 0"),
+        (((0, 0, 5, -1.5),), r"masks\[0\] height_px is -1.5"),
+        (((math.nan, 0, 5, 5),), r"masks\[0\] x_px is nan"),
+        (((0, math.inf, 5, 5),), r"masks\[0\] y_px is inf"),
+        (((0, 0, "5", 5),), r"masks\[0\] width_px is '5'"),
+        (("0,0,5,5",), r"masks\[0\] is '0,0,5,5'"),
+        ((7,), r"masks\[0\] is 7"),
+    ],
+)
+def test_masks_that_are_none_are_refused_by_name(masks, message):
+    with pytest.raises(ValueError, match=message):
+        Settings(masks=masks)
+
+
+def picture_with_text():
+    scene = random_scene(1, position_m=(0.0, 0.0, 1.0))
+    text = (Text(text="12:34", x_px=20, y_px=20, height_px=20),)
+    return render(msgspec.structs.replace(scene, texts=text))
+
+
+def test_masked_text_is_no_light():
+    image, _ = picture_with_text()
+    before = estimate(image, CAMERA, DOCK)
+    assert (before.markers.points_px < 100).all(axis=1).any()
+    after = estimate(image, CAMERA, DOCK, Settings(masks=((10, 10, 90, 40),)))
+    assert len(after.markers) == 10
+    assert after.to_dict()["settings"]["masks"] == [[10, 10, 90, 40]]
+
+
+def test_a_masked_light_is_no_light():
+    image, truth = picture_with_text()
+    x, y = truth.lights_px[0]
+    masks = ((x - 10, y - 10, 20, 20), (10, 10, 90, 40))
+    found = estimate(image, CAMERA, DOCK, Settings(masks=masks))
+    assert found.status == "ok"
+    assert len(found.markers) == 9
+    assert np.linalg.norm(found.markers.points_px - truth.lights_px[0], axis=1).min() > 30
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("bits", [8, 16])
+def test_what_is_under_a_mask_makes_no_difference(method, bits):
+    image, _ = picture_with_text()
+    image = image if bits == 8 else image.astype(np.uint16) << 8
+    other = image.copy()
+    other[10:50, 10:100] = np.iinfo(image.dtype).max // 3
+    settings = Settings(method=method, masks=((10, 10, 90, 40),))
+    first, second = (estimate(picture, CAMERA, DOCK, settings).to_dict() for picture in (image, other))
+    assert first | {"elapsed_ms": 0} == second | {"elapsed_ms": 0}
+    assert first["threshold"]["level"] > 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_whatever_is_left_by_a_mask_is_no_fault(method):
+    image = np.random.default_rng(1).integers(0, 255, (480, 640)).astype(np.uint8)
+    for masks in (((0, 0, 640, 480),), ((0, 0, 640, 479),), ((0, 0, 640, 240), (1, 240, 640, 240))):
+        found = estimate(image, CAMERA, DOCK, Settings(method=method, masks=masks))
+        assert found.status != "ok"
+    everything = estimate(image, CAMERA, DOCK, Settings(method=method, masks=((-1, -1, 1e6, 1e6),)))
+    assert everything.status == "no_lights"
+    assert everything.message == "No lights: the whole picture is masked."
+
+
+def test_a_large_picture_of_which_little_is_left_is_no_fault():
+    image = np.full((1080, 1920), 200, np.uint8)
+    camera = Camera(2100.0, 2100.0, 959.5, 539.5, 1920, 1080)
+    assert estimate(image, camera, DOCK, Settings(masks=((0, 0, 1920, 1079),))).status == "no_lights"
+
+
+# What stays put over frames. The dock is a ring of ten groups, the text three at the upper left.
+
+TURN = 2 * np.pi * np.arange(10) / 10
+RING_PX = np.column_stack([200 + 60 * np.cos(TURN), 150 + 60 * np.sin(TURN)])
+TEXT_PX = np.array([[20.0, 15.0], [32.0, 15.0], [44.0, 15.0]])
+
+
+def groups(ring_px, others_px, areas=None):
+    points = np.vstack([ring_px, others_px])
+    corner = np.rint(points).astype(int)
+    areas = np.full(len(points), 30) if areas is None else areas
+    boxes = np.column_stack([corner - 4, corner + 4])
+    return Markers(points, areas, np.full(len(points), 255), 0, boxes), np.arange(len(points)) < len(ring_px)
+
+
+def watch(frames, ring_at, others_at, found=True, areas_at=None):
+    """The masks after each frame."""
+    still, masks = StillGroups(), []
+    for frame in range(frames):
+        markers, on_ring = groups(ring_at(frame), others_at(frame), None if areas_at is None else areas_at(frame))
+        still.see(markers, on_ring if found else None)
+        masks.append(still.masks)
+    return masks
+
+
+def moving(frame):
+    return RING_PX + [1.5 * frame, 0.0]
+
+
+def test_text_is_masked_after_eight_frames_as_one_line():
+    masks = watch(10, moving, lambda frame: TEXT_PX)
+    assert masks[LEAST_FRAMES - 2] == ()
+    # Boxes from 16 to 48 and 11 to 19, last pixels included, with 3 pixels around.
+    assert masks[LEAST_FRAMES - 1] == ((13.0, 8.0, 39.0, 15.0),)
+
+
+def test_new_masks_are_told_once():
+    still = StillGroups()
+    told = [still.see(*groups(moving(frame), TEXT_PX)) for frame in range(12)]
+    assert [len(masks) for masks in told] == [0] * 7 + [1] + [0] * 4
+
+
+def test_texts_far_apart_are_masked_apart():
+    masks = watch(8, moving, lambda frame: np.array([[20.0, 15.0], [20.0, 300.0], [400.0, 15.0]]))
+    assert len(masks[-1]) == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("everything stands still", {"ring_at": lambda frame: RING_PX, "others_at": lambda frame: TEXT_PX}),
+        ("the dock is not found", {"ring_at": moving, "others_at": lambda frame: TEXT_PX, "found": False}),
+        ("it drifts", {"ring_at": moving, "others_at": lambda frame: TEXT_PX + [0.1 * frame, 0.0]}),
+        ("it lies beside the ring", {"ring_at": moving, "others_at": lambda frame: TEXT_PX + [185.0, 70.0]}),
+        (
+            "its size changes",
+            {
+                "ring_at": moving,
+                "others_at": lambda frame: TEXT_PX,
+                "areas_at": lambda frame: np.full(13, 20 if frame % 4 else 60),
+            },
+        ),
+        (
+            "it comes and goes",
+            {"ring_at": moving, "others_at": lambda frame: TEXT_PX + (frame % 12 > 0) * 3.0 * frame},
+        ),
+    ],
+)
+def test_nothing_is_masked_where(name, arguments):
+    assert watch(20, **arguments)[-1] == (), name
+
+
+def test_lights_that_stand_still_are_not_masked_while_snow_moves_nor_when_the_dock_has_gone():
+    rng = np.random.default_rng(2)
+    still = StillGroups()
+    for _ in range(20):
+        still.see(*groups(RING_PX, rng.uniform(0, 400, (40, 2))))
+    assert still.masks == ()
+    # Another ring is found elsewhere, and the lights are still where they were.
+    for _ in range(20):
+        still.see(*groups(RING_PX + 300.0, RING_PX))
+    assert still.masks == ()
+
+
+def test_a_frame_without_groups_is_no_fault():
+    still = StillGroups()
+    assert still.see(None, None) == ()
+    assert still.see(*groups(np.empty((0, 2)), np.empty((0, 2)))) == ()
+    assert still.see(*groups(np.empty((0, 2)), TEXT_PX)) == ()
+
+
+def filmed(motion, snow=None, texts=()):
+    """Masks that come to be over a rendered sequence, and the truth of its frames."""
+    scene = Scene(
+        camera=SMALL,
+        dock=DOCK,
+        pose=Pose(position_m=(0.0, 0.05, 1.1), theta_y_deg=20.0),
+        lights=Lights(level=1200.0),
+        background=Background(level=15.0),
+        snow=snow,
+        texts=texts,
+        seed=3,
+    )
+    still, truths = StillGroups(), []
+    for frame in film(Sequence(scene=scene, motion=motion)):
+        found = estimate(frame.image, SMALL, DOCK, Settings(masks=still.masks))
+        assert found.status == "ok"
+        still.see(found.markers, found.ring.on_ring)
+        truths.append(frame.truth)
+    return still.masks, truths
+
+
+TEXTS = (Text(text="REC 12", x_px=10, y_px=8, height_px=17),)
+
+
+def test_burnt_in_text_is_masked_while_the_vehicle_hovers_and_no_light_ever_is():
+    masks, truths = filmed(Hover(frames=12), texts=TEXTS)
+    image = np.zeros((240, 320), np.uint8)
+    hidden = hidden_pixels(image.shape, masks)
+    lit = render(Scene(camera=SMALL, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 1.1)), texts=TEXTS))[0]
+    letters = cv2.threshold(lit[:30, :120], 200, 1, cv2.THRESH_BINARY)[1].astype(bool)
+    assert hidden[:30, :120][letters].mean() > 0.8
+    for truth in truths:
+        x, y = np.rint(truth.lights_px).astype(int).T
+        assert not hidden[y, x].any()
+
+
+def test_a_dock_that_hovers_on_the_spot_in_snow_is_not_masked():
+    masks, _ = filmed(Hover(frames=12, drift_m=0.0, drift_deg=0.0), snow=Snow(count=100, level=200.0))
+    assert masks == ()
+
+
+def test_a_sequence_that_stands_still_masks_nothing():
+    masks, _ = filmed(Hover(frames=12, drift_m=0.0, drift_deg=0.0), texts=TEXTS)
+    assert masks == ()
+
+
+def test_where_nobody_looked_a_group_stays_put():
+    # Around the dock every frame is searched, elsewhere, where the text is, every fifth.
+    still, masked_from = StillGroups(), None
+    for number in range(60):
+        whole = number % 5 == 0
+        markers, on_ring = groups(moving(number), TEXT_PX if whole else np.empty((0, 2)))
+        if still.see(markers, on_ring, None if whole else (100.0, 60.0, 400.0, 200.0)) and masked_from is None:
+            masked_from = number
+    assert masked_from == 5 * (LEAST_FRAMES - 1)
+    assert still.masks == ((13.0, 8.0, 39.0, 15.0),)

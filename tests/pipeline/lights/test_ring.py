@@ -1,0 +1,140 @@
+import numpy as np
+import pytest
+from dockpose.lights.markers import Markers
+from dockpose.lights.polygon import find_polygon, least_corners
+from dockpose.lights.ring import find_ring
+from dockpose.pose.circle import rotation_from_angles
+
+from tests.support.scenes import CAMERA
+
+FOCAL_PX = 700.0
+
+
+def lights(count=10, z_m=1.0, angles=(0.4, -0.3), roll=0.1, missing=(), centre=(0.05, 0.02)):
+    """Images of a 0.30 m ring's lights."""
+    turn = 2 * np.pi * np.arange(count) / count + roll
+    ring = 0.15 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) @ rotation_from_angles(*angles).T
+    return CAMERA.project(np.delete(np.array([*centre, z_m]) + ring, missing, axis=0))
+
+
+def as_markers(points, areas=None, peaks=None):
+    count = len(points)
+    areas = np.full(count, 20) if areas is None else np.asarray(areas)
+    return Markers(points, areas, np.full(count, 200) if peaks is None else np.asarray(peaks))
+
+
+def ring_of(points, count: int | None = 10, **shapes):
+    return find_ring(points, as_markers(points, **shapes), count, FOCAL_PX)
+
+
+def text(left=400.0, top=30.0, letters=19):
+    """Centres of a row of letters: even steps, heights that differ a little."""
+    rng = np.random.default_rng(4)
+    return np.column_stack([left + 11.0 * np.arange(letters), top + rng.uniform(-2.5, 2.5, letters)])
+
+
+def test_lights_alone_are_all_kept():
+    ring = ring_of(lights())
+    assert ring.on_ring.all()
+    assert "All 10" in ring.reason
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_lights_are_told_from_text_snow_and_lamps_with_up_to_three_missing(seed):
+    rng = np.random.default_rng(seed)
+    missing = rng.choice(10, rng.integers(0, 4), replace=False)
+    angles = rng.uniform(-0.6, 0.6, 2)
+    ours = lights(z_m=rng.uniform(0.7, 2.5), angles=angles, roll=rng.uniform(0, 1), missing=missing)
+    ours = ours + rng.normal(0, 0.1, ours.shape)
+    snow = rng.uniform([0, 100], [640, 480], (rng.integers(0, 25), 2))
+    snow = snow[np.linalg.norm(snow[:, None] - ours[None], axis=2).min(axis=1) > 12]
+    points = np.vstack([ours, snow, text()])
+    order = rng.permutation(len(points))
+    ring = ring_of(points[order])
+    assert ring.on_ring[np.argsort(order)][: len(ours)].all()
+    assert ring.on_ring.sum() == len(ours)
+
+
+def test_of_a_ring_and_its_dimmer_mirror_image_the_ring_is_kept():
+    ours = lights(z_m=1.5, centre=(0.0, 0.15))
+    image = ours * [1, -1] + [0, 330]
+    points = np.vstack([image, ours])
+    peaks = np.array([90] * 10 + [220] * 10)
+    assert ring_of(points, peaks=peaks).on_ring.tolist() == [False] * 10 + [True] * 10
+
+
+def test_lights_of_very_unequal_size_are_kept():
+    points = np.vstack([lights(6), text()])
+    areas = np.array([3, 200, 12, 60, 400, 5] + [110] * 19)
+    assert np.flatnonzero(ring_of(points, 6, areas=areas).on_ring).tolist() == list(range(6))
+
+
+def test_five_lights_that_are_all_of_them_are_found_among_letters():
+    points = np.vstack([text(), lights(5)])
+    assert np.flatnonzero(ring_of(points, 5).on_ring).tolist() == list(range(19, 24))
+
+
+def test_a_dock_whose_lights_are_two_per_cent_of_its_radius_out_of_place_is_still_one():
+    rng = np.random.default_rng(0)
+    ours = lights(5, z_m=1.05, angles=(0.1, 0.1)) + rng.uniform(-2, 2, (5, 2))
+    assert ring_of(np.vstack([text(), ours]), 5).on_ring.sum() == 5
+
+
+@pytest.mark.parametrize("count", [10, None])
+@pytest.mark.parametrize("seed", range(15))
+def test_snow_and_text_without_a_dock_are_no_ring(count, seed):
+    rng = np.random.default_rng(seed)
+    points = np.vstack([rng.uniform([0, 60], [640, 480], (30, 2)), text()])
+    shapes = {"areas": rng.integers(2, 60, len(points)), "peaks": rng.integers(60, 255, len(points))}
+    ring = ring_of(points, count, **shapes)
+    assert not ring.found
+    assert "None of the 49 groups" in ring.reason
+
+
+def test_two_lines_of_text_are_no_arc_of_a_huge_ring():
+    points = np.vstack([text(), text(20.0, 450.0, 6)])
+    assert not ring_of(points, None).found
+
+
+def test_without_the_number_of_lights_a_ring_is_still_found():
+    assert ring_of(lights(9), None).on_ring.all()
+    points = np.vstack([lights(10), text()])
+    assert np.flatnonzero(ring_of(points, None).on_ring).tolist() == list(range(10))
+
+
+def test_a_row_of_letters_is_no_ring():
+    assert not ring_of(text(), 10).found
+
+
+def test_the_same_points_give_the_same_ring():
+    points = np.random.default_rng(5).uniform(0, 480, (60, 2))
+    assert ring_of(points).on_ring.tolist() == ring_of(points).on_ring.tolist()
+
+
+@pytest.mark.parametrize("points", [np.zeros((12, 2)), np.full((6, 2), 3.0), np.arange(20.0).reshape(10, 2)])
+def test_coincident_or_collinear_points_are_no_ring(points):
+    assert not ring_of(points).found
+
+
+def test_more_groups_than_can_be_looked_at_leave_the_brightest():
+    rng = np.random.default_rng(1)
+    ours = lights()
+    snow = rng.uniform([0, 0], [640, 480], (390, 2))
+    snow = snow[np.linalg.norm(snow[:, None] - ours[None], axis=2).min(axis=1) > 8]
+    points = np.vstack([snow, ours])
+    peaks = np.array([40] * len(snow) + [250] * 10)
+    ring = ring_of(points, peaks=peaks, areas=np.where(peaks == 40, 3, 30))
+    assert np.flatnonzero(ring.on_ring).tolist() == list(range(len(snow), len(points)))
+
+
+def test_how_many_corners_are_proof():
+    assert [least_corners(sides) for sides in (3, 4, 5, 6, 8, 10, 12, 16)] == [3, 4, 5, 5, 5, 6, 7, 9]
+
+
+def test_a_polygon_seen_from_impossibly_near_is_refused():
+    # The same corners cannot be both so large and so bent by perspective at this focal length.
+    unit = np.column_stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)])
+    bent = unit / (1 + 0.4 * unit[:, :1])
+    points = np.vstack([320 + 40 * bent, [[30, 30], [600, 50]]])
+    assert not find_polygon(points, np.ones(12), 10, FOCAL_PX).any()
+    assert find_polygon(points, np.ones(12), 10, 60.0)[:10].all()

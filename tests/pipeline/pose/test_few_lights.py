@@ -1,0 +1,93 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalIterable=false, reportOptionalMemberAccess=false, reportArgumentType=false
+
+import math
+
+import numpy as np
+import pytest
+from dockpose import Camera, Dock
+from dockpose.camera.port import FlatPort
+from dockpose.lights.ellipse import NoEllipseError
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.few_lights import poses_from_few_lights
+from dockpose.pose.solve import find_poses
+
+from tests.support.scenes import CAMERA
+
+WET = Camera(500, 490, 310, 245, 640, 480, (-0.2, 0.05, 0.001, -0.001, 0.0), FlatPort(0.03, 0.01))
+POSITION, ANGLES, ROLL = np.array([0.1, -0.08, 1.1]), (0.3, -0.45), 1.9
+NORMAL = -rotation_from_angles(*ANGLES)[:, 2]
+
+
+def seen(dock, which, camera=CAMERA):
+    rotation = rotation_from_angles(*ANGLES)
+    turn = np.array([[math.cos(ROLL), -math.sin(ROLL), 0], [math.sin(ROLL), math.cos(ROLL), 0], [0, 0, 1]])
+    return camera.project(POSITION + dock.light_points()[list(which)] @ (rotation @ turn).T)
+
+
+@pytest.mark.parametrize("camera", [CAMERA, WET])
+@pytest.mark.parametrize("which", [(0, 1, 2, 3), (7, 0, 4, 2), (9, 3, 6, 5)])
+def test_four_lights_of_ten_in_any_order(camera, which):
+    dock = Dock(0.30, 10)
+    choice = poses_from_few_lights(seen(dock, which, camera), camera, dock)
+    pose = choice.candidates[0]
+    np.testing.assert_allclose(pose.position_m, POSITION, atol=1e-4)
+    np.testing.assert_allclose(pose.normal, NORMAL, atol=1e-4)
+    assert choice.decided
+    # Numbered from any light on, but all from the same one.
+    assert len({(found - true) % 10 for found, true in zip(choice.lights, which, strict=True)}) == 1
+    assert pose.roll_rad == pytest.approx(ROLL % (math.pi / 5), abs=1e-3)
+
+
+def test_four_uneven_lights_tell_their_own_numbers():
+    dock = Dock(0.30, angles_deg=(0, 40, 150, 200, 300))
+    choice = poses_from_few_lights(seen(dock, (4, 1, 0, 2)), CAMERA, dock)
+    np.testing.assert_allclose(choice.candidates[0].position_m, POSITION, atol=1e-4)
+    assert choice.lights.tolist() == [4, 1, 0, 2]
+    assert choice.candidates[0].roll_rad == pytest.approx(ROLL, abs=1e-3)
+
+
+def test_three_lights_fit_many_poses_and_the_one_before_tells_which():
+    dock = Dock(0.30, 10)
+    points = seen(dock, (0, 2, 5))
+    assert not poses_from_few_lights(points, CAMERA, dock).decided
+    before = CirclePose(1.02 * POSITION, NORMAL, np.zeros(2))
+    pose = poses_from_few_lights(points, CAMERA, dock, before).candidates[0]
+    np.testing.assert_allclose(pose.position_m, POSITION, atol=1e-4)
+
+
+def test_find_poses_takes_four_lights_and_gives_the_ellipse_of_their_pose():
+    dock = Dock(0.30, 10)
+    ellipse, choice = find_poses(seen(dock, (0, 1, 4, 6)), CAMERA, dock)
+    np.testing.assert_allclose(choice.candidates[0].normal, NORMAL, atol=1e-4)
+    assert ellipse.distances(seen(dock, range(10))).max() < 1e-2
+
+
+@pytest.mark.parametrize(
+    ("points", "dock", "message"),
+    [
+        ([[0, 0], [1, 0]], Dock(0.3, 10), "3 different lights, there are 2"),
+        ([[0, 0], [1, 0], [1, 0], [5, 6]], Dock(0.3, 10), "there are 3 in 4"),
+        ([[0, 0], [1, 2], [2, 4], [3, 6]], Dock(0.3, 10), "on a line"),
+        ([[0, 0], [1, 0], [0, 1], [math.nan, 1]], Dock(0.3, 10), "not finite"),
+        ([[0, 0], [1, 0], [0, 1], [1, 1]], Dock(0.3), "number of lights is not known"),
+        ([[0, 0], [1, 0], [0, 1], [1, 1]], Dock(0.3, 3), "there are 4 lights, but the dock has 3"),
+        ([[0, 0], [90, 0], [0, 90], [80, 90]], Dock(0.3, 60), "too many"),
+    ],
+)
+def test_lights_that_tell_no_pose_are_named(points, dock, message):
+    with pytest.raises(NoEllipseError, match=message):
+        poses_from_few_lights(points, CAMERA, dock)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_points_anywhere_give_numbers_or_a_named_error(seed):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(0, 480, (3 + seed % 2, 2))
+    try:
+        choice = poses_from_few_lights(points, (CAMERA, WET)[seed % 2], Dock(0.3, (3, 4, 8)[seed % 3] + seed % 2))
+    except NoEllipseError:
+        return
+    for pose in choice.candidates:
+        assert np.isfinite([*pose.position_m, *pose.normal, *pose.sigma_position_m, *pose.sigma_theta_rad]).all()
+        assert pose.position_m[2] > 0

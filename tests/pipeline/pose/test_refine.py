@@ -1,0 +1,140 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalOperand=false, reportOperatorIssue=false, reportCallIssue=false, reportArgumentType=false
+# pyright: reportOptionalIterable=false
+
+import math
+
+import numpy as np
+import pytest
+from dockpose import Camera, Dock
+from dockpose.lights.ellipse import fit_ellipse
+from dockpose.pose.choice import choose_by_spacing
+from dockpose.pose.circle import circle_poses, rotation_from_angles
+from dockpose.pose.refine import angles_on_planes, light_rays, refine
+from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
+
+from tests.support.scenes import CAMERA
+
+DOCK = Dock(0.30, 10)
+BENT = Camera(700, 690, 310, 250, 640, 480, (-0.30, 0.10, 0.001, -0.002, 0.01))
+
+
+def seen(position_m, theta_x, theta_y, *, camera=CAMERA, noise_px=0.0, seed=0, count=10):
+    rotation = rotation_from_angles(theta_x, theta_y)
+    rng = np.random.default_rng(seed)
+    angles = 2 * np.pi * np.arange(count) / count + rng.uniform(0, 6)
+    ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    points = camera.project(np.array(position_m) + ring @ rotation.T)
+    return points + rng.normal(0, 1, points.shape) * noise_px, rotation, angles
+
+
+@pytest.mark.parametrize("camera", [CAMERA, BENT])
+def test_from_a_pose_nearby_to_the_exact_one(camera):
+    points, rotation, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5, camera=camera)
+    start = rotation @ rotation_from_angles(0.05, -0.04)
+    fit = refine(start[None], np.array([[0.11, -0.06, 1.3]]), angles[None], DOCK.radius, light_rays(points, camera))
+    np.testing.assert_allclose(fit.rotations[0], rotation, atol=1e-6)
+    np.testing.assert_allclose(fit.positions_m[0], [0.1, -0.05, 1.2], atol=1e-6)
+    assert fit.squares_px2[0] < 1e-6
+
+
+def test_lights_anywhere_on_the_circle_give_the_same_pose_as_the_ellipse():
+    points, rotation, _ = seen((0.1, -0.05, 1.2), 0.3, 0.5)
+    start = rotation @ rotation_from_angles(0.03, -0.02)
+    fit = refine(start[None], np.array([[0.1, -0.05, 1.22]]), None, DOCK.radius, light_rays(points, CAMERA))
+    np.testing.assert_allclose(fit.rotations[0, :, 2], rotation[:, 2], atol=1e-5)
+    np.testing.assert_allclose(fit.positions_m[0], [0.1, -0.05, 1.2], atol=1e-5)
+
+
+def test_the_angles_of_lights_come_back_from_their_plane():
+    points, rotation, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
+    (found,) = angles_on_planes(light_rays(points, CAMERA), rotation[None], np.array([[0.1, -0.05, 1.2]]))
+    np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * angles), atol=1e-9)
+
+
+def test_the_covariance_is_that_of_numerical_derivatives():
+    points, rotation, angles = seen((0.1, -0.05, 1.2), 0.3, 0.5)
+    position, radius = np.array([0.1, -0.05, 1.2]), DOCK.radius
+    fit = refine(rotation[None], position[None], angles[None], radius, light_rays(points, CAMERA))
+
+    def project(step):
+        turn = step[3:]
+        cross = np.array([[0, -turn[2], turn[1]], [turn[2], 0, -turn[0]], [-turn[1], turn[0], 0]])
+        ring = radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+        return CAMERA.project(position + step[:3] + ring @ (rotation @ (np.eye(3) + cross)).T).ravel()
+
+    h = 1e-6
+    J = np.column_stack([(project(h * axis) - project(-h * axis)) / (2 * h) for axis in np.eye(6)])
+    expected = np.linalg.inv(J.T @ J)
+    np.testing.assert_allclose(fit.covariances[0], expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())
+
+
+def test_refinement_halves_the_angle_error_near_square_on():
+    before, after = [], []
+    for seed in range(150):
+        points, rotation, _ = seen((0.0, 0.0, 1.2), math.radians(8), 0.0, noise_px=0.2, seed=seed)
+        poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
+        refined = choose_by_spacing(poses, points, CAMERA, DOCK).candidates
+        for errors, candidates in ((before, poses), (after, refined)):
+            errors.append(min(np.linalg.norm(pose.normal + rotation[:, 2]) for pose in candidates))
+    assert np.median(after) < 0.6 * np.median(before)
+
+
+def test_errors_are_as_large_as_the_deviations_say():
+    """Whitened errors of 300 poses at a fixed noise: their mean square is known to 0.08."""
+    off = []
+    for seed in range(300):
+        points, _, _ = seen((0.1, -0.05, 1.2), 0.4, 0.3, noise_px=0.2, seed=seed)
+        poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
+        pose = choose_by_spacing(poses, points, CAMERA, DOCK).candidates[0]
+        truth = [0.1, -0.05, 1.2, 0.4, 0.3]
+        found = [*pose.position_m, pose.theta_x_rad, pose.theta_y_rad]
+        sigma = [*pose.sigma_position_m, *pose.sigma_theta_rad]
+        off.append((np.array(found) - truth) / sigma)
+    inside = (np.abs(off) < 1.96).mean(axis=0)
+    # The share of 300 is known to 0.013.
+    assert (inside > 0.91).all()
+    assert (inside < 0.99).all()
+
+
+def test_noise_by_hand():
+    # prior: half a number of 0.02 px; 20 numbers less 6 parameters with a sum of squares of 0.56 px^2
+    noise, freedom = noise_px(0.56, 20, 6)
+    assert freedom == 14.5
+    assert noise == pytest.approx(math.sqrt((0.5 * 0.02**2 + 0.56) / 14.5))
+
+
+def test_odds_by_hand():
+    assert log_odds(0.3, 0.3, 20) == 0
+    prior = 0.5 * 0.02**2
+    assert log_odds(0.2 - prior, 0.4 - prior, 20) == pytest.approx(0.85 * 7.25 * math.log(2))
+    assert log_odds(0.4 - prior, 0.2 - prior, 20) == pytest.approx(-0.85 * 7.25 * math.log(2))
+
+
+def test_candidates_whose_errors_overlap_by_hand():
+    # Two sigma apart, half the gap is one sigma: 15.87 % of each lie beyond the middle.
+    share = 0.158655
+    one, other = nearer((0.9, 0.1), (0.02, 0.0), ((0.01, 5.0), (0.01, 5.0)))
+    assert one == pytest.approx(0.9 * (1 - share) + 0.1 * share, abs=1e-5)
+    assert one + other == pytest.approx(1)
+    assert nearer((0.9, 0.1), (0.0, 0.0), ((0.01, 0.01), (0.01, 0.01))) == (0.5, 0.5)
+    assert nearer((0.9, 0.1), (0.3, 0.3), ((0.01, 0.01), (0.01, 0.01))) == pytest.approx((0.9, 0.1))
+
+
+def test_deviations_of_a_dock_square_on_by_hand():
+    # Independent numbers; Student's factor for many of them is 1.
+    covariance = np.diag([1 / 4, 1 / 9, 1 / 16, 1 / 25, 1 / 100, 1.0])
+    position, theta = deviations(covariance, np.eye(3), 1.0, 1e9)
+    assert position == pytest.approx((1 / 2, 1 / 3, 1 / 4))
+    assert theta == pytest.approx((1 / 5, 1 / 10))
+    quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+    assert deviations(covariance, quarter, 1.0, 1e9)[1] == pytest.approx((1 / 10, 1 / 5))
+
+
+def test_deviations_agree_with_errors_whatever_the_roll():
+    sigmas = []
+    for seed in (1, 2):  # same pose, other roll
+        points, _, _ = seen((0.1, -0.05, 1.2), 0.4, 0.3, seed=seed)
+        poses = circle_poses(fit_ellipse(points), CAMERA, DOCK.diameter)
+        sigmas.append(choose_by_spacing(poses, points, CAMERA, DOCK).candidates[0].sigma_theta_rad)
+    assert sigmas[0] == pytest.approx(sigmas[1], rel=0.02)

@@ -1,0 +1,94 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+import math
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from dockpose import Dock
+from dockpose.camera.files import FileError, to_yaml
+from dockpose.simulate import Lights, Pose, Sensor, load_scene, render, render_folder, save_scene
+from dockpose.simulate.optics.water import Water, preset
+from dockpose.simulate.scene import Background, Lamp, Mirror, Panel, Snow
+
+from tests.support.scenes import PLAIN, QUIET, changed, random_scene
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Pose(position_m=(0.0, 0.0, -1.0)), "position_m z is -1.0"),
+        (lambda: Pose(position_m=(0.0, math.nan, 1.0)), "position_m y is nan"),
+        (lambda: Pose(position_m=(0.0, 0.0, 1.0), theta_x_deg=math.inf), "theta_x_deg is inf"),
+        (lambda: Lights(level=-1.0), "level is -1.0"),
+        (lambda: Lights(radius_m=0.0), "radius_m is 0.0"),
+        (lambda: Lights(colours=("pink",)), r"colours\[0\] is 'pink'"),
+        (lambda: Lights(brightness=(math.nan,)), r"brightness\[0\] is nan"),
+        (lambda: Lights(flicker=1.2), "flicker is 1.2"),
+        (lambda: Sensor(bits=9), "bits is 9"),
+        (lambda: Sensor(bits=12, jpeg_quality=80), "jpeg_quality is 80 with 12 bits"),
+        (lambda: Sensor(jpeg_quality=0), "jpeg_quality is 0"),
+        (lambda: Sensor(colour="sepia"), "colour is 'sepia'"),
+        (lambda: Sensor(exposure=0.0), "exposure is 0.0"),
+        (lambda: Snow(count=-1), "snow count is -1"),
+        (lambda: changed(seed=-1), "seed is -1"),
+        (lambda: changed(dock=Dock(0.3)), "dock.lights is None"),
+        (lambda: changed(lights=Lights(brightness=(1.0, 2.0))), "lights.brightness has 2 values"),
+        (lambda: changed(lights=Lights(missing=(10,))), "lights.missing has 10"),
+        (lambda: Dock(0.3, 0), "lights is 0"),
+        (lambda: Background(colour=(1.0, -0.5, 1.0)), "background colour green is -0.5"),
+        (lambda: Background(colour=(1.0, 1.0, math.nan)), "background colour red is nan"),
+        (lambda: Mirror(height_m=-0.2), "height_m is -0.2"),
+        (lambda: Panel(size_m=-1.0), "size_m is -1.0"),
+        (lambda: Lamp(position_m=(0.0, 0.0, math.nan)), "lamp position_m z is nan"),
+        (lambda: preset("soup"), "water is 'soup'"),
+        (lambda: Water(-0.1, 0.2), "absorption_per_m is -0.1"),
+    ],
+)
+def test_bad_numbers_are_named(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_a_scene_file_comes_back_and_renders_the_same_bytes(tmp_path):
+    scene = msgspec.structs.replace(random_scene(3), snow=Snow(count=20), lamps=(Lamp(position_m=(0.5, 0.1, 2.0)),))
+    save_scene(scene, tmp_path, "one")
+    assert load_scene(tmp_path / "one.yaml") == scene
+    before = (tmp_path / "one.png").read_bytes(), (tmp_path / "one.yaml").read_bytes()
+    assert render_folder(tmp_path) == ["one"]
+    assert ((tmp_path / "one.png").read_bytes(), (tmp_path / "one.yaml").read_bytes()) == before
+
+
+def test_16_bit_scenes_are_stored_whole(tmp_path):
+    scene = changed(sensor=msgspec.structs.replace(QUIET, bits=12))
+    save_scene(scene, tmp_path, "deep")
+    np.testing.assert_array_equal(cv2.imread(str(tmp_path / "deep.png"), cv2.IMREAD_UNCHANGED), render(scene)[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"fog": 3}, "fog"),
+        ({"lights": {"level": 100, "colour": "red"}}, "colour"),
+        ({"water": "soup"}, "water is 'soup'"),
+        ({"pose": {"position_m": [0, 0]}}, "position_m"),
+        ({"pose": {"position_m": [0, 0, -2]}}, "position_m z is -2"),
+        ({"sensor": {"bits": "many"}}, "bits"),
+        ({"seed": 1.5}, "seed"),
+    ],
+)
+def test_a_wrong_scene_file_names_the_key(tmp_path, change, message):
+    path = tmp_path / "s.yaml"
+    path.write_text(to_yaml(msgspec.to_builtins(PLAIN) | change))
+    with pytest.raises(FileError, match=message) as raised:
+        load_scene(path)
+    assert "s.yaml" in str(raised.value)
+
+
+def test_a_scene_file_needs_only_what_has_no_default(tmp_path):
+    path = tmp_path / "s.yaml"
+    content = {key: msgspec.to_builtins(PLAIN)[key] for key in ("camera", "dock", "pose")} | {"water": "harbour"}
+    path.write_text(to_yaml(content))
+    assert load_scene(path).water == preset("harbour")

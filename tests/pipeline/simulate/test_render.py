@@ -1,0 +1,250 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+import itertools
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from dockpose import Camera, Dock
+from dockpose.camera.port import FlatPort
+from dockpose.pose.circle import circle_poses
+from dockpose.simulate import Lights, Pose, render, render_parts, truth_of
+from dockpose.simulate.optics.psf import Psf
+from dockpose.simulate.optics.water import Water, preset
+
+from tests.support.scenes import CAMERA, DOCK, PLAIN, QUIET, changed, near, random_scene
+
+
+def test_truth_by_hand():
+    truth = truth_of(PLAIN)
+    np.testing.assert_allclose(truth.lights_px[0], [319.5 + 105, 239.5])  # 700 * 0.15 m / 1 m, on the x axis
+    np.testing.assert_allclose(truth.lights_px[5], [319.5 - 105, 239.5])
+    np.testing.assert_allclose(truth.centre_px, [319.5, 239.5])
+    assert truth.ellipse.centre_px == pytest.approx((319.5, 239.5))
+    assert truth.ellipse.semi_axes_px == pytest.approx((105, 105))
+    assert truth.visible.all()
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_true_ellipse_leads_back_to_the_true_pose(seed):
+    scene = random_scene(seed)
+    truth = truth_of(scene)
+    poses = circle_poses(truth.ellipse, CAMERA, DOCK.diameter)
+    assert min(np.abs(pose.position_m - truth.position_m).max() for pose in poses) < 1e-6
+
+
+def test_the_same_scene_gives_the_same_bytes_and_another_seed_other_noise():
+    noisy = random_scene(1)
+    first, _ = render(noisy)
+    assert first.tobytes() == render(noisy)[0].tobytes()
+    assert first.tobytes() != render(msgspec.structs.replace(noisy, seed=2))[0].tobytes()
+
+
+def test_direct_light_fades_by_beer_and_lambert_along_each_path():
+    near_light = render_parts(changed(water=Water(0.0, 0.0))).direct
+    faded = render_parts(changed(water=Water(0.3, 0.4))).direct
+    truth = truth_of(PLAIN)
+    for point, place in zip(truth.lights_px, truth.lights_m, strict=True):
+        ratio = near(faded, point).sum() / near(near_light, point).sum()
+        assert ratio == pytest.approx(math.exp(-0.7 * np.linalg.norm(place)), rel=1e-3)
+
+
+def test_a_light_far_away_falls_with_the_square_of_its_distance():
+    lights = Lights(beam_exponent=0.0)
+    clear = Water(0.0, 0.0)
+    one = render_parts(changed(lights=lights, water=clear)).direct.sum()
+    two = render_parts(changed(lights=lights, water=clear, pose=Pose(position_m=(0.0, 0.0, 2.0)))).direct.sum()
+    assert one / two == pytest.approx((4 + 0.15**2) / (1 + 0.15**2), rel=0.01)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 4.0])
+def test_a_tilted_light_falls_with_its_beam(exponent):
+    lights, clear = Lights(beam_exponent=exponent), Water(0.0, 0.0)
+    pose = Pose(position_m=(0.0, 0.0, 3.0), theta_y_deg=40.0)
+    truth = truth_of(changed(pose=pose))
+    tilted = render_parts(changed(lights=lights, water=clear, pose=pose)).direct.sum()
+    even = render_parts(changed(lights=Lights(beam_exponent=0.0), water=clear, pose=pose)).direct.sum()
+    unit = truth.lights_m / np.linalg.norm(truth.lights_m, axis=1, keepdims=True)
+    assert tilted / even == pytest.approx(np.mean((-unit @ truth.normal) ** exponent), rel=0.02)
+
+
+def test_the_middle_of_a_light_has_the_level_that_was_asked_for():
+    # One light on the axis, 1 m ahead, in water that does nothing: level 150 by the definition of Lights.level. The
+    # lamp is small against the blur, so that its disc is as good as the Gaussian of the definition.
+    scene = changed(
+        camera=Camera(700, 700, 320, 240, 640, 480),
+        lights=Lights(level=150.0, radius_m=0.0005, missing=tuple(range(1, 10))),
+        water=Water(0.0, 0.0),
+        pose=Pose(position_m=(-0.15, 0.0, 1.0)),
+        sensor=msgspec.structs.replace(QUIET, blur_px=1.5),
+    )
+    image, _ = render(scene)
+    assert image[240, 320] == pytest.approx(150, rel=0.05)  # the pixel is square, not a point
+
+
+@pytest.mark.parametrize(("bits", "limit_px"), [(8, 0.02), (16, 0.002)])
+@pytest.mark.parametrize("water", ["clear", "tank"])
+def test_the_centre_of_an_isolated_light_lies_at_the_truth_at_any_subpixel_place(water, bits, limit_px):
+    # With 8 bits what is left is the rounding of the light's edges to whole grey levels.
+    one = Lights(level=250.0, missing=tuple(range(1, 10)))
+    sensor = msgspec.structs.replace(QUIET, bits=bits)
+    rows, columns = np.mgrid[-12:13, -12:13]
+    for x_px, y_px in itertools.product(300 + np.array([0.0, 0.13, 0.37, 0.5, 0.75, 0.88]), repeat=2):
+        pose = Pose(position_m=((x_px - 319.5) / 700 - 0.15, (y_px - 239.5) / 700, 1.0))
+        image, truth = render(changed(pose=pose, lights=one, sensor=sensor, water=preset(water)))
+        np.testing.assert_allclose(truth.lights_px[0], (x_px, y_px))
+        window = near(image, (x_px, y_px), 12).astype(float)
+        window = np.maximum(window - np.median(window[0]), 0)  # what the glow adds evenly
+        assert 50 < window.max() * 255 / ((1 << bits) - 1) < 250
+        centre = np.array([(window * columns).sum(), (window * rows).sum()]) / window.sum() + np.rint((x_px, y_px))
+        assert np.linalg.norm(centre - (x_px, y_px)) < limit_px
+
+
+def brute_force_glow(scene):
+    """The glow of each lamp at every pixel, one after the other."""
+    from dockpose.simulate.emitters import emitters_of
+    from dockpose.simulate.optics import glow
+
+    y, x = np.mgrid[: scene.camera.height, : scene.camera.width]
+    total = np.zeros(x.shape)
+    for lamp in glow._lamps(scene, emitters_of(scene, truth_of(scene)), scene.water):
+        dx, dy = x - lamp.centre_px[0], y - lamp.centre_px[1]
+        angle = np.hypot(*np.tensordot(lamp.angle_of_px, np.stack([dx, dy]), axes=1))
+        total += (
+            lamp.energy
+            * lamp.rad_per_px**2
+            * np.interp(np.log(np.maximum(angle, 1e-7)), np.log(glow.ANGLES), lamp.glow)
+        )
+    return total
+
+
+@pytest.mark.parametrize("model", ["voss", "hou", "gaussian"])
+@pytest.mark.parametrize("water", ["clear", "coastal", "harbour"])
+def test_the_fast_glow_is_the_glow_of_every_lamp_at_every_pixel(model, water):
+    # A tenth of a grey level is far below what an 8-bit sensor stores.
+    pose = Pose(position_m=(0.05, -0.03, 1.2), theta_x_deg=20.0, theta_y_deg=25.0)
+    scene = changed(pose=pose, water=preset(water), psf=Psf(model=model), lights=Lights(level=1000.0))
+    fast, slow = render_parts(scene).glow, brute_force_glow(scene)
+    assert np.abs(fast - slow).max() < 0.1
+    assert fast.sum() == pytest.approx(slow.sum(), rel=0.01)
+
+
+def test_direct_glow_and_sum_as_in_figures_5_to_7():
+    # Symmetric and asymmetric: in each the direct light piles up near the bright end of the histogram, and the glow
+    # is dim and wide.
+    for psf in (Psf(model="hou"), Psf(model="hou_poisson"), Psf(model="voss"), Psf(model="hou", tilt_deg=50.0)):
+        pose = Pose(position_m=(0.0, 0.0, 1.5))
+        bright = Lights(level=2500.0, radius_m=0.006, beam_exponent=0.0)
+        rendering = render_parts(changed(psf=psf, pose=pose, lights=bright, water=preset("coastal"), seed=4))
+        visible = truth_of(changed(pose=pose)).lights_px
+        counts = np.bincount(rendering.image.ravel(), minlength=256)
+        assert counts[255] > 10 * 20  # every light is some twenty saturated pixels
+        assert counts[255] > 20 * counts[200:250].mean()  # a peak near the bright end
+        assert counts[:60].sum() > 0.95 * counts.sum()
+        for point in visible:
+            assert near(rendering.image, point, 1).max() == 255
+        rows, columns = np.mgrid[:480, :640]
+        distance = np.min([np.hypot(columns - x, rows - y) for x, y in visible], axis=0)
+        away = (distance > 12) & (distance < 20)
+        assert rendering.direct[away].max() < 1e-3
+        assert rendering.glow[away].mean() > 0.3 or psf.model == "hou_poisson"
+
+
+@pytest.mark.parametrize("tilt_deg", [0.0, 50.0])
+@pytest.mark.parametrize("model", ["hou", "voss"])
+def test_histograms_as_in_figures_5_to_7(model, tilt_deg):
+    # Lamps of six pixels' radius that saturate nothing: whatever the water, the direct light piles up at one level at
+    # the bright end, and so does the sum; the glow of equal lamps does so at its own, much dimmer, bright end.
+    lights = Lights(level=600.0, radius_m=0.012, beam_exponent=0.0)
+    pose, psf = Pose(position_m=(0.0, 0.0, 1.5)), Psf(model=model, tilt_deg=tilt_deg)
+    rendering = render_parts(changed(psf=psf, pose=pose, lights=lights, water=preset("coastal"), seed=4))
+    assert rendering.image.max() < 255
+    assert rendering.glow.max() < rendering.direct.max() / 4
+    for name, part in {"direct": rendering.direct, "glow": rendering.glow, "sum": rendering.image}.items():
+        counts, _ = np.histogram(part, bins=40, range=(0, part.max()))
+        assert counts[20:].argmax() >= 15, name
+        assert counts[20:].max() > 2 * np.median(counts[20:34]), name
+        assert counts[0] > 100 * counts[20:].max(), name
+
+
+def test_an_asymmetric_glow_is_wider_along_its_axis_and_keeps_its_energy():
+    one = Lights(missing=tuple(range(1, 10)), level=3000.0)
+    pose = Pose(position_m=(-0.15, 0.0, 1.0))
+    scene = changed(lights=one, pose=pose, water=preset("harbour"), camera=Camera(700, 700, 320, 240, 640, 480))
+    even = render_parts(scene).glow
+    tilted = render_parts(msgspec.structs.replace(scene, psf=Psf(tilt_deg=60.0))).glow
+    assert even[240, 320 + 30] == pytest.approx(even[240 + 30, 320], rel=0.02)
+    assert tilted[240, 320 + 30] > 1.5 * tilted[240 + 30, 320]
+    assert tilted[240 + 30, 320] != pytest.approx(tilted[240 - 30, 320], rel=0.01)
+    assert tilted.sum() == pytest.approx(even.sum(), rel=0.1)
+
+
+def test_lights_under_a_flat_port_and_a_bent_lens_are_where_their_rays_go():
+    camera = Camera(500, 500, 320, 240, 640, 480, (-0.2, 0.05, 0.0, 0.0, 0.0), FlatPort(0.03, 0.01))
+    scene = changed(camera=camera, pose=Pose(position_m=(0.12, -0.1, 0.8)), lights=Lights(level=250.0))
+    image, truth = render(scene)
+    for point, place in zip(truth.lights_px, truth.lights_m, strict=True):
+        start, ray = camera.ray_starts([point])[0], camera.rays([point])[0]
+        along = (place - start) @ ray
+        np.testing.assert_allclose(start + along * ray, place, atol=1e-9)
+        window = near(image, point, 8).astype(float)
+        rows, columns = np.mgrid[-8:9, -8:9]
+        offset = np.array([(window * columns).sum(), (window * rows).sum()]) / window.sum()
+        assert np.linalg.norm(np.rint(point) + offset - point) < 0.05
+
+
+@pytest.mark.parametrize(
+    "pose", [Pose(position_m=(0.0, 0.0, 1.0), theta_y_deg=180.0), Pose(position_m=(9.0, 0.0, 1.0))]
+)
+def test_a_dock_that_looks_away_or_is_out_of_view_is_an_empty_picture(pose):
+    image, truth = render(changed(pose=pose))
+    assert not truth.visible.any()
+    assert image.max() == 0
+
+
+def test_missing_and_flickering_lights_are_dark_and_not_visible():
+    image, truth = render(changed(lights=Lights(missing=(2, 7))))
+    assert np.flatnonzero(~truth.visible).tolist() == [2, 7]
+    assert near(image, truth.lights_px[2]).max() < 5
+    assert near(image, truth.lights_px[3]).max() > 50
+    counts = [truth_of(changed(lights=Lights(flicker=0.3), seed=seed)).visible.sum() for seed in range(200)]
+    assert np.mean(counts) == pytest.approx(7, abs=3 * math.sqrt(10 * 0.21 / 200))
+
+
+def test_uneven_brightness_size_and_spacing_are_drawn():
+    angles = (0.0, 30.0, 80.0, 100.0, 150.0, 180.0, 200.0, 260.0, 300.0, 340.0)
+    lights = Lights(level=200.0, brightness=(1.0,) * 9 + (0.25,), angles_deg=angles)
+    rendering = render_parts(changed(lights=lights))
+    truth = rendering.truth
+    np.testing.assert_allclose(truth.lights_px[1], [319.5 + 105 * math.cos(math.radians(30)), 239.5 + 52.5])
+    dim, bright = near(rendering.direct, truth.lights_px[9]).sum(), near(rendering.direct, truth.lights_px[0]).sum()
+    assert dim / bright == pytest.approx(0.25, rel=0.02)
+
+
+def test_the_dock_itself_may_say_where_its_lights_are_and_of_which_colour():
+    dock = Dock(0.3, angles_deg=(0.0, 90.0, 200.0), colours=("red", "blue", "blue"))
+    sensor = msgspec.structs.replace(QUIET, colour="bgr")
+    image, truth = render(changed(dock=dock, sensor=sensor, lights=Lights(level=200.0)))
+    np.testing.assert_allclose(truth.lights_px[1], [319.5, 239.5 + 105], atol=1e-9)
+    red, blue = (near(image, truth.lights_px[index]).reshape(-1, 3).max(axis=0) for index in (0, 1))
+    assert red[2] > 5 * red[0]
+    assert blue[0] > 5 * blue[2]
+    other = Lights(angles_deg=(0.0, 80.0, 200.0), colours=("blue", "red", "red"))
+    assert truth_of(changed(dock=dock, lights=other)).lights_px[1, 0] > 330  # as it was really built
+
+
+def test_in_colour_red_dies_first():
+    lights = Lights(level=200.0, colours=("red", "blue") * 5)
+    sensor = msgspec.structs.replace(QUIET, colour="bgr")
+
+    def share_of_red(z_m):
+        pose = Pose(position_m=(0.0, 0.0, z_m))
+        image, truth = render(changed(lights=lights, sensor=sensor, pose=pose, water=preset("clear")))
+        red = near(image, truth.lights_px[0]).reshape(-1, 3).sum(axis=0)[2]
+        blue = near(image, truth.lights_px[1]).reshape(-1, 3).sum(axis=0)[0]
+        return red / blue
+
+    # Pope and Fry: 0.265 1/m more absorption at 620 nm than at 460 nm; the two lights are equally far.
+    assert share_of_red(2.0) / share_of_red(1.0) == pytest.approx(math.exp(-0.265), rel=0.05)

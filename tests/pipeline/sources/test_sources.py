@@ -1,0 +1,321 @@
+import threading
+import time
+from pathlib import Path
+
+import cv2
+import msgspec
+import numpy as np
+import pytest
+from dockpose.simulate import Approach, ClosedLoop, Sequence, film, save_sequence
+from dockpose.sources import Kind, Live, Pictures, SourceError, kind_of, open_frames, read_ahead
+
+from tests.support.scenes import CAMERA, random_scene
+from tests.support.streams import MjpegServer
+
+SMALL = msgspec.structs.replace(random_scene(1), camera=CAMERA.for_size(320, 240))
+RATE_HZ = 20.0
+
+
+def picture(number: int) -> np.ndarray:
+    """A picture of eight fields that are dark or bright as the bits of its number, which any codec keeps."""
+    bits = [number >> place & 1 for place in range(8)]
+    return (
+        np.repeat(np.array([40 + 150 * bit for bit in bits], np.uint8), 20)[None, :, None].repeat(120, 0).repeat(3, 2)
+    )
+
+
+def number_of(image: np.ndarray) -> int:
+    fields = image.reshape(120, 8, -1).mean(axis=(0, 2)) > 115
+    return int(sum(1 << place for place in np.flatnonzero(fields)))
+
+
+def write_video(path: Path, codec: str, frames: int = 100) -> Path:
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), RATE_HZ, (160, 120))
+    for number in range(frames):
+        writer.write(picture(number))
+    writer.release()
+    return path
+
+
+def write_folder(folder: Path, numbers: range) -> Path:
+    folder.mkdir()
+    for number in numbers:
+        cv2.imwrite(str(folder / f"frame{number}.png"), picture(number))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("source", "kind"),
+    [
+        ("0", Kind.CAMERA),
+        ("12", Kind.CAMERA),
+        ("rtsp://127.0.0.1/x.mp4", Kind.STREAM),
+        ("HTTP://127.0.0.1:80/?a=*", Kind.STREAM),
+        ("tank.mp4", Kind.VIDEO),
+        ("tank.AVI", Kind.VIDEO),
+        ("http/tank.mp4", Kind.VIDEO),
+        ("scene.yaml", Kind.SIMULATED),
+        ("frame*.png", Kind.GLOB),
+        ("tank.png", Kind.PICTURE),
+        ("no ending", Kind.PICTURE),
+        ("x" * 5000, Kind.PICTURE),
+    ],
+)
+def test_what_a_text_names(source, kind):
+    assert kind_of(source) is kind
+
+
+def test_a_file_or_folder_that_is_there_comes_before_all_else(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("0").write_bytes(b"")
+    Path("7").mkdir()
+    Path("a[1].mp4").write_bytes(b"")
+    assert [kind_of(name) for name in ("0", "7", "a[1].mp4")] == [Kind.PICTURE, Kind.FOLDER, Kind.VIDEO]
+
+
+def test_a_folder_comes_in_numeric_order_and_a_broken_picture_is_left_out(tmp_path):
+    folder = write_folder(tmp_path / "film", range(8, 12))
+    (folder / "frame9.png").write_text("not a picture")
+    told = []
+    with open_frames(str(folder), told.append, rate_hz=10) as frames:
+        found = list(frames)
+        assert frames.count == 4
+        assert frames.skipped == 1
+        assert np.array_equal(frames.at(3).image, found[2].image)
+        with pytest.raises(SourceError, match="frame 1 of 4"):
+            frames.at(1)
+    assert [(frame.index, frame.time_s, number_of(frame.image)) for frame in found] == [
+        (0, 0.0, 8),
+        (2, 0.2, 10),
+        (3, 0.3, 11),
+    ]
+    assert len(told) == 2  # once in order, once by its number
+    assert "frame9.png: is not a picture" in told[0]
+    assert found[0].name == str(folder / "frame8.png")
+    assert len(found[0].sha256 or "") == 64
+
+
+def test_pictures_without_a_rate_have_no_times(tmp_path):
+    folder = write_folder(tmp_path / "film", range(2))
+    with open_frames(str(folder / "*.png")) as frames:
+        assert [frame.time_s for frame in frames] == [None, None]
+        assert frames.rate_hz is None
+        assert not frames.is_live
+
+
+@pytest.mark.parametrize(("name", "codec"), [("a.mp4", "mp4v"), ("a.avi", "MJPG"), ("b.avi", "FFV1")])
+def test_a_video_gives_each_frame_by_its_number_as_in_order(tmp_path, name, codec):
+    path = write_video(tmp_path / name, codec)
+    with open_frames(str(path)) as frames:
+        found = list(frames)
+        assert (frames.count, frames.rate_hz, frames.skipped) == (100, RATE_HZ, 0)
+        assert [number_of(frame.image) for frame in found] == list(range(100))
+        assert [frame.index for frame in found] == list(range(100))
+        assert [frame.time_s for frame in found] == pytest.approx(np.arange(100) / RATE_HZ)
+        for index in (99, 0, 1, 2, 50, 13, 49, 90, 90):
+            again = frames.at(index)
+            assert (again.index, again.time_s) == (index, found[index].time_s)
+            assert np.array_equal(again.image, found[index].image)
+        part = list(frames.between(37, 71))
+        assert [frame.index for frame in part] == list(range(37, 71))
+        assert all(np.array_equal(frame.image, found[frame.index].image) for frame in part)
+        for index in (-1, 100):
+            with pytest.raises(SourceError, match=f"frame {index} of 100"):
+                frames.at(index)
+
+
+def test_a_truncated_video_gives_what_is_there_and_one_line(tmp_path, capfd):
+    path = write_video(tmp_path / "a.avi", "MJPG")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    told = []
+    with open_frames(str(path), told.append) as frames:
+        numbers = [number_of(frame.image) for frame in frames]
+        assert frames.is_cut_short
+    assert 40 < len(numbers) < 60
+    assert numbers[:-1] == list(range(len(numbers) - 1))  # of the last, half may be there
+    assert len(told) == 1
+    assert f"{path}: the video is cut short: " in told[0]
+    assert f"{len(numbers)} of the 100 frames" in told[0] or f"{len(numbers) + 1} of the 100 frames" in told[0]
+    assert capfd.readouterr() == ("", "")
+
+
+def test_corrupt_frames_of_a_video_are_counted_and_keep_their_numbers(tmp_path, capfd):
+    path = write_video(tmp_path / "a.avi", "FFV1")
+    data = bytearray(path.read_bytes())
+    middle = data.find(b"00dc", len(data) // 2)
+    data[middle + 8 : middle + 60] = b"\xff" * 52
+    path.write_bytes(data)
+    told = []
+    with open_frames(str(path), told.append) as frames:
+        found = {frame.index: frame for frame in frames}
+        assert frames.skipped == 100 - len(found) > 0
+        assert all(number_of(frame.image) == index for index, frame in found.items())
+        assert np.array_equal(frames.at(99).image, found[99].image)
+    assert len(told) == 1
+    assert "corrupt and left out" in told[0]
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("name", ["words.mp4", "empty.avi", "gone.mp4", "cut.mp4", "gone.png", "words.yaml"])
+def test_what_gives_no_frames_is_told_in_a_sentence_that_names_it(tmp_path, name, capfd):
+    (tmp_path / "words.mp4").write_text("these are words " * 50)
+    (tmp_path / "words.yaml").write_text("camera: 7")
+    (tmp_path / "empty.avi").write_bytes(b"")
+    path = write_video(tmp_path / "cut.mp4", "mp4v")
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(SourceError, match=name) as error:
+        open_frames(str(tmp_path / name))
+    assert "\n" not in str(error.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_camera_that_is_not_there_is_told(capfd):
+    with pytest.raises(SourceError, match="camera 97: there is none"):
+        open_frames("97")
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("motion", [Approach(frames=6, start_m=2, drift_m=0.05), ClosedLoop(frames=6)])
+def test_a_simulated_course_is_that_of_the_simulator(tmp_path, motion):
+    sequence = Sequence(scene=SMALL, motion=motion)
+    save_sequence(sequence, tmp_path / "scene.yaml")
+    with open_frames(str(tmp_path / "scene.yaml")) as frames:
+        assert (frames.count, frames.rate_hz, frames.camera) == (6, 10.0, SMALL.camera)
+        found = list(frames)
+        assert np.array_equal(frames.at(4).image, found[4].image)
+    if isinstance(motion, Approach):
+        expected = list(film(sequence))
+        assert [frame.time_s for frame in found] == [frame.time_s for frame in expected]
+        assert all(np.array_equal(one.image, other.image) for one, other in zip(found, expected, strict=True))
+
+
+def test_reading_ahead_keeps_the_order_raises_where_it_was_due_and_stops_when_left():
+    def items():
+        yield from range(10)
+        raise SourceError("the eleventh")
+
+    seen = []
+    with pytest.raises(SourceError, match="eleventh"):
+        seen.extend(read_ahead(items()))
+    assert seen == list(range(10)) or seen == []
+    began = threading.active_count()
+    endless = iter(int, 1)
+    ahead = read_ahead(endless)
+    assert next(ahead) == 0
+    ahead.close()  # pyright: ignore[reportAttributeAccessIssue]
+    assert threading.active_count() == began
+
+
+class FakeCapture:
+    """Gives what is in a script: a picture's number, or None for a failure; None for ever at its end."""
+
+    def __init__(self, script):
+        self.script = list(script)
+        self.released = False
+
+    def grab(self):
+        now = self.script.pop(0) if self.script else None
+        self.now = now or 0
+        return now is not None
+
+    def retrieve(self):
+        return True, picture(self.now)
+
+    def get(self, property, /):
+        return 0.0
+
+    def release(self):
+        self.released = True
+
+
+def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so():
+    first, second = FakeCapture([0, 1, None, 2]), FakeCapture([3] * 1000)
+    answers = [first, SourceError("camera 0: there is none"), SourceError("camera 0: there is none"), second]
+    asked_s = []
+
+    def connect():
+        asked_s.append(time.monotonic())
+        answer = answers.pop(0)
+        if isinstance(answer, SourceError):
+            raise answer
+        return answer
+
+    told = []
+    frames = Live("camera 0", connect, told.append, first_pause_s=0.05, longest_pause_s=0.2)
+    with frames:
+        for frame in frames:
+            if number_of(frame.image) == 3:
+                break
+    assert first.released
+    assert second.released
+    assert frames.skipped == 1
+    pauses_s = np.diff(asked_s)[1:]
+    assert (pauses_s >= [0.1, 0.2]).all()
+    assert [text.split(": ", 1)[1][:20] for text in told] == [
+        "1 frame was corrupt ",
+        "no more frames come;",
+        "there is none; it is",
+        "there is none; it is",
+        told[-1].split(": ", 1)[1][:20],
+    ]
+    assert "after 0.05 s" in told[1]
+    assert "is back after" in told[-1]
+
+
+def test_a_live_source_keeps_the_newest_frame_and_counts_the_others():
+    pictures = [picture(number) for number in range(200)]
+    with MjpegServer(pictures, rate_hz=100) as server, open_frames(server.address) as frames:
+        assert frames.is_live
+        assert frames.count is None
+        found = []
+        for frame in frames:
+            found.append((frame, number_of(frame.image)))
+            time.sleep(0.08)
+            if len(found) == 6:
+                break
+        dropped = frames.dropped
+        with pytest.raises(SourceError, match="is live"):
+            frames.at(0)
+    indices = [frame.index for frame, _ in found]
+    missing = indices[-1] + 1 - len(found)
+    assert dropped >= missing >= 10
+    steps = np.diff([frame.index for frame, _ in found])
+    assert np.diff([number for _, number in found]).tolist() == pytest.approx(steps.tolist())
+    assert np.all(np.diff([frame.time_s for frame, _ in found]) > 0.05)
+
+
+def test_a_stream_that_is_cut_comes_back_and_a_corrupt_frame_is_counted():
+    pictures = [picture(number) for number in range(20)]
+    told = []
+    server = MjpegServer([*pictures[:5], b"no picture" * 50, *pictures[5:]], rate_hz=50)
+    try:
+        with open_frames(server.address, told.append, timeout_s=2) as frames:
+            last = next(frame.index for frame in frames if frame.index >= 12)
+            assert frames.skipped == 1
+            server.close()
+            time.sleep(0.2)
+            server = MjpegServer(pictures, rate_hz=50, port=server.port)
+            for frame in frames:
+                if any("is back" in text for text in told) and frame.index > last + 5:
+                    break
+    finally:
+        server.close()
+    assert "1 frame was corrupt" in told[0]
+    assert any("no more frames come; it is tried again after 0.5 s" in text for text in told)
+    assert "is back after" in told[-1]
+
+
+def test_a_stream_that_never_answers_has_a_time_limit():
+    with MjpegServer([b""], rate_hz=1, repeat=0) as server:
+        start_s = time.monotonic()
+        with pytest.raises(SourceError, match=r"does not answer within 0\.5 s"):
+            open_frames(server.address, timeout_s=0.5)
+        assert time.monotonic() - start_s < 5
+    with pytest.raises(SourceError, match="nothing answers there"):
+        open_frames(server.address, timeout_s=5)
+
+
+def test_pictures_may_be_given_as_paths(tmp_path):
+    folder = write_folder(tmp_path / "film", range(3))
+    frames = Pictures([folder / "frame2.png", folder / "frame0.png"], "two", rate_hz=4)
+    assert [(number_of(frame.image), frame.time_s) for frame in frames] == [(2, 0.0), (0, 0.25)]

@@ -1,0 +1,372 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false, reportPossiblyUnboundVariable=false
+# pyright: reportArgumentType=false, reportOptionalOperand=false, reportOperatorIssue=false
+
+import json
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import Dock, Estimate, Settings, Tracker, estimate
+from dockpose.lights.ring import Ring
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.solve import find_poses
+from dockpose.simulate import Approach, ClosedLoop, Hover, Lights, Pose, Scene, Sequence, film
+from dockpose.simulate.sequence import steer
+from dockpose.tracking.chain import Chain, Speeds
+from dockpose.tracking.hypotheses import posterior
+
+from tests.support.scenes import CAMERA, DOCK
+
+UNKNOWN = Dock(diameter=0.30)  # how many lights it has is not known
+SPEEDS = Speeds.of(Settings())
+NOTHING = Estimate("no_lights", "No lights.", 640, 480, 8, CAMERA, DOCK, Settings())
+
+
+def shown(position_m, rotation, *, dock=DOCK, noise_px=0.05, seed=0):
+    """Estimate of a picture in which the lights of a dock, ten of them, were found where they are, but for noise.
+
+    Where their number is not known one is missing, so that their spacing tells nothing.
+    """
+    skip = (3,) if dock.lights is None else ()
+    angles = 2 * np.pi * np.delete(np.arange(10), skip) / 10 + 0.2
+    ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    points = CAMERA.project(np.asarray(position_m) + ring @ rotation.T)
+    points = points + np.random.default_rng([seed, 5]).normal(0, noise_px, points.shape)
+    ellipse, choice = find_poses(points, CAMERA, dock)
+    found = Ring(np.ones(len(points), dtype=bool), "")
+    return Estimate(
+        "ok", "", 640, 480, 8, CAMERA, dock, Settings(), None, None, ring=found, ellipse=ellipse, choice=choice
+    )
+
+
+def facing(theta_x_deg, theta_y_deg):
+    return rotation_from_angles(math.radians(theta_x_deg), math.radians(theta_y_deg))
+
+
+def with_odds(found, first):
+    """The same estimate, whose first candidate has this probability."""
+    one, other = found.candidates
+    candidates = (replace(one, probability=first), replace(other, probability=1 - first))
+    return replace(found, choice=replace(found.choice, candidates=candidates))
+
+
+def is_right(pose, found, normal):
+    return pose is max(found.candidates, key=lambda each: float(each.normal @ normal))
+
+
+# One step of the filter, by hand.
+
+APART = np.array([[0.0, 400.0], [400.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("first", "off", "order", "log_odds", "expected"),
+    [
+        (0.5, APART, (0, 1), 0.0, 0.5),
+        (0.5, APART, (0, 1), math.log(4), 0.8),  # evidence alone
+        (0.8, APART, (0, 1), math.log(4), 16 / 17),  # odds multiply
+        (0.8, APART[::-1], (1, 0), -math.log(4), 16 / 17),  # the candidates the other way round
+        (0.9, np.zeros((2, 2)), (0, 1), 0.0, 0.5),  # the same twice: what was known is lost
+        (0.9, np.zeros((2, 2)), (0, 1), math.log(4), 0.8),
+        (0.9, APART, (0, 1), 0.0, 0.9),  # apart, nothing is lost
+        # Odds of motion: exp(-off / 2), tempered by a half.
+        (0.5, np.array([[0.0, 400.0], [400.0, 4.0]]), (0, 1), 0.0, 1 / (1 + math.exp(-1))),
+    ],
+)
+def test_one_step_by_hand(first, off, order, log_odds, expected):
+    assert posterior(first, off, log_odds) == (order, pytest.approx(expected, abs=1e-9))
+
+
+def test_doubt_is_never_gone():
+    first = 0.5
+    for _ in range(100):
+        _, first = posterior(first, APART, 3.0)
+    assert first < 1
+    for _ in range(4):
+        _, first = posterior(first, APART, -3.0)
+    assert first < 0.05  # so that it heals
+
+
+def pose_at(position_m, normal=(0.0, 0.0, -1.0)):
+    sigmas = (1e-4, 1e-4, 1e-3), (1e-3, 1e-3)
+    return CirclePose(np.array(position_m), np.array(normal), np.zeros(2), 0.5, 0.1, None, *sigmas)
+
+
+def test_a_chain_learns_a_steady_speed():
+    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), SPEEDS)
+    for step in range(1, 20):
+        chain = chain.after(0.1, SPEEDS).seen_as(pose_at((0.03 * step, 0.0, 2.0 - 0.02 * step)))
+    ahead = chain.after(0.1, SPEEDS).position_m
+    np.testing.assert_allclose(ahead, (0.03 * 20, 0.0, 2.0 - 0.02 * 20), atol=0.004)
+
+
+def test_a_known_motion_is_exact():
+    # The camera goes 0.2 m to the right, then turns 90 degrees to the left: what was ahead lies to its right.
+    turn = cv2.Rodrigues(np.array([0.0, -math.pi / 2, 0.0]))[0]
+    chain = Chain.begin(pose_at((0.2, 0.0, 2.0), (0.0, 0.0, -1.0)), SPEEDS)
+    moved = chain.after(0.1, SPEEDS, (np.array([0.2, 0.0, 0.0]), turn))
+    np.testing.assert_allclose(moved.position_m, (2, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(moved.normal, (-1, 0, 0), atol=1e-12)
+
+
+def test_what_is_not_seen_becomes_less_certain():
+    chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), SPEEDS)
+    spreads = [chain.after(time_s, SPEEDS).variances[0].tolist() for time_s in (0.05, 0.1, 0.5)]
+    assert (np.diff(spreads, axis=0) > 0).all()
+
+
+# Sequences of estimates.
+
+
+def test_evidence_adds_up_where_one_frame_is_a_toss():
+    # 8 m away, 0.2 px: the spacing alone is right in some 70 % of frames.
+    tracker, rotation = Tracker(CAMERA, DOCK), facing(12, -14)
+    single, tracked = [], []
+    for step in range(120):
+        found = shown((0.1, 0.05 + 0.01 * step, 8.0 - 0.03 * step), rotation, noise_px=0.2, seed=step)
+        result = tracker.follow(found, 0.1 * step)
+        single.append(is_right(found.candidates[0], found, -rotation[:, 2]))
+        tracked.append(is_right(result.pose, found, -rotation[:, 2]))
+    assert np.mean(single[40:]) < 0.97
+    assert np.mean(tracked[40:]) > 0.99
+    assert result.track.age == 120
+    assert result.track.probability > 0.99
+
+
+def test_a_wrong_start_heals_and_was_never_certain():
+    tracker, rotation = Tracker(CAMERA, DOCK), facing(15, 20)
+    right = []
+    for step in range(30):
+        found = with_odds(shown((0.01 * step, 0.0, 1.5), rotation, seed=step), 0.2 if step < 4 else 0.97)
+        result = tracker.follow(found, 0.1 * step)
+        right.append(result.selected == 0)
+        if step < 4:
+            assert result.track.probability < 0.99
+    assert not any(right[:4])
+    assert all(right[8:])
+    assert result.track.probability > 0.99
+    assert result.selected_by == "spacing"
+
+
+def test_a_frame_that_errs_is_overruled_and_stays_in_the_log_as_it_was():
+    tracker, rotation = Tracker(CAMERA, DOCK), facing(15, 20)
+    for step in range(20):
+        found = shown((0.01 * step, 0.0, 1.5), rotation, seed=step)
+        wrong = step == 15
+        if wrong:
+            one, other = found.candidates
+            swapped = (replace(other, probability=0.9), replace(one, probability=0.1))
+            found = replace(found, choice=replace(found.choice, candidates=swapped))
+        result = tracker.follow(found, 0.1 * step)
+        assert is_right(result.pose, found, -rotation[:, 2])
+        if wrong:
+            assert (result.selected, result.selected_by) == (1, "tracking")
+            line, raw = result.to_dict("a.mp4", 15, 1.5), found.to_dict("a.mp4", 15, 1.5)
+            assert set(line) == {*raw, "track"}
+            assert {name for name in raw if line[name] != raw[name]} == {"selected", "selected_by"}
+            assert set(line["track"]) == {"probability", "age", "predicted", "lost"}
+            json.dumps(line, allow_nan=False)
+
+
+@pytest.mark.parametrize("times", [np.arange(40) * 0.1, np.cumsum(np.random.default_rng(2).uniform(0.01, 0.3, 40))])
+def test_a_dock_that_is_gone_is_predicted_and_then_lost(times):
+    tracker, rotation = Tracker(CAMERA, DOCK, Settings(lost_after_s=0.75)), facing(10, 20)
+    for step, time_s in enumerate(times):
+        there = np.array([0.05 * time_s, 0.0, 2.0])
+        gone = 10 <= step < 30
+        result = tracker.follow(NOTHING if gone else shown(there, rotation, seed=step), float(time_s))
+        missing_s = time_s - times[9]
+        if not gone:
+            assert not result.track.predicted
+            assert not result.track.lost
+            assert result.track.age == (step + 1 if step < 10 else step - 29)
+        elif missing_s < 0.75:
+            assert result.track.predicted
+            assert result.selected is None
+            assert result.track.age == step + 1
+            np.testing.assert_allclose(result.pose.position_m, there, atol=0.02)
+        else:
+            assert result.track == type(result.track)(probability=None, age=0, predicted=False, lost=True)
+            assert result.pose is None
+            assert result.to_dict()["selected"] is None
+
+
+def test_nothing_is_guessed_before_the_dock_was_seen():
+    result = Tracker(CAMERA, DOCK).follow(NOTHING, 0.0)
+    assert result.track.lost
+    assert (result.pose, result.smoothed, result.selected, result.track.probability) == (None, None, None, None)
+
+
+def test_a_ring_somewhere_else_does_not_continue_the_track():
+    tracker, rotation = Tracker(CAMERA, DOCK), facing(10, 20)
+    for step in range(30):
+        elsewhere = step == 10 or step >= 20
+        found = shown((-0.9, 0.3, 4.0) if elsewhere else (0.1, 0.0, 1.5), rotation, seed=step)
+        result = tracker.follow(found, 0.1 * step)
+        if step in (10, 20, 21):  # one such frame, or two, may be a reflection
+            assert result.track.predicted
+            assert result.selected is None
+            assert result.pose.position_m[2] == pytest.approx(1.5, abs=0.02)
+        else:
+            assert result.selected is not None
+            assert result.track.age == (step + 1 if step < 20 else step - 19)
+
+
+def test_a_film_that_starts_again_is_a_new_track():
+    tracker, rotation = Tracker(CAMERA, DOCK), facing(10, 20)
+    ages = [
+        tracker.follow(shown((0.1, 0.0, 1.5), rotation, seed=k), t).track.age for k, t in enumerate((0, 0.1, 0.2, 0, 1))
+    ]
+    assert ages == [1, 2, 3, 1, 2]
+
+
+def test_without_times_frames_are_a_tenth_of_a_second_apart():
+    rotation = facing(10, 20)
+    found = [shown((0.1 + 0.01 * step, 0.0, 1.5), rotation, seed=step) for step in range(12)]
+    timed, untimed = Tracker(CAMERA, DOCK), Tracker(CAMERA, DOCK)
+    for step, each in enumerate(found):
+        one, other = timed.follow(each, 0.1 * step), untimed.follow(each)
+        assert one.track.probability == pytest.approx(other.track.probability)
+
+
+def test_a_dock_that_turns_through_square_on_is_followed():
+    # The poses coincide on the way; by their motion each goes on to the other side. Then the spacing has the last word.
+    tracker = Tracker(CAMERA, DOCK)
+    right, chance = [], []
+    for step in range(61):
+        rotation = facing(0.5, 15 - 0.5 * step)
+        found = shown((0.0, 0.0, 1.5), rotation, noise_px=0.1, seed=step)
+        result = tracker.follow(found, 0.05 * step)
+        right.append(is_right(result.pose, found, -rotation[:, 2]))
+        chance.append(result.track.probability)
+    assert all(right[:24])
+    assert all(right[37:])
+    assert min(chance[25:36]) < chance[20]  # some certainty is lost on the way
+
+
+def sweep(camera_turns, *, noise_px=0.1, seed=0, command=False):
+    """Whether the tracker was right at the end, of a dock whose lights tell nothing, and how sure it was.
+
+    The vehicle passes the dock sideways, with or without turning its camera towards it.
+    """
+    tracker, known = Tracker(CAMERA, UNKNOWN), None
+    position, rotation = np.array([-0.5, 0.0, 2.0]), facing(8, -25)
+    travel = np.array([-0.02, 0.0, 0.0])
+    for step in range(60):
+        found = shown(position, rotation, dock=UNKNOWN, noise_px=noise_px, seed=1000 * seed + step)
+        assert found.choice.selected_by == "none"
+        turn = np.eye(3)
+        result = tracker.follow(found, 0.1 * step, known if command else None)
+        right = is_right(result.pose, found, -rotation[:, 2])
+        if camera_turns:
+            turn = cv2.Rodrigues(np.array([0.0, 0.8 * math.atan2(-travel[0], position[2]), 0.0]))[0]
+        position, rotation = turn.T @ (position - travel), turn.T @ rotation
+        known = travel, turn
+    return right, result.track.probability
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_motion_alone_tells_the_right_pose_where_the_lights_do_not(seed):
+    # The wrong pose turns twice as fast as the line of sight, 11 degrees a second; 10 are usual for a fastest of 30.
+    # Such a speed speaks against it by (11 / 10)^2 / 4 a second, of which a half counts: 0.9 in 6 s, or 71 %.
+    right, probability = sweep(False, seed=seed)
+    assert right
+    assert 0.6 < probability < 0.9
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("turns", [False, True])
+def test_a_known_motion_tells_it_for_sure(seed, turns):
+    right, probability = sweep(turns, seed=seed, command=True)
+    assert right
+    assert probability > 0.99
+
+
+def test_nothing_tells_the_poses_of_a_dock_at_rest_apart():
+    tracker, rotation = Tracker(CAMERA, UNKNOWN), facing(8, -25)
+    for step in range(60):
+        result = tracker.follow(shown((0.1, 0.0, 2.0), rotation, dock=UNKNOWN, seed=step), 0.1 * step)
+    assert result.track.probability < 0.8
+
+
+def test_errors_that_stay_do_not_add_up_while_nothing_moves():
+    tracker = Tracker(CAMERA, DOCK)
+    found = with_odds(shown((0.1, 0.0, 1.5), facing(10, 20)), 0.7)
+    for step in range(20):
+        result = tracker.follow(found, 0.1 * step)
+    assert result.track.probability < 0.9  # twenty independent ones would be 1 - 4e-8
+
+
+def test_steering_by_the_track_corrects_a_wrong_start():
+    # Known commands, unknown lights: the chosen pose is squared up to, and what the ring does then tells.
+    tracker, motion = Tracker(CAMERA, UNKNOWN), ClosedLoop(rate_hz=5.0)
+    position, rotation = np.array([0.1, 0.0, 2.5]), facing(-12, 24)
+    command, right, chance = None, [], []
+    for step in range(12):
+        found = shown(position, rotation, dock=UNKNOWN, seed=step)
+        if step == 0:
+            wrong = 0 if not is_right(found.candidates[0], found, -rotation[:, 2]) else 1
+            found = with_odds(found, 0.7 if wrong == 0 else 0.3)
+        result = tracker.follow(found, 0.2 * step, command)
+        right.append(is_right(result.pose, found, -rotation[:, 2]))
+        command = travel, turn = steer(result.pose, motion)
+        position, rotation = turn.T @ (position - travel), turn.T @ rotation
+        chance.append(result.track.probability)
+    assert not right[0]
+    assert all(right[5:12])  # later it is square on, where both poses are the same
+    assert max(chance[5:12]) > 0.95
+
+
+# Pictures.
+
+
+def approach(seed, *, frames=30, **lights):
+    rng = np.random.default_rng([seed, 41])
+    place = Pose(
+        position_m=(0.1, -0.05, 3.0), theta_x_deg=rng.uniform(5, 25), theta_y_deg=rng.uniform(-25, 25), roll_deg=9
+    )
+    scene = Scene(camera=CAMERA, dock=DOCK, pose=place, lights=Lights(level=3000.0, **lights), seed=seed)
+    motion = Approach(frames=frames, start_m=3.0, end_m=0.8, drift_m=0.02, drift_deg=1.0)
+    return film(Sequence(scene=scene, motion=motion))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_simulated_approach_with_flickering_lights(seed):
+    tracker, apart = Tracker(CAMERA, DOCK), Tracker(CAMERA, DOCK, use_region=False)
+    for frame in approach(seed, flicker=0.3):
+        result = tracker.see(frame.image, frame.time_s)
+        whole = estimate(frame.image, CAMERA, DOCK)
+        followed = apart.follow(whole, frame.time_s)
+        assert not result.track.lost
+        for each in (result, followed):
+            if frame.number >= 10 and each.selected is not None:
+                assert is_right(each.pose, each.estimate, frame.truth.normal)
+        # A region finds what the whole picture shows.
+        assert result.estimate.status == whole.status
+        np.testing.assert_allclose(result.pose.position_m, followed.pose.position_m, rtol=0.01, atol=2e-3)
+
+
+def test_estimates_may_be_made_in_any_order_beforehand():
+    frames = list(approach(7, frames=12))
+    beforehand = {frame.number: estimate(frame.image, CAMERA, DOCK) for frame in reversed(frames)}
+    seeing, following = (Tracker(CAMERA, DOCK, use_region=False) for _ in range(2))
+    for frame in frames:
+        one = seeing.see(frame.image, frame.time_s).to_dict()
+        other = following.follow(beforehand[frame.number], frame.time_s).to_dict()
+        assert one | {"elapsed_ms": 0} == other | {"elapsed_ms": 0}
+
+
+def test_a_region_does_not_hold_on_to_a_part_of_the_ring():
+    # From one frame to the next the dock is five times as large: the region then shows but a part of it.
+    far = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 4.0), theta_x_deg=20.0), seed=1)
+    far = Sequence(scene=far, motion=Hover(frames=5, drift_m=0.0, drift_deg=0.0))
+    near = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 0.8), theta_x_deg=20.0), seed=1)
+    near = Sequence(scene=near, motion=Hover(frames=5, drift_m=0.0, drift_deg=0.0))
+    tracker = Tracker(CAMERA, DOCK, Settings(max_speed_m_per_s=100.0))
+    images = [frame.image for sequence in (far, near) for frame in film(sequence)]
+    found = [tracker.see(image, 0.1 * number) for number, image in enumerate(images)]
+    assert [each.estimate.lights_on_ring for each in found[5:]] == [10] * 5
+    assert found[-1].pose.position_m[2] == pytest.approx(0.8, rel=0.01)

@@ -14,7 +14,8 @@ from dockpose.app.commands.calibrate import calibrate_folder
 from dockpose.app.commands.compare import compare_sources
 from dockpose.app.commands.estimate import add_estimate_arguments, run_estimate
 from dockpose.app.commands.replay import add_session_argument, run_session
-from dockpose.app.inputs.expand import UsageError, expand
+from dockpose.app.errors import UserError
+from dockpose.app.inputs.expand import expand
 from dockpose.app.web.server.options import SESSIONS_FOLDER, Options
 from dockpose.camera.calibrate import LENSES
 from dockpose.camera.files import FORMATS
@@ -31,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(words)
     try:
         return arguments.run(arguments)
-    except UsageError as error:
+    except UserError as error:
         print(f"dockpose: {error}", file=sys.stderr)
         return EXIT_BAD_ARGUMENTS
     except KeyboardInterrupt:
@@ -125,14 +126,14 @@ def _add_calibrate(parser: argparse.ArgumentParser) -> None:
 def _serve(arguments: argparse.Namespace) -> int:
     camera, dock = camera_of(arguments), dock_of(arguments)
     if not 0 <= arguments.port <= 65535:
-        raise UsageError(f"--port is {arguments.port}; it must be 0 to 65535")
+        raise UserError(f"--port is {arguments.port}; it must be 0 to 65535")
     options = _options(arguments)
     from dockpose.app.web.app import serve  # viser takes a second to import, which the other commands need not wait for
 
     try:
         serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port, options=options)
     except (OSError, ValueError) as error:
-        raise UsageError(str(error)) from error
+        raise UserError(str(error)) from error
     return 0
 
 
@@ -141,11 +142,11 @@ def _options(arguments: argparse.Namespace) -> Options:
 
     megabytes, folder, sessions = arguments.upload_limit_mb, arguments.folder, arguments.sessions
     if not 0 < megabytes < 1e6:
-        raise UsageError(f"--upload-limit-mb is {megabytes:g}; it must be above 0 and below a million")
+        raise UserError(f"--upload-limit-mb is {megabytes:g}; it must be above 0 and below a million")
     if folder is not None and not folder.is_dir():
-        raise UsageError(f"--folder {folder}: there is no such folder")
+        raise UserError(f"--folder {folder}: there is no such folder")
     if sessions.exists() and not sessions.is_dir():
-        raise UsageError(f"--sessions {sessions}: is no folder")
+        raise UserError(f"--sessions {sessions}: is no folder")
     return Options(
         allow_hosts=tuple(arguments.allow_host),
         folder=None if folder is None else folder.resolve(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from dockpose import Camera, Dock, Settings
-from dockpose.app.inputs.expand import UsageError
+from dockpose.app.errors import UserError
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
 
@@ -31,27 +31,27 @@ def add_masks(parser: argparse.ArgumentParser) -> None:
 
 
 def camera_of(arguments: argparse.Namespace) -> Camera | None:
-    """The camera that was named; None where none was. Raises UsageError where its file is wrong."""
+    """The camera that was named; None where none was. Raises UserError where its file is wrong."""
     try:
         return None if arguments.camera is None else load_camera(arguments.camera)
     except ValueError as error:
-        raise UsageError(f"--camera: {error}") from error
+        raise UserError(f"--camera: {error}") from error
 
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:
-    """The dock that was described; None where none was. Raises UsageError for an impossible one."""
+    """The dock that was described; None where none was. Raises UserError for an impossible one."""
     if arguments.dock_diameter is None:
         if arguments.lights is not None:
-            raise UsageError(f"--lights {arguments.lights} needs --dock-diameter beside it")
+            raise UserError(f"--lights {arguments.lights} needs --dock-diameter beside it")
         return None
     try:
         return Dock(arguments.dock_diameter, arguments.lights)
     except ValueError as error:
-        raise UsageError(f"--dock-diameter, --lights: {error}") from error
+        raise UserError(f"--dock-diameter, --lights: {error}") from error
 
 
 def masks_of(arguments: argparse.Namespace) -> tuple[Mask, ...]:
-    """The masks that were given. Raises UsageError for one that is none."""
+    """The masks that were given. Raises UserError for one that is none."""
     masks = []
     for text in arguments.mask:
         try:
@@ -59,21 +59,21 @@ def masks_of(arguments: argparse.Namespace) -> tuple[Mask, ...]:
             check_masks([(x, y, width, height)])
         except ValueError as error:
             wanted = "left, top, width and height in pixels, as 440,10,190,30, the sizes above 0"
-            raise UsageError(f"--mask {text} must be {wanted}") from error
+            raise UserError(f"--mask {text} must be {wanted}") from error
         masks.append((x, y, width, height))
     return tuple(masks)
 
 
 def settings_of(arguments: argparse.Namespace) -> Settings:
-    """The settings by ``--method``, ``--level`` and ``--mask``. Raises UsageError where they contradict."""
+    """The settings by ``--method``, ``--level`` and ``--mask``. Raises UserError where they contradict."""
     masks = masks_of(arguments)
     if arguments.level is None:
         if arguments.method == "fixed":
-            raise UsageError("--method fixed needs --level N beside it")
+            raise UserError("--method fixed needs --level N beside it")
         return Settings(method=arguments.method or "hats", masks=masks)
     if arguments.method not in (None, "fixed"):
-        raise UsageError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
+        raise UserError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
     try:
         return Settings(method="fixed", level=arguments.level, masks=masks)
     except ValueError as error:
-        raise UsageError(f"--{error}") from error
+        raise UserError(f"--{error}") from error

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from dockpose.app.inputs.expand import UsageError, expand
+from dockpose.app.errors import UserError
+from dockpose.app.inputs.expand import expand
 from dockpose.camera.calibrate import Board, Calibration, CalibrationError, View, calibrate
 from dockpose.camera.files import save_camera
 from dockpose.camera.image import decode, to_grey, to_levels
@@ -44,7 +45,7 @@ def calibrate_folder(
 
     Raises
     ------
-    UsageError
+    UserError
         if the board is no board, the pictures determine no camera, or the file cannot be written.
     """
     pattern = _board(board, square_m, charuco, marker_m)
@@ -52,11 +53,11 @@ def calibrate_folder(
     try:
         done = calibrate(_pictures(paths), pattern, lens)
     except CalibrationError as error:
-        raise UsageError(f"{' '.join(sources)}: {error}") from error
+        raise UserError(f"{' '.join(sources)}: {error}") from error
     try:
         save_camera(done.camera, out, file_format)
     except OSError as error:
-        raise UsageError(f"--out {out}: cannot be written ({error.strerror or error})") from error
+        raise UserError(f"--out {out}: cannot be written ({error.strerror or error})") from error
     for line in report(done, out):
         print(line)
     return 1 if any("cannot be read" in view.dropped for view in done.views) else 0
@@ -89,11 +90,11 @@ def _outcome(view: View) -> str:
 def _board(text: str, square_m: float, charuco: str | None, marker_m: float | None) -> Board:
     match = re.fullmatch(r"(\d+)\s*[xX×*]\s*(\d+)", text.strip())
     if match is None:
-        raise UsageError(f"--board {text}: must be columns x rows, as 10x7")
+        raise UserError(f"--board {text}: must be columns x rows, as 10x7")
     try:
         return Board(int(match[1]), int(match[2]), square_m, charuco, marker_m)
     except ValueError as error:
-        raise UsageError(f"--board {text}, --square, --charuco, --marker: {error}") from error
+        raise UserError(f"--board {text}, --square, --charuco, --marker: {error}") from error
 
 
 def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:

@@ -47,7 +47,7 @@ def compare_sources(
 
     Raises
     ------
-    UsageError
+    UserError
         if a picture has no camera or dock, or an output cannot be written.
     """
     batch = Batch(paths, camera, dock)

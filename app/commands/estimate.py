@@ -14,8 +14,9 @@ from dockpose.app.commands.estimate_sequence import How, SequenceSource, estimat
 from dockpose.app.commands.interrupts import Interrupts
 from dockpose.app.commands.output import PictureFolder
 from dockpose.app.drawing.annotated import annotate
+from dockpose.app.errors import UserError
 from dockpose.app.export.rows import CSV_COLUMNS, Outputs, Results, to_row
-from dockpose.app.inputs.expand import UsageError, expand
+from dockpose.app.inputs.expand import expand
 from dockpose.app.inputs.pictures import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, Batch, Picture, read_job, say
 from dockpose.app.processing.auto_masks import Watched
 from dockpose.app.processing.parallel import PictureWork, split, workers
@@ -55,7 +56,7 @@ def add_estimate_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run_estimate(arguments: argparse.Namespace) -> int:
-    """Do what was typed; returns the exit status. Raises UsageError where it cannot be done."""
+    """Do what was typed; returns the exit status. Raises UserError where it cannot be done."""
     camera, dock, settings = camera_of(arguments), dock_of(arguments), settings_of(arguments)
     outputs = Outputs(arguments.json, arguments.csv, arguments.annotate)
     return estimate_sources(arguments.sources, camera, dock, settings, outputs, _how(arguments))
@@ -85,13 +86,13 @@ def estimate_sources(
 
     Raises
     ------
-    UsageError
+    UserError
         if a source has no camera or dock, or an output cannot be written.
     """
     how = how or How()
     parts = [part.ready(camera, dock) for part in _parts(sources, how.rate_hz)]
     if outputs.video_asked and (len(parts) != 1 or isinstance(parts[0], Batch)):
-        raise UsageError(f"--annotate {outputs.annotate}: a video is made of one sequence; give a folder instead")
+        raise UserError(f"--annotate {outputs.annotate}: a video is made of one sequence; give a folder instead")
     all_read = True
     with contextlib.ExitStack() as files:
         interrupts = files.enter_context(Interrupts())
@@ -114,9 +115,9 @@ def estimate_sources(
 def _how(arguments: argparse.Namespace) -> How:
     rate_hz, jobs = arguments.rate, arguments.jobs
     if rate_hz is not None and not 0 < rate_hz < 1e6:
-        raise UsageError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
+        raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if jobs < 1:
-        raise UsageError(f"--jobs is {jobs}; it must be at least 1")
+        raise UserError(f"--jobs is {jobs}; it must be at least 1")
     return How(rate_hz, jobs, arguments.scheduler)
 
 
@@ -170,7 +171,7 @@ def _try_sequence(
 ) -> bool:
     try:
         return estimate_sequence(part, settings, how, outputs, results, folder)
-    except UsageError:
+    except UserError:
         raise
     except ValueError as error:
         say(str(error) if part.source in str(error) else f"{part.source}: {error}")

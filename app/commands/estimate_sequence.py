@@ -14,8 +14,8 @@ from dockpose import Camera, Dock, Estimate, Settings
 from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import AnnotatedVideo, PictureFolder
 from dockpose.app.drawing.annotated import annotate
+from dockpose.app.errors import UserError
 from dockpose.app.export.rows import Outputs, Results
-from dockpose.app.inputs.expand import UsageError
 from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
 from dockpose.app.processing.auto_masks import Watched
 from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
@@ -83,7 +83,7 @@ def known(source: str, kind: Kind, paths: tuple[Path, ...], camera: Camera | Non
     ------
     FileError
         if there is no such file, or the YAML beside it is wrong.
-    UsageError
+    UserError
         if the camera or the dock is not known.
     """
     beside = Sidecar()
@@ -99,9 +99,9 @@ def known(source: str, kind: Kind, paths: tuple[Path, ...], camera: Camera | Non
     name = f"camera {source}" if kind is Kind.CAMERA else source
     if camera is None:
         hint = "" if kind in (Kind.CAMERA, Kind.STREAM) else f", or {first.stem}.yaml beside it"
-        raise UsageError(f"{name}: which camera? Give --camera C.yaml{hint}")
+        raise UserError(f"{name}: which camera? Give --camera C.yaml{hint}")
     if dock is None:
-        raise UsageError(f"{name}: how large is the dock? Give --dock-diameter in metres")
+        raise UserError(f"{name}: how large is the dock? Give --dock-diameter in metres")
     return SequenceSource(source, paths, camera, dock)
 
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import add_camera_and_dock, camera_of, dock_of
 from dockpose.app.drawing.annotated import LAYERS, check_layers
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.durable_files import why, write_whole
 from dockpose.app.experiment.record import is_session
-from dockpose.app.inputs.expand import UsageError
 from dockpose.app.inputs.pictures import EXIT_ALL_READ
 from dockpose.app.inputs.sidecar import read_sidecar
 
@@ -65,14 +65,14 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
 
     Raises
     ------
-    UsageError
+    UserError
         if the source cannot be read, there is no such file of it, or it cannot be written.
     """
     chosen = [layer.strip() for layer in layers.split(",") if layer.strip()]
     try:
         check_layers(chosen)
     except ValueError as error:
-        raise UsageError(f"--{error}") from error
+        raise UserError(f"--{error}") from error
     from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
 
     files = _files(source, camera, dock, chosen)
@@ -86,7 +86,7 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
         else:
             _write(out, files[_first(files, out)](), source)
     except OSError as error:
-        raise UsageError(f"--out {out}: cannot be written: {why(error)}") from error
+        raise UserError(f"--out {out}: cannot be written: {why(error)}") from error
     return EXIT_ALL_READ
 
 
@@ -104,16 +104,16 @@ def _files(
         if source.suffix.lower() in _LINES_ENDINGS:
             return sequence_files(source)
         if source.is_dir():
-            raise UsageError(f"{source}: is a folder, but no session; it has no file session.yaml")
+            raise UserError(f"{source}: is a folder, but no session; it has no file session.yaml")
         beside = read_sidecar(source)
         if source.is_file() and camera is None and beside.camera is None:
-            raise UsageError(f"{source}: which camera? Give --camera C.yaml, or {source.stem}.yaml beside the picture")
+            raise UserError(f"{source}: which camera? Give --camera C.yaml, or {source.stem}.yaml beside the picture")
         if source.is_file() and dock is None and beside.dock is None:
-            raise UsageError(f"{source}: how large is the dock? Give --dock-diameter in metres")
+            raise UserError(f"{source}: how large is the dock? Give --dock-diameter in metres")
         reading = read_view(open_source(str(source), camera, dock))
         return picture_files(reading, layers=layers, sha256=hashlib.sha256(source.read_bytes()).hexdigest())
     except ValueError as error:
-        raise UsageError(str(error)) from error
+        raise UserError(str(error)) from error
 
 
 def _first(files: Collection[str], out: Path) -> str:
@@ -122,11 +122,11 @@ def _first(files: Collection[str], out: Path) -> str:
         if Path(name).suffix == out.suffix.lower():
             return name
     endings = sorted({Path(name).suffix for name in files} | {".zip"})
-    raise UsageError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
+    raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
 
 
 def _write(path: Path, content: bytes, source: Path) -> None:
     if path.resolve() == source.resolve():
-        raise UsageError(f"--out {path}: is the source itself, which is not overwritten")
+        raise UserError(f"--out {path}: is the source itself, which is not overwritten")
     write_whole(path, content)
     print(path)

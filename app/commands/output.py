@@ -1,4 +1,4 @@
-"""Where a command's results go: lines of JSON, pictures, a video. What cannot be written is a UsageError."""
+"""Where a command's results go: lines of JSON, pictures, a video. What cannot be written is a UserError."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, TextIO
 import cv2
 import msgspec
 import numpy as np
-from dockpose.app.inputs.expand import UsageError
+from dockpose.app.errors import UserError
 
 # MPEG-4 that everything plays, and JPEG pictures in a row, which keep the finest lines.
 VIDEO_CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
@@ -27,7 +27,7 @@ def open_text(target: str | None, files: contextlib.ExitStack) -> TextIO | None:
     try:
         return files.enter_context(open(target, "w", encoding="utf-8", newline=""))
     except OSError as error:
-        raise UsageError(f"{target}: cannot be written ({error.strerror or error})") from error
+        raise UserError(f"{target}: cannot be written ({error.strerror or error})") from error
 
 
 def write_line(file: TextIO, line: dict[str, Any]) -> None:
@@ -58,7 +58,7 @@ class PictureFolder:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise UsageError(f"{folder}: cannot be made ({error.strerror or error})") from error
+            raise UserError(f"{folder}: cannot be made ({error.strerror or error})") from error
         self._folder = folder
         self._taken = {path.resolve() for path in originals}
 
@@ -72,7 +72,7 @@ class PictureFolder:
         try:
             path.write_bytes(cv2.imencode(".png", picture)[1].tobytes())
         except OSError as error:
-            raise UsageError(f"{path}: cannot be written ({error.strerror or error})") from error
+            raise UserError(f"{path}: cannot be written ({error.strerror or error})") from error
         return path
 
     def _free_path(self, name: str) -> Path:
@@ -95,7 +95,7 @@ class AnnotatedVideo:
 
     def __init__(self, path: Path, rate_hz: float) -> None:
         if not path.parent.is_dir():
-            raise UsageError(f"{path}: cannot be written ({path.parent}: there is no such folder)")
+            raise UserError(f"{path}: cannot be written ({path.parent}: there is no such folder)")
         self._path, self._rate_hz = path, rate_hz
         self._writer: cv2.VideoWriter | None = None
 
@@ -106,7 +106,7 @@ class AnnotatedVideo:
             codec = cv2.VideoWriter.fourcc(*VIDEO_CODECS[self._path.suffix.lower()])
             self._writer = cv2.VideoWriter(str(self._path), codec, self._rate_hz, (width, height))
             if not self._writer.isOpened():
-                raise UsageError(f"{self._path}: cannot be written as a video")
+                raise UserError(f"{self._path}: cannot be written as a video")
         self._writer.write(np.ascontiguousarray(picture[:height, :width]))
 
     def close(self) -> None:

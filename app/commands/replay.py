@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.experiment.versions import versions
-from dockpose.app.inputs.expand import UsageError
 from dockpose.app.inputs.pictures import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, say
 from dockpose.camera.image import decode
 
@@ -29,13 +29,13 @@ def add_session_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def run_session(arguments: argparse.Namespace) -> int:
-    """Do what was typed with ``--session``; returns the exit status. Raises UsageError for what does not go with it."""
+    """Do what was typed with ``--session``; returns the exit status. Raises UserError for what does not go with it."""
     if arguments.sources:
-        raise UsageError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
+        raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
     for name in _OWN:
         if getattr(arguments, name, None):
             option = name.replace("_", "-")
-            raise UsageError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
+            raise UserError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
     return replay_session(arguments.session)
 
 
@@ -48,13 +48,13 @@ def replay_session(folder: Path) -> int:
 
     Raises
     ------
-    UsageError
+    UserError
         if the folder is no session.
     """
     try:
         record = read_session(folder)
     except ValueError as error:
-        raise UsageError(f"--session {error}") from error
+        raise UserError(f"--session {error}") from error
     changed = unreadable = 0
     for row in record.rows:
         try:

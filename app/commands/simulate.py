@@ -14,7 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
-from dockpose.app.inputs.expand import UsageError
+from dockpose.app.errors import UserError
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, Frame, Lights, Pose, Scene, Sequence, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
@@ -55,7 +55,7 @@ def simulate(scene: str | None, seed: int | None, frames: int | None, out: Path)
 
     Raises
     ------
-    UsageError
+    UserError
         if the scene file or a number in it is wrong, or the output cannot be written. What was written stays.
     """
     sequence = _sequence(scene, seed, frames)
@@ -64,9 +64,9 @@ def simulate(scene: str | None, seed: int | None, frames: int | None, out: Path)
             for frame in _with_progress(film(sequence, _estimator(sequence.scene.dock)), sequence.frames):
                 target.add(frame)
     except OSError as error:
-        raise UsageError(f"--out {out}: cannot be written ({error.strerror or error})") from error
+        raise UserError(f"--out {out}: cannot be written ({error.strerror or error})") from error
     except ValueError as error:
-        raise UsageError(str(error)) from error
+        raise UserError(str(error)) from error
     pictures = "1 picture" if sequence.frames == 1 else f"{sequence.frames} pictures"
     print(f"{pictures} in {out}, the truth in {target.table}", file=sys.stderr)
     return 0
@@ -76,12 +76,12 @@ def _sequence(path: str | None, seed: int | None, frames: int | None) -> Sequenc
     try:
         sequence = DEFAULT if path is None else load_sequence(path)
     except ValueError as error:
-        raise UsageError(f"--scene {error}") from error
+        raise UserError(f"--scene {error}") from error
     try:
         sequence = sequence if seed is None else sequence.with_seed(seed)
         return sequence if frames is None else sequence.with_frames(frames)
     except ValueError as error:
-        raise UsageError(f"--{error}") from error
+        raise UserError(f"--{error}") from error
 
 
 def _estimator(dock: Dock) -> Callable[[np.ndarray, Camera], CirclePose | None]:
@@ -139,7 +139,7 @@ class _Folder(_Target):
         longer = [name for name in map(_FRAME_NAME.fullmatch, (path.name for path in folder.iterdir())) if name]
         for name in longer:
             if int(name[1]) > sequence.frames:
-                raise UsageError(f"--out {folder}: holds {name[0]} of a longer run; empty it, or choose another folder")
+                raise UserError(f"--out {folder}: holds {name[0]} of a longer run; empty it, or choose another folder")
         super().__init__(folder / "truth.csv")
         self._folder = folder
         save_sequence(sequence, folder / "scene.yaml")
@@ -157,10 +157,10 @@ class _Video(_Target):
         self._sequence = sequence
         camera, sensor = sequence.scene.camera, sequence.scene.sensor
         if sensor.bits != 8:
-            raise UsageError(f"--out {path}: a video stores 8 bits, the scene's sensor has {sensor.bits}; use a folder")
+            raise UserError(f"--out {path}: a video stores 8 bits, the scene's sensor has {sensor.bits}; use a folder")
         if camera.width % 2 or camera.height % 2:
             size = f"{camera.width} x {camera.height}"
-            raise UsageError(f"--out {path}: a video needs an even width and height, the camera has {size} pixels")
+            raise UserError(f"--out {path}: a video needs an even width and height, the camera has {size} pixels")
 
     def __enter__(self) -> _Video:
         super().__enter__()  # a folder that is not there is told by the table, before the video's writer complains
@@ -173,7 +173,7 @@ class _Video(_Target):
         self._files.callback(self._writer.release)
         if not self._writer.isOpened():
             self._files.close()
-            raise UsageError(f"--out {self._path}: this OpenCV cannot write such a video; use a folder")
+            raise UserError(f"--out {self._path}: this OpenCV cannot write such a video; use a folder")
         return self
 
     def _write(self, frame: Frame) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import datetime
 from pathlib import Path
 
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session, SessionError
 from dockpose.app.experiment.record import is_session
 from dockpose.app.inputs.filenames import safe_name
 from dockpose.app.inputs.folder import below
-from dockpose.app.state.view import ValueRefusedError
 
 _MOST = 500
 
@@ -51,11 +51,11 @@ class SessionShelf:
         ------
         SessionError, FileError
             if it cannot be taken up; see :meth:`dockpose.app.experiment.Session.open`.
-        ValueRefusedError
+        UserError
             if there is none of that name in the folder.
         """
         if name not in self.names():
-            raise ValueRefusedError(f"{name}: there is no such session in {self.root}.")
+            raise UserError(f"{name}: there is no such session in {self.root}.")
         return Session.open(below(self.root, name))
 
     def _taken(self) -> list[str]:

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from dockpose.app.errors import UserError
 from dockpose.sources import PICTURE_ENDINGS, SourceError, list_pictures, numeric
 
-__all__ = ["PICTURE_ENDINGS", "UsageError", "expand", "numeric"]
-
-
-class UsageError(ValueError):
-    """What was typed cannot be done; the text says what and why."""
+__all__ = ["PICTURE_ENDINGS", "expand", "numeric"]
 
 
 def expand(sources: Sequence[str]) -> list[Path]:
@@ -19,10 +16,10 @@ def expand(sources: Sequence[str]) -> list[Path]:
 
     Raises
     ------
-    UsageError
+    UserError
         if a folder has no pictures, or a glob matches nothing.
     """
     try:
         return [path for source in sources for path in list_pictures(source)]
     except SourceError as error:
-        raise UsageError(str(error)) from error
+        raise UserError(str(error)) from error

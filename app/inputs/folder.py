@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.expand import PICTURE_ENDINGS, numeric
-from dockpose.app.state.view import ValueRefusedError
 from dockpose.sources import VIDEO_ENDINGS
 
 _DEEPEST, _MOST_FOLDERS, _MOST_PICTURES = 4, 200, 5000
@@ -38,10 +38,10 @@ class Shelf:
         return name
 
     def get(self, name: str) -> bytes:
-        """The bytes of a file. Raises ValueRefusedError where it is gone."""
+        """The bytes of a file. Raises UserError where it is gone."""
         with self._lock:
             if name not in self._files:
-                raise ValueRefusedError(f"{name} is no longer kept. Upload it again.")
+                raise UserError(f"{name} is no longer kept. Upload it again.")
             return self._files[name]
 
     def make_room(self, at_most_bytes: int) -> None:
@@ -61,15 +61,15 @@ def step(names: list[str], name: str, by: int) -> str | None:
 def below(root: Path, relative: str) -> Path:
     """The path of what is below a root folder.
 
-    Raises ValueRefusedError for whatever is not there or not below the root, by dots, as an absolute path, or through
+    Raises UserError for whatever is not there or not below the root, by dots, as an absolute path, or through
     a link.
     """
     try:
         path = (root / relative).resolve(strict=True)
     except (OSError, ValueError, RuntimeError) as error:
-        raise ValueRefusedError(f"{relative} is not in the folder.") from error
+        raise UserError(f"{relative} is not in the folder.") from error
     if not path.is_relative_to(root.resolve()):
-        raise ValueRefusedError(f"{relative} is not below the folder that was given at the start.")
+        raise UserError(f"{relative} is not below the folder that was given at the start.")
     return path
 
 
@@ -110,7 +110,7 @@ def _inside(root: Path, folder: str) -> list[str]:
         name = (Path(folder) / entry.name).as_posix()
         try:
             below(root, name)
-        except ValueRefusedError:
+        except UserError:
             continue
         if not entry.name.startswith("."):
             found.append(name)

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 from dockpose import Camera, Dock
-from dockpose.app.inputs.expand import UsageError
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.sidecar import read_sidecar
 from dockpose.camera.files import FileError
 from dockpose.camera.image import decode
@@ -62,7 +62,7 @@ class Batch:
 
     Raises
     ------
-    UsageError
+    UserError
         if a picture has no camera or dock.
     """
 
@@ -99,9 +99,9 @@ class Batch:
                 return None
             camera, dock = camera or sidecar.camera, dock or sidecar.dock
         if camera is None and path.is_file():
-            raise UsageError(f"{path}: which camera? Give --camera C.yaml, or {path.stem}.yaml beside the picture")
+            raise UserError(f"{path}: which camera? Give --camera C.yaml, or {path.stem}.yaml beside the picture")
         if dock is None and path.is_file():
-            raise UsageError(f"{path}: how large is the dock? Give --dock-diameter in metres")
+            raise UserError(f"{path}: how large is the dock? Give --dock-diameter in metres")
         if camera is None or dock is None:
             self.pass_over(f"{path}: there is no such file")
             return None

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from dockpose.app.state.view import ValueRefusedError
+from dockpose.app.errors import UserError
 
 _LARGEST_BYTES = 256 * 1024
 Content = TypeVar("Content")
@@ -22,16 +22,16 @@ def read_sent(data: bytes, name: str, reader: Callable[[Path], Content]) -> Cont
         if the file is larger than 256 KiB, or ``reader`` refuses it.
     """
     if len(data) > _LARGEST_BYTES:
-        raise ValueRefusedError(f"{name}: has {len(data) // 1024} KiB; a file of this kind has at most 256.")
+        raise UserError(f"{name}: has {len(data) // 1024} KiB; a file of this kind has at most 256.")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sent.yaml"
         path.write_bytes(data)
         try:
             return reader(path)
         except RecursionError as error:
-            raise ValueRefusedError(f"{name}: is nested too deeply") from error
+            raise UserError(f"{name}: is nested too deeply") from error
         except ValueError as error:
-            raise ValueRefusedError(str(error).replace(str(path), name)) from error
+            raise UserError(str(error).replace(str(path), name)) from error
 
 
 def written(writer: Callable[[Path], None]) -> bytes:

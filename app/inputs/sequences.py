@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from dockpose import Camera, Dock
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, videos_below
 from dockpose.app.inputs.sidecar import read_sidecar
 from dockpose.app.state.scene import scene_of
-from dockpose.app.state.view import ValueRefusedError, View
+from dockpose.app.state.view import View
 from dockpose.simulate import Approach, ClosedLoop, Hover, Scene, Sequence, Sweep
 from dockpose.sources import Frames, Kind, Pictures, Simulated, Tell, kind_of, open_frames
 
@@ -90,7 +91,7 @@ def open_choice(name: Any, given: Given | None, root: Path | None, view: View, t
 
     Raises
     ------
-    ValueRefusedError
+    UserError
         if it is none of the choices.
     SourceError
         if it gives no frames.
@@ -100,15 +101,15 @@ def open_choice(name: Any, given: Given | None, root: Path | None, view: View, t
     if name in SIMULATED:
         return simulated(name, scene_of(view))
     if root is None or not isinstance(name, str):
-        raise ValueRefusedError(f"There is no sequence called {name!r}.")
+        raise UserError(f"There is no sequence called {name!r}.")
     if name.startswith(_PICTURES_IN):
         folder = name.removeprefix(_PICTURES_IN)
         paths = [below(root, picture) for picture in pictures_in(root, folder)]
         if not paths:
-            raise ValueRefusedError(f"There are no pictures in {folder}.")
+            raise UserError(f"There are no pictures in {folder}.")
         return _with_sidecar(Pictures(paths, name, _PICTURES_HZ, tell), name, paths[0])
     if name not in videos_below(root):
-        raise ValueRefusedError(f"There is no sequence called {name!r}.")
+        raise UserError(f"There is no sequence called {name!r}.")
     path = below(root, name)
     return _with_sidecar(open_frames(str(path), tell), name, path)
 
@@ -131,11 +132,11 @@ def open_sent(data: bytes, name: str, tell: Tell) -> Opened:
     path.write_bytes(data)
     try:
         if kind_of(str(path)) is not Kind.VIDEO:
-            raise ValueRefusedError(f"{name} is no video by its name; .mp4, .avi, .mov, .mkv and .webm are.")
+            raise UserError(f"{name} is no video by its name; .mp4, .avi, .mov, .mkv and .webm are.")
         frames = open_frames(str(path), tell)
     except ValueError as error:
         folder.cleanup()
-        raise ValueRefusedError(str(error).replace(str(path), name)) from error
+        raise UserError(str(error).replace(str(path), name)) from error
     return Opened(frames, name, folder=folder)
 
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Protocol
 
 from dockpose import Camera, Dock, Estimate, Settings, estimate
-from dockpose.app.inputs.expand import UsageError
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Job, read_job
 from dockpose.app.processing.auto_masks import Watched
 from dockpose.sources import Frames, Pictures, open_frames
@@ -202,7 +202,7 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
 
     Raises
     ------
-    UsageError
+    UserError
         if ``distributed`` is not installed, or no scheduler answers.
     """
     if scheduler is not None:
@@ -278,13 +278,13 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise UsageError(f"--scheduler {address} needs Dask: pip install 'dockpose[cluster]'") from error
+        raise UserError(f"--scheduler {address} needs Dask: pip install 'dockpose[cluster]'") from error
     try:
         client = Client(address, timeout=SCHEDULER_TIMEOUT_S)
     except (OSError, ValueError) as error:
-        raise UsageError(f"--scheduler {address}: no Dask scheduler answers there") from error
+        raise UserError(f"--scheduler {address}: no Dask scheduler answers there") from error
     with client:
         count: int = sum(client.ncores().values())  # pyright: ignore[reportAttributeAccessIssue]  # not asynchronous here
         if count == 0:
-            raise UsageError(f"--scheduler {address}: the cluster has no workers")
+            raise UserError(f"--scheduler {address}: the cluster has no workers")
         yield client.get_executor(pure=False), count

@@ -8,16 +8,9 @@ from typing import Any
 
 import numpy as np
 from dockpose import Camera
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent, written
-from dockpose.app.state.view import (
-    DEFAULT_DOCK,
-    Limits,
-    ValueRefusedError,
-    View,
-    checked_number,
-    guess_camera,
-    with_intrinsic,
-)
+from dockpose.app.state.view import DEFAULT_DOCK, Limits, View, checked_number, guess_camera, with_intrinsic
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
 from msgspec.structs import replace as changed
@@ -62,7 +55,7 @@ def with_coefficient(view: View, index: int, value: Any) -> View:
     """Set one coefficient of the lens's distortion, without unit."""
     name = COEFFICIENTS[index]
     if view.camera.fisheye and index == len(COEFFICIENTS) - 1:
-        raise ValueRefusedError("A fisheye lens has four coefficients; there is no fifth.")
+        raise UserError("A fisheye lens has four coefficients; there is no fifth.")
     number = coefficient_limits(view)[index].clamp(checked_number(name, value))
     numbers = coefficients_of(view.camera)
     numbers[index] = number
@@ -101,7 +94,7 @@ def with_camera_file(view: View, data: bytes, name: str) -> View:
     try:
         fitting = camera.for_size(width, height)
     except ValueError as error:
-        raise ValueRefusedError(f"{name}: {error}") from error
+        raise UserError(f"{name}: {error}") from error
     note = ""
     if fitting is not camera:
         note = f"{name} is for {camera.width} x {camera.height}; its values were scaled to {width} x {height}."
@@ -111,7 +104,7 @@ def with_camera_file(view: View, data: bytes, name: str) -> View:
 def camera_file(camera: Camera, file_format: Any) -> bytes:
     """The bytes of a camera file in one of ``FORMATS``."""
     if file_format not in FORMATS:
-        raise ValueRefusedError(f"There is no format of camera files called {file_format!r}.")
+        raise UserError(f"There is no format of camera files called {file_format!r}.")
     return written(lambda path: save_camera(camera, path, file_format))
 
 

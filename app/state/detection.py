@@ -10,7 +10,8 @@ from dataclasses import replace
 from typing import Any
 
 import msgspec
-from dockpose.app.state.view import ValueRefusedError, View, checked_number
+from dockpose.app.errors import UserError
+from dockpose.app.state.view import View, checked_number
 from dockpose.lights.markers import CENTROIDS
 from dockpose.lights.masks import Mask
 from dockpose.pose.circle import CirclePose
@@ -29,21 +30,21 @@ MEASURED_LIMITS = {
 def with_centroid(view: View, centroid: Any) -> View:
     """Set how a light's centre is found: "grey" or "binary"."""
     if centroid not in CENTROIDS:
-        raise ValueRefusedError(f"There is no way to find a light's centre called {centroid!r}.")
+        raise UserError(f"There is no way to find a light's centre called {centroid!r}.")
     return replace(view, settings=msgspec.structs.replace(view.settings, centroid=centroid))
 
 
 def with_mask(view: View, left: Any, top: Any, width: Any, height: Any) -> View:
     """Hide a rectangle of the picture, in pixels; what reaches beyond the picture is cut off."""
     if len(view.settings.masks) >= MAX_MASKS:
-        raise ValueRefusedError(f"There are {MAX_MASKS} masks already; remove one first.")
+        raise UserError(f"There are {MAX_MASKS} masks already; remove one first.")
     x, y = checked_number("The mask's left edge", left), checked_number("The mask's top edge", top)
     wide, high = checked_number("The mask's width", width), checked_number("The mask's height", height)
     rows, columns = view.image.shape[:2]
     right, bottom = min(x + wide, columns), min(y + high, rows)
     x, y = max(x, 0.0), max(y, 0.0)
     if right <= x or bottom <= y:
-        raise ValueRefusedError(
+        raise UserError(
             f"A mask of {wide:g} x {high:g} px at ({left:g}, {top:g}) covers nothing of a picture of "
             f"{columns} x {rows} px."
         )
@@ -54,7 +55,7 @@ def without_mask(view: View, label: Any) -> View:
     """Remove the mask of that label, see :func:`mask_labels`."""
     labels = mask_labels(view.settings.masks)
     if label not in labels:
-        raise ValueRefusedError("There is no such mask any more.")
+        raise UserError("There is no such mask any more.")
     index = labels.index(label)
     return _with_masks(view, view.settings.masks[:index] + view.settings.masks[index + 1 :])
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from dockpose import Dock
-from dockpose.app.state.view import MAX_LIGHTS, ValueRefusedError, View, checked_number
+from dockpose.app.errors import UserError
+from dockpose.app.state.view import MAX_LIGHTS, View, checked_number
 from msgspec.structs import replace as changed
 
 _LONGEST = 1000
@@ -24,7 +25,7 @@ def with_angles(view: View, text: Any) -> View:
 
     Raises
     ------
-    ValueRefusedError
+    UserError
         if something in it is no number, there are too few or too many, or two lights are at one place.
     """
     angles = _numbers(text)
@@ -32,7 +33,7 @@ def with_angles(view: View, text: Any) -> View:
     if not angles:
         return replace(view, dock=changed(dock, angles_deg=()))
     if not _LEAST_LIGHTS <= len(angles) <= MAX_LIGHTS:
-        raise ValueRefusedError(
+        raise UserError(
             f"There {'is 1 light angle' if len(angles) == 1 else f'are {len(angles)} light angles'}; a dock has "
             f"{_LEAST_LIGHTS} to {MAX_LIGHTS} lights."
         )
@@ -59,7 +60,7 @@ def dropped_sentence(before: Dock, after: Dock) -> str:
 
 def _numbers(text: Any) -> tuple[float, ...]:
     if not isinstance(text, str) or len(text) > _LONGEST:
-        raise ValueRefusedError(f"The light angles are no text of at most {_LONGEST} letters.")
+        raise UserError(f"The light angles are no text of at most {_LONGEST} letters.")
     return tuple(_number(word) for word in re.split(r"[,;\s°]+", text) if word)
 
 
@@ -67,6 +68,4 @@ def _number(word: str) -> float:
     try:
         return checked_number("A light angle", float(word))
     except ValueError as error:
-        raise ValueRefusedError(
-            f"A light angle is {word[:20]!r}; it must be a number of degrees, as in 0, 36, 72."
-        ) from error
+        raise UserError(f"A light angle is {word[:20]!r}; it must be a number of degrees, as in 0, 36, 72.") from error

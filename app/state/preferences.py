@@ -12,8 +12,9 @@ from typing import Any
 
 import msgspec
 from dockpose import Camera, Dock, Settings, estimate
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent
-from dockpose.app.state.view import ValueRefusedError, View
+from dockpose.app.state.view import View
 from dockpose.camera.files import FileError, read_yaml, to_yaml
 
 _EVERY_S = 2.0
@@ -53,7 +54,7 @@ def with_settings_file(view: View, data: bytes, name: str) -> View:
         try:
             camera = content.camera.for_size(width, height)
         except ValueError as error:
-            raise ValueRefusedError(f"{name}: {error}") from error
+            raise UserError(f"{name}: {error}") from error
     return replace(view, settings=content.settings or view.settings, camera=camera, dock=content.dock or view.dock)
 
 

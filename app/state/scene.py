@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 from dockpose import Camera, Dock
-from dockpose.app.state.view import Limits, ValueRefusedError, View, checked_number
+from dockpose.app.errors import UserError
+from dockpose.app.state.view import Limits, View, checked_number
 from dockpose.simulate import Lights, Pose, Scene, render, truth_dict, truth_of
 from dockpose.simulate.optics.psf import MODELS
 from dockpose.simulate.optics.water import PRESETS, Water, preset, water_of_turbidity
@@ -190,14 +191,14 @@ def with_knob(view: View, name: str, value: Any) -> View:
 def with_water(view: View, name: Any) -> View:
     """Take one of the preset waters."""
     if not isinstance(name, str) or name not in PRESETS:
-        raise ValueRefusedError(f"There is no water called {name!r}.")
+        raise UserError(f"There is no water called {name!r}.")
     return with_scene(view, changed(scene_of(view), water=preset(name)))
 
 
 def with_psf(view: View, model: Any) -> View:
     """Take another model of how water spreads light."""
     if model not in PSF_MODELS:
-        raise ValueRefusedError(f"There is no model of the water called {model!r}.")
+        raise UserError(f"There is no model of the water called {model!r}.")
     scene = scene_of(view)
     return with_scene(view, changed(scene, psf=changed(scene.psf, model=model, mtf_csv=None)))
 
@@ -207,7 +208,7 @@ def with_missing(view: View, text: Any) -> View:
     try:
         missing = tuple(sorted({int(word) for word in str(text).replace(",", " ").split()}))
     except ValueError as error:
-        raise ValueRefusedError(f"Missing lights are {text!r}; they must be numbers from 0, as 0, 3, 7.") from error
+        raise UserError(f"Missing lights are {text!r}; they must be numbers from 0, as 0, 3, 7.") from error
     scene = scene_of(view)
     return with_scene(view, changed(scene, lights=changed(scene.lights, missing=missing)))
 
@@ -238,10 +239,10 @@ def preset_name(water: Water) -> str | None:
 def check_affordable(scene: Scene) -> None:
     """Refuse scenes that would keep the machine busy for long, or read a file of this machine."""
     if scene.psf.mtf_csv is not None:
-        raise ValueRefusedError("psf.mtf_csv names a file on this machine; the page does not read it.")
+        raise UserError("psf.mtf_csv names a file on this machine; the page does not read it.")
     if scene.camera.width * scene.camera.height > _MOST_PIXELS:
         size = f"{scene.camera.width} x {scene.camera.height}"
-        raise ValueRefusedError(
+        raise UserError(
             f"The scene's picture is {size}; at most {_MOST_PIXELS // 10**6} megapixels are simulated here."
         )
     counts = {"lights": scene.dock.lights or 0, "lamps": len(scene.lamps), "texts": len(scene.texts)}
@@ -254,4 +255,4 @@ def check_affordable(scene: Scene) -> None:
     for limit, group in ((60, counts), (200, sizes), (5000, snow)):
         for name, value in group.items():
             if value > limit:
-                raise ValueRefusedError(f"{name} is {value:g}; at most {limit} are simulated here.")
+                raise UserError(f"{name} is {value:g}; at most {limit} are simulated here.")

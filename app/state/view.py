@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Settings
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.sidecar import Sidecar, load_sample, read_sidecar
 from dockpose.app.resources import sample_names, sample_path
 from dockpose.camera.image import decode, read
@@ -25,10 +26,6 @@ MAX_AREA_PX = 1000
 DEFAULT_DOCK = Dock(diameter=0.30)
 GUESSED_VIEW_DEG = 60.0
 INTRINSICS = ("fx", "fy", "cx", "cy")
-
-
-class ValueRefusedError(ValueError):
-    """A value from the page that cannot be used; the text says in one sentence what and why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +108,7 @@ def open_source(source: str | None, camera: Camera | None, dock: Dock | None) ->
 def with_sample(view: View, name: Any) -> View:
     """Show the sample scene of that name, with its own camera and dock."""
     if name not in sample_names():
-        raise ValueRefusedError(f"There is no sample scene called {name!r}.")
+        raise UserError(f"There is no sample scene called {name!r}.")
     return _sample_view(name, None, None, view.settings)
 
 
@@ -159,7 +156,7 @@ def with_frame(
 def with_intrinsic(view: View, name: str, value: Any) -> View:
     """Set fx, fy, cx or cy, in pixels."""
     if name not in INTRINSICS:
-        raise ValueRefusedError(f"The camera has no value called {name!r}.")
+        raise UserError(f"The camera has no value called {name!r}.")
     number = intrinsic_limits(view)[name].clamp(checked_number(name, value))
     return replace(view, camera=msgspec.structs.replace(view.camera, **{name: number}))
 
@@ -185,7 +182,7 @@ def with_lights(view: View, value: Any) -> View:
 def with_method(view: View, method: Any, level: Any) -> View:
     """Set the threshold method, and the level that the method "fixed" starts from."""
     if not isinstance(method, str) or method not in METHODS:
-        raise ValueRefusedError(f"There is no threshold method called {method!r}.")
+        raise UserError(f"There is no threshold method called {method!r}.")
     return _with_settings(with_level(view, level), method=method)
 
 
@@ -238,7 +235,7 @@ def _read_bytes(path: Path, name: str) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise ValueRefusedError(f"{name}: cannot be read ({error.strerror or error})") from error
+        raise UserError(f"{name}: cannot be read ({error.strerror or error})") from error
 
 
 def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, str]:
@@ -301,5 +298,5 @@ def _with_settings(view: View, **changes: Any) -> View:
 def checked_number(name: str, value: Any) -> float:
     """Return a value from the page as a finite number; anything else is refused by the name of the value."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueRefusedError(f"{name} is {value!r}; it must be a number.")
+        raise UserError(f"{name} is {value!r}; it must be a number.")
     return float(value)

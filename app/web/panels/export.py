@@ -8,13 +8,14 @@ from functools import partial
 import cv2
 import viser
 from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
 from dockpose.app.export.data import to_png
 from dockpose.app.export.scene import scene_html
 from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Reading
 from dockpose.app.processing.background import Progress
-from dockpose.app.state.view import ValueRefusedError, View
+from dockpose.app.state.view import View
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.detect import SMALL
 from dockpose.app.web.saving import Saver
@@ -113,7 +114,7 @@ class ExportPanel:
         def make(progress: Progress) -> bytes:
             files = self._files(reading, client, layers, progress)
             if name not in files:
-                raise ValueRefusedError(f"{reading.view.source}: there is no {name}: {reading.estimate.message}")
+                raise UserError(f"{reading.view.source}: there is no {name}: {reading.estimate.message}")
             return files[name]()
 
         self._saver.save(client, bundle_name(reading.view.source, f"_{name}"), make)
@@ -130,7 +131,7 @@ class ExportPanel:
             try:
                 seen = files["view_3d.png"]()
                 files["view_3d.png"] = lambda: seen
-            except ValueRefusedError as error:
+            except UserError as error:
                 del files["view_3d.png"]
                 self._notify("The ZIP file lacks a picture", str(error), "yellow", client)
             return to_zip(files, progress)
@@ -145,11 +146,11 @@ class ExportPanel:
 def view_picture(client: viser.ClientHandle) -> bytes:
     """The 3D view as one browser shows it, a PNG file without a background.
 
-    Raises ValueRefusedError where the browser does not draw it in time, as one whose window is not to be seen.
+    Raises UserError where the browser does not draw it in time, as one whose window is not to be seen.
     """
     size = client.camera.image_height, client.camera.image_width
     try:
         picture = client.get_render(*size, transport_format="png", timeout=_RENDER_S)
     except (TimeoutError, RuntimeError) as error:
-        raise ValueRefusedError(_NOT_DRAWN) from error
+        raise UserError(_NOT_DRAWN) from error
     return to_png(cv2.cvtColor(picture, cv2.COLOR_RGBA2BGRA))

@@ -11,9 +11,9 @@ from dockpose.app.cli import main
 from dockpose.app.commands.export import export
 from dockpose.app.commands.replay import replay_session
 from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Measured, Session
 from dockpose.app.export.contents import read_lines
-from dockpose.app.inputs.expand import UsageError
 from dockpose.app.inputs.sidecar import load_sample
 from dockpose.app.resources import sample_path
 from dockpose.camera.files import FileError
@@ -104,20 +104,20 @@ def test_lines_that_are_none_are_named(tmp_path, lines):
 def test_what_cannot_be_exported_is_said(tmp_path, folder):
     picture = tmp_path / "tank.png"
     picture.write_bytes(sample_path("plain").read_bytes())
-    with pytest.raises(UsageError, match="which camera"):
+    with pytest.raises(UserError, match="which camera"):
         export(picture, None, None, tmp_path / "out")
     sample = load_sample("plain")
-    with pytest.raises(UsageError, match="how large is the dock"):
+    with pytest.raises(UserError, match="how large is the dock"):
         export(picture, sample.camera, None, tmp_path / "out")
-    with pytest.raises(UsageError, match="is the source itself"):
+    with pytest.raises(UserError, match="is the source itself"):
         export(picture, sample.camera, sample.dock, picture)
-    with pytest.raises(UsageError, match=r"there is no \.docx"):
+    with pytest.raises(UserError, match=r"there is no \.docx"):
         export(folder, None, None, tmp_path / "a.docx")
-    with pytest.raises(UsageError, match="--layers has 'lamps'"):
+    with pytest.raises(UserError, match="--layers has 'lamps'"):
         export(folder, None, None, tmp_path / "a.svg", layers="lamps")
-    with pytest.raises(UsageError, match="no session"):
+    with pytest.raises(UserError, match="no session"):
         export(tmp_path, None, None, tmp_path / "out")
-    with pytest.raises(UsageError, match="cannot be read"):
+    with pytest.raises(UserError, match="cannot be read"):
         export(tmp_path / "gone.png", None, None, tmp_path / "out")
     assert set(LAYERS) >= {"lights", "scale"}
 
@@ -153,7 +153,7 @@ def test_replaying_tells_frames_that_cannot_be_read(folder, capsys):
     assert "row 1" in captured.err
     assert "wobble" in captured.err
     assert "1 of 3 rows give the same numbers, 2 cannot be read." in captured.out
-    with pytest.raises(UsageError, match="no session"):
+    with pytest.raises(UserError, match="no session"):
         replay_session(folder / "frames")
 
 

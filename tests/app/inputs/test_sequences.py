@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.sequences import (
     SIMULATED,
     Given,
@@ -19,7 +20,7 @@ from dockpose.app.inputs.sequences import (
     simulated,
 )
 from dockpose.app.processing.following import Follower, chosen_by_track
-from dockpose.app.state.view import DEFAULT_DOCK, ValueRefusedError, open_source, with_diameter_cm, with_frame
+from dockpose.app.state.view import DEFAULT_DOCK, open_source, with_diameter_cm, with_frame
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, Pose, Scene, Sequence
 from dockpose.simulate.optics.water import preset
@@ -79,13 +80,13 @@ def test_pictures_of_a_folder_come_in_order(folder, view):
     "name", ["notes.txt", "../tank.avi", "/etc/passwd", "rtsp://127.0.0.1/x", "0", "", None, 3, "x.avi"]
 )
 def test_browser_opens_nothing_else(folder, view, name):
-    with pytest.raises(ValueRefusedError, match="no sequence called"):
+    with pytest.raises(UserError, match="no sequence called"):
         open_choice(name, None, folder, view, refuse)
 
 
 @pytest.mark.parametrize("name", ["pictures in ..", "pictures in /etc", "pictures in nowhere"])
 def test_browser_leaves_not_the_folder(folder, view, name):
-    with pytest.raises(ValueRefusedError, match="not"):
+    with pytest.raises(UserError, match="not"):
         open_choice(name, None, folder, view, refuse)
 
 
@@ -101,7 +102,7 @@ def test_sent_video_is_played_and_deleted(folder):
 
 def test_sent_file_that_is_no_video_is_named(folder):
     for name in ("text.mp4", "text.txt"):
-        with pytest.raises(ValueRefusedError, match=name):
+        with pytest.raises(UserError, match=name):
             open_sent(b"not a video at all", name, refuse)
 
 

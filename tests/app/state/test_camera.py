@@ -2,10 +2,10 @@ import math
 
 import pytest
 from dockpose import Camera
+from dockpose.app.errors import UserError
 from dockpose.app.state import camera as optics
 from dockpose.app.state import view as state
 from dockpose.app.state.camera import with_camera_file, with_coefficient, with_port, with_port_value
-from dockpose.app.state.view import ValueRefusedError
 from dockpose.camera.files import FORMATS
 from dockpose.camera.port import SEA_WATER, FlatPort
 
@@ -26,7 +26,7 @@ def test_coefficients_come_and_go(view):
     assert bent.camera.distortion == (-0.2, 0, 0, 0, 0)
     assert with_coefficient(bent, 0, 0).camera.distortion == ()
     assert with_coefficient(view, 2, 9).camera.distortion[2] == 0.1
-    with pytest.raises(ValueRefusedError, match="k2 is nan"):
+    with pytest.raises(UserError, match="k2 is nan"):
         with_coefficient(view, 1, math.nan)
 
 
@@ -35,7 +35,7 @@ def test_other_lenses_keep_their_number_of_coefficients(view):
     assert with_coefficient(eight, 1, 0).camera.distortion == (0.1, 0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1)
     fisheye = state.open_source(None, Camera(300, 300, 319.5, 239.5, 640, 480, (0.1,) * 4, fisheye=True), None)
     assert with_coefficient(fisheye, 3, 0.05).camera.distortion == (0.1, 0.1, 0.1, 0.05)
-    with pytest.raises(ValueRefusedError, match="four coefficients"):
+    with pytest.raises(UserError, match="four coefficients"):
         with_coefficient(fisheye, 4, 0.1)
 
 
@@ -94,7 +94,7 @@ def test_camera_file_that_does_not_fit_is_named(view, data, words):
 def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):
     with pytest.raises(ValueError, match="port"):
         optics.camera_file(with_port(view, True).camera, "ros")
-    with pytest.raises(ValueRefusedError, match="no format"):
+    with pytest.raises(UserError, match="no format"):
         optics.camera_file(view.camera, "../etc")
 
 

@@ -4,12 +4,12 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.processing.analysis import read_view
 from dockpose.app.state import scene as scenes
 from dockpose.app.state import view as state
 from dockpose.app.state.scene import KNOBS, with_knob, with_missing, with_psf, with_scene, with_text, with_water
-from dockpose.app.state.view import ValueRefusedError
 from dockpose.app.web.panels.simulator import scene_bytes
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.psf import Psf
@@ -42,7 +42,7 @@ def test_every_knob_reads_back_what_it_was_turned_to(view, name):
 @pytest.mark.parametrize("name", KNOBS)
 @pytest.mark.parametrize("value", [math.nan, "3", None, True])
 def test_knobs_refuse_what_is_no_number(view, name, value):
-    with pytest.raises(ValueRefusedError, match="must be a number"):
+    with pytest.raises(UserError, match="must be a number"):
         with_knob(view, name, value)
 
 
@@ -82,7 +82,7 @@ def test_presets_and_psf(view):
     assert scene_of(with_water(view, "harbour")).water == PRESETS["harbour"]
     assert scene_of(with_psf(view, "gaussian")).psf.model == "gaussian"
     for refused in (lambda: with_water(view, "mud"), lambda: with_psf(view, "mtf"), lambda: with_psf(view, ["voss"])):
-        with pytest.raises(ValueRefusedError, match="There is no"):
+        with pytest.raises(UserError, match="There is no"):
             refused()
 
 
@@ -121,7 +121,7 @@ def test_text_is_short_and_printable(view):
     ids=lambda changes: next(iter(changes)),
 )
 def test_scenes_that_would_cost_too_much_or_read_files_are_refused(view, changes):
-    with pytest.raises(ValueRefusedError):
+    with pytest.raises(UserError):
         with_scene(view, msgspec.structs.replace(scenes.DEFAULT, **changes))
 
 

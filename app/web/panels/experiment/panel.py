@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import viser
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session
 from dockpose.app.experiment.folder import SessionShelf
 from dockpose.app.export.bundle import bundle_name, to_zip
@@ -14,7 +15,7 @@ from dockpose.app.export.contents import session_files
 from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Reading
 from dockpose.app.processing.background import Progress
-from dockpose.app.state.view import ValueRefusedError, View
+from dockpose.app.state.view import View
 from dockpose.app.web.charts.errors import ErrorCharts
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.experiment.measured import (
@@ -203,7 +204,7 @@ class ExperimentPanel:
         with self._lock:
             reading, session, texts = self._reading, self._session, self._next_texts
         if session is None:
-            raise ValueRefusedError(_NOT_OPEN)
+            raise UserError(_NOT_OPEN)
         if reading is None:
             return
         view, values = reading.view, values_of(texts)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import viser
 from dockpose.app.cli import main
+from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session, SessionError
 from dockpose.app.experiment.folder import SessionShelf
 from dockpose.app.inputs.checksums import Checksums
@@ -18,7 +19,7 @@ from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.processing.following import chosen_by_track
 from dockpose.app.processing.replay import differences, estimate_again
 from dockpose.app.resources import sample_path
-from dockpose.app.state.view import ValueRefusedError, open_source, with_upload
+from dockpose.app.state.view import open_source, with_upload
 from dockpose.app.web.charts.errors import CHARTS, chart_ends, error_points
 from dockpose.app.web.panels.experiment.measured import BLANK, measured_of, texts_of, texts_of_pose, values_of
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
@@ -128,7 +129,7 @@ def test_sessions_stay_below_their_folder(tmp_path):
     Session.create(tmp_path / "outside").close()
     (shelf.root / "link").symlink_to(tmp_path / "outside")
     for name in ("../outside", "link", str(tmp_path / "outside"), "none"):
-        with pytest.raises(ValueRefusedError):
+        with pytest.raises(UserError):
             shelf.take_up(name)
     shelf.take_up("up").close()
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.camera.camera import Camera
 from dockpose.camera.image import to_levels
 from dockpose.estimate import Estimate
@@ -16,7 +17,6 @@ from dockpose.pose.circle import CirclePose, rotation_from_angles
 
 # Okabe and Ito's colours, which the colour-blind can tell apart, as BGR.
 POSE_COLOURS = ((178, 114, 0), (0, 159, 230))
-POSE_NAMES = ("A", "B")
 LIGHT_COLOUR = (115, 158, 0)
 ELLIPSE_COLOUR = (167, 121, 204)
 DROPPED_COLOUR = (0, 94, 213)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # it takes half a second to import, which whoever draws nothing need not wait for
     from matplotlib.figure import Figure
 
-POSE_COLOURS = ("#0072B2", "#E69F00")
 DPI = 150
 _SETTINGS = {"svg.fonttype": "none", "pdf.fonttype": 42, "font.family": "DejaVu Sans", "font.size": 9.0}
 _busy = threading.Lock()  # Matplotlib's settings are one for all threads

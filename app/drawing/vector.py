@@ -10,7 +10,6 @@ import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing.annotated import (
     LAYERS,
-    POSE_NAMES,
     axes_of,
     check_layers,
     in_picture,
@@ -19,7 +18,15 @@ from dockpose.app.drawing.annotated import (
     scale_bar,
     to_bgr8,
 )
-from dockpose.app.drawing.figures import POSE_COLOURS, new_figure
+from dockpose.app.drawing.colours import (
+    DROPPED_COLOUR,
+    ELLIPSE_COLOUR,
+    LIGHT_COLOUR,
+    MASK_COLOUR,
+    POSE_COLOURS,
+    POSE_NAMES,
+)
+from dockpose.app.drawing.figures import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,8 +34,6 @@ if TYPE_CHECKING:
 
 WIDTH_IN, HIGHEST_IN = 6.5, 8.0
 _LINE_IN, _MARGIN_IN = 0.17, 0.12
-# Okabe and Ito's colours, as app/annotate.py has them.
-_LIGHT, _ELLIPSE, _DROPPED, _MASK = "#009E73", "#CC79A7", "#D55E00", "#56B4E9"
 
 
 def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAYERS) -> Figure:
@@ -69,9 +74,11 @@ def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
 
     for index, (x, y, width, height) in enumerate(estimate.settings.masks):
         name = "masked" if index == 0 else None
-        axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=_MASK, label=name))
+        axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=MASK_COLOUR, label=name))
     if "ellipse" in layers and estimate.ellipse is not None:
-        axes.plot(*_closed(in_picture(estimate, estimate.ellipse.points(240))), color=_ELLIPSE, lw=0.8, label="ellipse")
+        axes.plot(
+            *_closed(in_picture(estimate, estimate.ellipse.points(240))), color=ELLIPSE_COLOUR, lw=0.8, label="ellipse"
+        )
     if "lights" in layers:
         _draw_lights(axes, estimate)
     for index, pose in enumerate(estimate.candidates):
@@ -101,9 +108,9 @@ def _draw_lights(axes: Axes, estimate: Estimate) -> None:
     on_ring = np.zeros(len(points), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
     lights, others = points[on_ring], points[~on_ring]
     if len(lights):
-        axes.plot(*lights.T, "o", color=_LIGHT, markerfacecolor="none", markersize=8, label="light on the ring")
+        axes.plot(*lights.T, "o", color=LIGHT_COLOUR, markerfacecolor="none", markersize=8, label="light on the ring")
     if len(others):
-        axes.plot(*others.T, "x", color=_DROPPED, markersize=6, label="other group")
+        axes.plot(*others.T, "x", color=DROPPED_COLOUR, markersize=6, label="other group")
     for index, (point, number) in enumerate(zip(points, estimate.light_numbers(), strict=True)):
         if on_ring[index]:
             outward = point - lights.mean(axis=0)
@@ -116,7 +123,7 @@ def _draw_lights(axes: Axes, estimate: Estimate) -> None:
 def _draw_centres(axes: Axes, estimate: Estimate) -> None:
     if estimate.ellipse is not None:
         (centre,) = in_picture(estimate, np.array([estimate.ellipse.centre_px]))
-        axes.plot(*centre, "+", color=_ELLIPSE, markersize=8, label="ellipse centre")
+        axes.plot(*centre, "+", color=ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
     if estimate.selected is not None:
         (centre,) = estimate.camera.project([estimate.selected.position_m])
         axes.plot(*centre, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")

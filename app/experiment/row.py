@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 from dockpose import Estimate
-from dockpose.app.drawing.annotated import POSE_NAMES
+from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.checks import check_number
 from dockpose.pose.circle import CirclePose
 

@@ -16,7 +16,8 @@ import cv2
 import jinja2
 import numpy as np
 from dockpose import Estimate
-from dockpose.app.drawing.annotated import LAYERS, POSE_NAMES, annotate
+from dockpose.app.drawing.annotated import LAYERS, annotate
+from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.figures import to_svg
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.experiment.table import MISSING, table

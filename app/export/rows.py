@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from dockpose.app.commands.output import VIDEO_CODECS, open_text, write_line
-from dockpose.app.drawing.annotated import POSE_NAMES
+from dockpose.app.drawing.colours import POSE_NAMES
 
 _CANDIDATE_COLUMNS = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "probability", "rms_px")
 _TRACK_KEYS = ("probability", "age", "predicted", "lost")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from dockpose import Estimate
-from dockpose.app.drawing.annotated import POSE_NAMES
+from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.thresholds import LEVELS
 
 _SHORT_NAMES = {"hats": "HATS", "hats_local": "HATS local"}

@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 from dockpose import Estimate, estimate
-from dockpose.app.drawing.annotated import POSE_NAMES, annotate
+from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.processing.trajectory import Course
 from dockpose.app.state.scene import rendered
 from dockpose.app.state.view import View

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from dockpose import Estimate, Tracker
-from dockpose.app.drawing.annotated import POSE_NAMES
+from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.inputs.sequences import Opened
 from dockpose.app.processing.analysis import Followed, Reading
 from dockpose.app.processing.trajectory import Course

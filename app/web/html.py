@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dockpose.app.drawing.annotated import POSE_COLOURS, POSE_NAMES
+from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES
 
 MISSING = "–"
+SMALL = "padding: 0 0.75em 0.5em; font-size: 0.8em; line-height: 1.35"
 NUMBERS = "padding: 0.15em 0.3em; text-align: right; font-variant-numeric: tabular-nums"
 
 
@@ -35,6 +36,16 @@ def wide_row(text: str, columns: int) -> str:
 
 def pose_name(index: int, is_chosen: bool) -> str:
     """Letter and colour of a pose; the chosen one's dot is full, and it says so."""
-    blue, green, red = POSE_COLOURS[index]
-    mark = f'<span style="color: rgb({red},{green},{blue})">{"●" if is_chosen else "○"}</span>'
+    mark = f'<span style="color: {POSE_COLOURS[index]}">{"●" if is_chosen else "○"}</span>'
     return f"{mark} {POSE_NAMES[index]}{', chosen' if is_chosen else ''}"
+
+
+def help_anchor(words: str, section: str = "") -> str:
+    """Return a link to the help, or to one section of it, that opens in a new tab."""
+    target = f"/help#{section}" if section else "/help"
+    return f'<a href="{target}" target="_blank" rel="noopener">{words}</a>'
+
+
+def help_link(section: str, words: str = "What these numbers mean, and how far to trust them") -> str:
+    """Return a line with a link to a section of the help."""
+    return f'<div style="padding: 0.3em 0.75em 0.6em; font-size: 0.85em">{help_anchor(words, section)}</div>'

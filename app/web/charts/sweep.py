@@ -10,7 +10,7 @@ from html import escape
 import numpy as np
 import viser
 from dockpose.app.processing.comparison import CENTRES, SWEPT_LEVELS, Sweep
-from dockpose.app.web.panels.detect import SMALL
+from dockpose.app.web.html import SMALL
 from viser import uplot
 
 # Okabe and Ito's vermillion, orange and blue; the dashes tell them apart too.

@@ -18,9 +18,7 @@ from dockpose.app.processing.background import Progress, Task
 from dockpose.app.processing.comparison import compare_view, error_words, sweep_levels
 from dockpose.app.state.view import View, with_method
 from dockpose.app.web.charts.sweep import SweepChart
-from dockpose.app.web.html import MISSING, row, table
-from dockpose.app.web.panels.detect import SMALL
-from dockpose.app.web.panels.settings import help_link
+from dockpose.app.web.html import MISSING, SMALL, help_link, row, table
 from dockpose.app.web.widgets import Change
 from dockpose.thresholds import LEVELS
 

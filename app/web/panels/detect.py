@@ -11,6 +11,7 @@ from dockpose.app.processing.analysis import Reading
 from dockpose.app.state.detection import with_centroid
 from dockpose.app.state.view import MAX_AREA_PX, View, with_level, with_method, with_min_area
 from dockpose.app.web.charts.histogram import HistogramChart
+from dockpose.app.web.html import SMALL
 from dockpose.app.web.widgets import Change, on_change
 from dockpose.thresholds import LEVELS, METHODS
 
@@ -22,9 +23,6 @@ _METHOD_NAMES = {
     "fixed": "Fixed level",
 }
 _CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
-SMALL = "padding: 0 0.75em 0.5em; font-size: 0.8em; line-height: 1.35"
-
-
 _KEY = (
     "Dots: peaks of the histogram; votes: how many groups a peak stands for (of peaks close together, the surest). "
     "Dashed blue: groups that each level leaves, where they were counted."

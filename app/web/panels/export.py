@@ -16,8 +16,8 @@ from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Reading
 from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
+from dockpose.app.web.html import SMALL
 from dockpose.app.web.notifications import Notify
-from dockpose.app.web.panels.detect import SMALL
 from dockpose.app.web.saving import Saver
 from dockpose.app.web.widgets import on_click
 

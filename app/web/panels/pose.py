@@ -9,7 +9,7 @@ from typing import Any
 
 import viser
 from dockpose import Estimate
-from dockpose.app.drawing.annotated import POSE_NAMES
+from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Reading
 from dockpose.app.processing.peers import peer_poses

@@ -10,6 +10,7 @@ import viser
 from dockpose.app.processing.analysis import Reading
 from dockpose.app.state.preferences import Memory, settings_file, with_settings_file
 from dockpose.app.state.view import View
+from dockpose.app.web.html import help_anchor, help_link
 from dockpose.app.web.server.pages import help_body
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import Change, add_file_button
@@ -20,13 +21,6 @@ FIRST_CARD = (
     "The table and the 3D scene show the two poses the dock may have; the chosen one is solid.",
     "Try it: move a slider under <b>Source</b> or <b>Camera &amp; dock</b>, or drop a picture of your own on the page.",
 )
-_LINK = '<a href="/help{section}" target="_blank" rel="noopener">{words}</a>'
-
-
-def help_link(section: str, words: str = "What these numbers mean, and how far to trust them") -> str:
-    """A line that leads to a section of the help."""
-    link = _LINK.format(section=f"#{section}", words=words)
-    return f'<div style="padding: 0.3em 0.75em 0.6em; font-size: 0.85em">{link}</div>'
 
 
 @dataclass(frozen=True)
@@ -88,7 +82,7 @@ class HabitsPanel:
 
     def show_help(self, client: viser.ClientHandle) -> None:
         """Show the help over the page of one browser."""
-        link = _LINK.format(section="", words="Open it in a tab of its own")
+        link = help_anchor("Open it in a tab of its own")
         self._show_card(
             client, "Help", f'<div style="padding: 0 0.75em">{link}{help_body()}</div>', "Close", is_long=True
         )

@@ -12,7 +12,8 @@ import msgspec
 import numpy as np
 import viser
 from dockpose import Camera, Dock, Estimate
-from dockpose.app.drawing.annotated import POSE_COLOURS, POSE_NAMES, to_bgr8
+from dockpose.app.drawing.annotated import to_bgr8
+from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLOURS, POSE_NAMES, TRUTH_COLOUR, rgb
 from dockpose.app.processing.analysis import Reading
 from dockpose.app.state.view import View
 from dockpose.app.web.scene.known_poses import KnownDock, known_pose
@@ -25,9 +26,6 @@ NORMAL_LENGTH = 1.3  # radii, as in the annotated picture
 _TEXTURE_WIDTH_PX = 640
 _QUICK_TEXTURE_WIDTH_PX = 320  # where pictures follow each other faster than a browser can draw large ones
 _QUICK_S = 0.5
-# Okabe and Ito's bluish green and reddish purple.
-_TRUTH_COLOUR, _MEASURED_COLOUR = (0, 158, 115), (204, 121, 167)
-_PATH_COLOUR = (86, 180, 233)
 _PATH_POINTS = 400
 _GREY = (130, 130, 130)
 _AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
@@ -153,11 +151,13 @@ class View3D:
         ]
         self._edges = scene.add_line_segments("/camera/edges", no_lines, _GREY, thickness=1.5, thickness_units="screen")
         self._rays = scene.add_line_segments("/rays", no_lines, _GREY, thickness=0.8, thickness_units="screen")
-        self._path = scene.add_line_segments("/path", no_lines, _PATH_COLOUR, thickness=2.0, thickness_units="screen")
+        self._path = scene.add_line_segments(
+            "/path", no_lines, rgb(PATH_COLOUR), thickness=2.0, thickness_units="screen"
+        )
         self._image: viser.ImageHandle | None = None
-        self._truth = KnownDock(scene, "truth", _TRUTH_COLOUR)
-        self._measured = KnownDock(scene, "measured", _MEASURED_COLOUR)
-        self._poses = [self._pose_nodes(name, colour) for name, colour in zip(POSE_NAMES, POSE_COLOURS, strict=True)]
+        self._truth = KnownDock(scene, "truth", rgb(TRUTH_COLOUR))
+        self._measured = KnownDock(scene, "measured", rgb(MEASURED_COLOUR))
+        self._poses = [self._pose_nodes(*pose) for pose in zip(POSE_NAMES, map(rgb, POSE_COLOURS), strict=True)]
 
     def show(self, reading: Reading) -> None:
         """Draw what was found; called from the worker's thread."""
@@ -181,10 +181,8 @@ class View3D:
             self._looked_at = view.source
             self.look_from_everywhere(OVERVIEW)
 
-    def _pose_nodes(self, name: str, bgr: tuple[int, int, int]) -> _PoseNodes:
+    def _pose_nodes(self, name: str, colour: tuple[int, int, int]) -> _PoseNodes:
         scene, path = self._server.scene, f"/pose_{name.lower()}"
-        blue, green, red = bgr
-        colour = (red, green, blue)
         return _PoseNodes(
             frame=scene.add_frame(path, show_axes=False, visible=False),
             ring=scene.add_line_segments(

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.expand import expand
-from dockpose.camera.calibrate import Board, Calibration, CalibrationError, View, calibrate
+from dockpose.camera.calibrate import Board, BoardView, Calibration, CalibrationError, calibrate
 from dockpose.camera.files import save_camera
 from dockpose.camera.image import decode, to_grey, to_levels
 from rich.console import Console
@@ -81,7 +81,7 @@ def report(done: Calibration, out: Path) -> Iterator[str]:
     yield f"The camera is in {out}."
 
 
-def _outcome(view: View) -> str:
+def _outcome(view: BoardView) -> str:
     if view.dropped:
         return f"dropped: {view.dropped}"
     return f"{view.error_px:.3f} px over {view.corners} corners"

@@ -18,7 +18,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.export.rows import CSV_COLUMNS, Outputs, Results, to_row
 from dockpose.app.inputs.expand import expand
 from dockpose.app.inputs.pictures import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, Batch, Picture, read_job, say
-from dockpose.app.processing.auto_masks import Watched
+from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
 from dockpose.camera.files import FileError
 from dockpose.sources import Kind, kind_of
@@ -181,15 +181,15 @@ def _try_sequence(
 def _estimate_pictures(batch: Batch, settings: Settings, how: How, outputs: Outputs, results: Results) -> None:
     paths = [job.path for job in batch.jobs]
     folder = None if outputs.annotate is None else PictureFolder(outputs.annotate, paths)
-    watched = Watched(settings, say)
+    auto_masks = AutoMasks(settings, say)
     if how.is_split:
-        _split_pictures(batch, settings, how, watched, results, folder)
+        _split_pictures(batch, settings, how, auto_masks, results, folder)
         return
 
     def work(picture: Picture) -> Estimate:
-        wanted = watched.settings_for(picture.image.shape, picture.camera, picture.dock)
+        wanted = auto_masks.settings_for(picture.image.shape, picture.camera, picture.dock)
         found = estimate(picture.image, picture.camera, picture.dock, wanted)
-        watched.see(found, str(picture.path))
+        auto_masks.see(found, str(picture.path))
         return found
 
     for picture, found in batch.run(work):
@@ -203,10 +203,10 @@ def _estimate_pictures(batch: Batch, settings: Settings, how: How, outputs: Outp
 
 
 def _split_pictures(
-    batch: Batch, settings: Settings, how: How, watched: Watched, results: Results, folder: PictureFolder | None
+    batch: Batch, settings: Settings, how: How, auto_masks: AutoMasks, results: Results, folder: PictureFolder | None
 ) -> None:
     with workers(how.jobs, how.scheduler) as (executor, at_once):
-        for one in split(PictureWork(batch.jobs), executor, at_once, watched, settings):
+        for one in split(PictureWork(batch.jobs), executor, at_once, auto_masks, settings):
             if one.estimate is None:
                 batch.pass_over(one.told)
                 continue

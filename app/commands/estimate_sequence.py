@@ -17,7 +17,7 @@ from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
 from dockpose.app.export.rows import Outputs, Results
 from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
-from dockpose.app.processing.auto_masks import Watched
+from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
 from dockpose.camera.files import FileError
 from dockpose.simulate import load_sequence
@@ -190,14 +190,14 @@ class _Run:
         return self._split(frames.count)
 
     def _one_by_one(self) -> Iterator[tuple[Found, Tracked]]:
-        watched = Watched(self._settings, self._tell)
+        auto_masks = AutoMasks(self._settings, self._tell)
         camera, dock = self._sequence.camera, self._sequence.dock
         search = search_of(camera, dock, self._settings)
         for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
             self._last = frame
-            settings = watched.settings_for(frame.image.shape, camera, dock)
+            settings = auto_masks.settings_for(frame.image.shape, camera, dock)
             found = search.see(frame.image, frame.index, frame.time_s, settings)
-            watched.see(found, f"{frame.name} frame {frame.index}")
+            auto_masks.see(found, f"{frame.name} frame {frame.index}")
             tracked = self._tracker.follow(found, frame.time_s)
             yield Found(frame.index, frame.time_s, frame.name, frame.sha256, found), tracked
 
@@ -205,9 +205,9 @@ class _Run:
         sequence = self._sequence
         rate_hz = self._how.rate_hz
         work = SequenceWork(sequence.source, sequence.paths, rate_hz, sequence.camera, sequence.dock, count)
-        watched = Watched(self._settings, self._tell)
+        auto_masks = AutoMasks(self._settings, self._tell)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
-            for found in split(work, executor, at_once, watched, self._settings):
+            for found in split(work, executor, at_once, auto_masks, self._settings):
                 if found.estimate is None:
                     self._skipped += found.skipped
                     self._tell(found.told)

@@ -95,7 +95,7 @@ def _files(
 ) -> dict[str, Callable[[], bytes]]:
     from dockpose.app.export.bundle import picture_files
     from dockpose.app.export.contents import sequence_files, session_files
-    from dockpose.app.processing.analysis import read_view
+    from dockpose.app.processing.analysis import analyse
     from dockpose.app.state.view import open_source
 
     try:
@@ -110,8 +110,8 @@ def _files(
             raise UserError(f"{source}: which camera? Give --camera C.yaml, or {source.stem}.yaml beside the picture")
         if source.is_file() and dock is None and beside.dock is None:
             raise UserError(f"{source}: how large is the dock? Give --dock-diameter in metres")
-        reading = read_view(open_source(str(source), camera, dock))
-        return picture_files(reading, layers=layers, sha256=hashlib.sha256(source.read_bytes()).hexdigest())
+        analysis = analyse(open_source(str(source), camera, dock))
+        return picture_files(analysis, layers=layers, sha256=hashlib.sha256(source.read_bytes()).hexdigest())
     except ValueError as error:
         raise UserError(str(error)) from error
 

@@ -16,7 +16,7 @@ import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.app.errors import UserError
 from dockpose.pose.circle import CirclePose
-from dockpose.simulate import Approach, Frame, Lights, Pose, Scene, Sequence, film, load_sequence, save_sequence
+from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
 from dockpose.simulate.scene import Background
 from rich.console import Console
@@ -28,7 +28,7 @@ _STILL_RATE_HZ = 10.0
 _FRAME_NAME = re.compile(r"frame_(\d+)\.png")
 
 # LEDs as bright as they must be to be seen from 20 m.
-DEFAULT = Sequence(
+DEFAULT = FilmPlan(
     scene=Scene(
         camera=Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480),
         dock=Dock(diameter=0.30, lights=10),
@@ -72,7 +72,7 @@ def simulate(scene: str | None, seed: int | None, frames: int | None, out: Path)
     return 0
 
 
-def _sequence(path: str | None, seed: int | None, frames: int | None) -> Sequence:
+def _sequence(path: str | None, seed: int | None, frames: int | None) -> FilmPlan:
     try:
         sequence = DEFAULT if path is None else load_sequence(path)
     except ValueError as error:
@@ -91,7 +91,7 @@ def _estimator(dock: Dock) -> Callable[[np.ndarray, Camera], CirclePose | None]:
     return observe
 
 
-def _with_progress(frames: Iterator[Frame], count: int) -> Iterator[Frame]:
+def _with_progress(frames: Iterator[RenderedFrame], count: int) -> Iterator[RenderedFrame]:
     """Pass the pictures on, with a bar on standard error where a person sits before it."""
     console = Console(stderr=True)
     columns = ("simulate", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -99,7 +99,7 @@ def _with_progress(frames: Iterator[Frame], count: int) -> Iterator[Frame]:
         yield from progress.track(frames, total=count)
 
 
-def _target(out: Path, sequence: Sequence) -> _Folder | _Video:
+def _target(out: Path, sequence: FilmPlan) -> _Folder | _Video:
     if out.suffix.lower() in VIDEO_CODECS:
         return _Video(out, sequence)
     return _Folder(out, sequence)
@@ -121,20 +121,20 @@ class _Target:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._files.close()
 
-    def add(self, frame: Frame) -> None:
+    def add(self, frame: RenderedFrame) -> None:
         """Write one picture, then its truth."""
         self._write(frame)
         self._rows.writerow(truth_row(frame))
         self._file.flush()
 
-    def _write(self, frame: Frame) -> None:
+    def _write(self, frame: RenderedFrame) -> None:
         raise NotImplementedError
 
 
 class _Folder(_Target):
     """A folder of frame_0001.png, each with its scene and truth beside it, so that `dockpose estimate` reads it."""
 
-    def __init__(self, folder: Path, sequence: Sequence) -> None:
+    def __init__(self, folder: Path, sequence: FilmPlan) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         longer = [name for name in map(_FRAME_NAME.fullmatch, (path.name for path in folder.iterdir())) if name]
         for name in longer:
@@ -144,14 +144,14 @@ class _Folder(_Target):
         self._folder = folder
         save_sequence(sequence, folder / "scene.yaml")
 
-    def _write(self, frame: Frame) -> None:
+    def _write(self, frame: RenderedFrame) -> None:
         save_picture(frame.image, frame.scene, frame.truth, self._folder, f"frame_{frame.number:04d}")
 
 
 class _Video(_Target):
     """A video, and beside it NAME.csv with the truth and NAME.yaml with the scene, its camera and dock included."""
 
-    def __init__(self, path: Path, sequence: Sequence) -> None:
+    def __init__(self, path: Path, sequence: FilmPlan) -> None:
         super().__init__(path.with_suffix(".csv"))
         self._path = path
         self._sequence = sequence
@@ -176,5 +176,5 @@ class _Video(_Target):
             raise UserError(f"--out {self._path}: this OpenCV cannot write such a video; use a folder")
         return self
 
-    def _write(self, frame: Frame) -> None:
+    def _write(self, frame: RenderedFrame) -> None:
         self._writer.write(frame.image)

@@ -14,7 +14,7 @@ from dockpose.app.inputs.folder import below
 _MOST = 500
 
 
-class SessionShelf:
+class SessionFolder:
     """Sessions below a folder, and nowhere else.
 
     Parameters

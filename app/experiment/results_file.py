@@ -13,7 +13,7 @@ from dockpose.camera.files import FileError
 EMPTY = to_csv_line(COLUMNS).encode()
 
 
-class Results:
+class ResultsFile:
     """The rows, in memory and on the disk, where both always agree.
 
     Each change writes all rows anew and puts the file in the old one's place. That is a few milliseconds at 2,000 rows,

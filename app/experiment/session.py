@@ -21,7 +21,7 @@ from dockpose.app.experiment.durable_files import remove, remove_temporaries, sy
 from dockpose.app.experiment.lock import NAME as LOCK
 from dockpose.app.experiment.lock import FolderLock, InUseError
 from dockpose.app.experiment.record import FRAMES, INFO, RESULTS, SCHEMA, SessionRecord, is_session, read_session
-from dockpose.app.experiment.results_file import EMPTY, Results
+from dockpose.app.experiment.results_file import EMPTY, ResultsFile
 from dockpose.app.experiment.row import Measured, Row, checked_edit, clean_text, estimate_values, measured_values
 from dockpose.app.experiment.versions import versions, with_versions
 from dockpose.camera.files import FileError
@@ -41,7 +41,7 @@ class Session:
 
     def __init__(self, record: SessionRecord, lock: FolderLock) -> None:
         self._record, self._held = record, lock
-        self._results = Results(record.folder, record.rows)
+        self._results = ResultsFile(record.folder, record.rows)
         self._busy = threading.RLock()
         self._closed = False
         frames = _numbers(record.folder / FRAMES)

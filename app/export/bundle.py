@@ -17,7 +17,7 @@ from dockpose.app.export.plots import histogram_figure
 from dockpose.app.export.report import picture_report
 from dockpose.app.export.ros import pose_yaml
 from dockpose.app.inputs.filenames import safe_name
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view
 
@@ -25,7 +25,7 @@ Files = dict[str, Callable[[], bytes]]
 
 
 def bundle(
-    reading: Reading, progress: Progress, *, with_montage: bool = True, layers: Collection[str] = LAYERS
+    analysis: Analysis, progress: Progress, *, with_montage: bool = True, layers: Collection[str] = LAYERS
 ) -> bytes:
     """Return a ZIP file of what was found, telling file by file; see :func:`picture_files`.
 
@@ -34,12 +34,12 @@ def bundle(
     CancelledError
         if it was asked to stop.
     """
-    files = picture_files(reading, with_montage=with_montage, layers=layers, progress=progress.silent())
+    files = picture_files(analysis, with_montage=with_montage, layers=layers, progress=progress.silent())
     return to_zip(files, progress)
 
 
 def picture_files(
-    reading: Reading,
+    analysis: Analysis,
     *,
     with_montage: bool = True,
     layers: Collection[str] = LAYERS,
@@ -50,7 +50,7 @@ def picture_files(
 
     Parameters
     ----------
-    reading : what to write.
+    analysis : what to write.
     with_montage : whether to try every method for a montage, which takes longest.
     layers : of the annotated picture.
     sha256 : of the picture's file, where there is one.
@@ -62,16 +62,16 @@ def picture_files(
     .csv (a row), settings.yaml (camera, dock and settings), pose_ros.yaml where there is a pose, report.html, and
     montage.png.
     """
-    view, found = reading.view, reading.estimate
+    view, found = analysis.view, analysis.estimate
     files: Files = {
         "annotated.png": lambda: to_png(annotate(view.image, found, layers=layers)),
         "annotated.svg": lambda: to_svg(picture_figure(view.image, found, layers), "annotated"),
         "annotated.pdf": lambda: to_pdf(picture_figure(view.image, found, layers)),
         "picture.png": lambda: to_png(view.image),
-        "result.json": lambda: to_json(result_line(reading, sha256)),
-        "result.csv": lambda: to_csv([result_line(reading, sha256)]),
-        "settings.yaml": lambda: settings_yaml(reading).encode(),
-        "report.html": lambda: picture_report(reading, sha256).encode(),
+        "result.json": lambda: to_json(result_line(analysis, sha256)),
+        "result.csv": lambda: to_csv([result_line(analysis, sha256)]),
+        "settings.yaml": lambda: settings_yaml(analysis).encode(),
+        "report.html": lambda: picture_report(analysis, sha256).encode(),
     }
     threshold = found.threshold
     if threshold is not None:

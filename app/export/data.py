@@ -14,12 +14,12 @@ import numpy as np
 import yaml
 from dockpose.app.commands.estimate import CSV_COLUMNS, to_row
 from dockpose.app.experiment.versions import with_versions
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 
 
-def result_line(reading: Reading, sha256: str | None = None) -> dict[str, Any]:
+def result_line(analysis: Analysis, sha256: str | None = None) -> dict[str, Any]:
     """The JSON object of schema 1, with the versions of program and libraries; ``sha256`` is of the picture's file."""
-    return with_versions(reading.estimate.to_dict(reading.view.source, frame=0, sha256=sha256))
+    return with_versions(analysis.estimate.to_dict(analysis.view.source, frame=0, sha256=sha256))
 
 
 def to_json(line: dict[str, Any]) -> bytes:
@@ -36,9 +36,9 @@ def to_csv(lines: Iterable[dict[str, Any]]) -> bytes:
     return text.getvalue().encode()
 
 
-def settings_yaml(reading: Reading) -> str:
+def settings_yaml(analysis: Analysis) -> str:
     """What the picture was read with, as YAML: settings, dock, camera, and the measured pose where there is one."""
-    view = reading.view
+    view = analysis.view
     content: dict[str, Any] = {
         "source": view.source,
         "settings": _plain(view.settings),

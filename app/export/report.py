@@ -24,7 +24,7 @@ from dockpose.app.experiment.table import MISSING, table
 from dockpose.app.experiment.versions import versions
 from dockpose.app.export.plots import error_figure, histogram_figure, sequence_figure
 from dockpose.app.export.words import why_this_one
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.replay import estimate_again
 from dockpose.app.resources import static_path
 from dockpose.camera.image import decode
@@ -77,9 +77,9 @@ class Report:
         return _template().render(report=self, made=made)
 
 
-def picture_report(reading: Reading, sha256: str | None = None) -> str:
+def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
     """Report of one picture: both poses, the histogram, and all that it was read with."""
-    view, found = reading.view, reading.estimate
+    view, found = analysis.view, analysis.estimate
     facts = {"Source": view.source, "Result": found.message, "Choice": why_this_one(found)}
     facts |= {"SHA-256 of the file": sha256} if sha256 else {}
     known = view.truth if view.truth is not None else view.measured

@@ -13,7 +13,7 @@ from dockpose.app.inputs.folder import below, folders_below, pictures_in, videos
 from dockpose.app.inputs.sidecar import read_sidecar
 from dockpose.app.state.scene import scene_of
 from dockpose.app.state.view import View
-from dockpose.simulate import Approach, ClosedLoop, Hover, Scene, Sequence, Sweep
+from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep
 from dockpose.sources import Frames, Kind, Pictures, Simulated, Tell, kind_of, open_frames
 
 SIMULATED = ("simulated approach", "simulated sweep", "simulated hover", "simulated closed loop")
@@ -151,7 +151,7 @@ def simulated(name: str, scene: Scene) -> Opened:
         SIMULATED[2]: Hover(frames=250, rate_hz=_RATE_HZ, drift_m=drift_m),
         SIMULATED[3]: ClosedLoop(end_m=near_m, frames=500, **currents),
     }[name]
-    return Opened(Simulated(Sequence(scene=scene, motion=motion), name), name, scene.camera, scene.dock)
+    return Opened(Simulated(FilmPlan(scene=scene, motion=motion), name), name, scene.camera, scene.dock)
 
 
 def _with_sidecar(frames: Frames, name: str, path: Path) -> Opened:

@@ -9,7 +9,7 @@ import numpy as np
 from dockpose import Estimate, estimate
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.processing.trajectory import Course
+from dockpose.app.processing.trajectory import Trajectory
 from dockpose.app.state.scene import rendered
 from dockpose.app.state.view import View
 from dockpose.sources import Frame
@@ -17,16 +17,16 @@ from dockpose.tracking.tracker import Tracked
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class TrackedFrame:
     """A frame of a sequence, what was found in it with the frames before, and the course over all that were seen."""
 
     frame: Frame
     tracked: Tracked
-    course: Course
+    trajectory: Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class Analysis:
     """A view, and what the pipeline found in it.
 
     ``followed`` is there where the view shows a frame that was followed from the one before.
@@ -34,7 +34,7 @@ class Reading:
 
     view: View
     estimate: Estimate
-    followed: Followed | None = None
+    tracked_frame: TrackedFrame | None = None
 
     @cached_property
     def annotated(self) -> np.ndarray:
@@ -42,13 +42,13 @@ class Reading:
         return annotate(self.view.image, self.estimate)
 
 
-def read_view(view: View) -> Reading:
+def analyse(view: View) -> Analysis:
     """Render the view if it is to be, run the pipeline on it, and choose the pose that the operator chose, if any."""
     view = rendered(view)
     found = estimate(view.image, view.camera, view.dock, view.settings)
     if view.by_hand is not None:
         found = chosen_by_hand(found, view.by_hand)
-    return Reading(view, found)
+    return Analysis(view, found)
 
 
 def chosen_by_hand(found: Estimate, normal: tuple[float, float, float]) -> Estimate:

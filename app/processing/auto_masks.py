@@ -10,7 +10,7 @@ from dockpose import Camera, Dock, Estimate, Settings
 from dockpose.lights.masks import StillGroups
 
 
-class Watched:
+class AutoMasks:
     """Finds what stays put in frames that belong together: those of the same size, camera and dock, in a row.
 
     Parameters

@@ -22,7 +22,7 @@ CENTRES = ("mass moment of the lights", "ellipse centre", "true centre")
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class LevelSweep:
     """How far the dock's centre is off, level by level.
 
     Attributes
@@ -61,8 +61,8 @@ def sweep_levels(
     present: Estimate,
     progress: Progress,
     levels: Sequence[int] = SWEPT_LEVELS,
-    show: Callable[[Sweep], None] = lambda sweep: None,
-) -> Sweep:
+    show: Callable[[LevelSweep], None] = lambda sweep: None,
+) -> LevelSweep:
     """Estimate the view at every fixed level (Fig. 14 of Ghosh et al. 2016).
 
     Parameters
@@ -79,8 +79,8 @@ def sweep_levels(
         found = _estimate(view, msgspec.structs.replace(view.settings, method="fixed", level=level))
         if centre is not None:
             errors[index] = _errors_px(found, centre)
-        show(Sweep(np.asarray(levels[: index + 1]), errors[: index + 1].copy(), reference))
-    return Sweep(np.asarray(levels), errors, reference)
+        show(LevelSweep(np.asarray(levels[: index + 1]), errors[: index + 1].copy(), reference))
+    return LevelSweep(np.asarray(levels), errors, reference)
 
 
 def _estimate(view: View, settings: Settings) -> Estimate:

@@ -8,14 +8,14 @@ from typing import Any
 from dockpose import Estimate, Tracker
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.inputs.sequences import Opened
-from dockpose.app.processing.analysis import Followed, Reading
-from dockpose.app.processing.trajectory import Course
+from dockpose.app.processing.analysis import Analysis, TrackedFrame
+from dockpose.app.processing.trajectory import Trajectory
 from dockpose.app.state.view import View, with_frame
 from dockpose.sources import Frame
 from dockpose.tracking.tracker import Tracked
 
 
-class Follower:
+class FrameFollower:
     """Reads the frames of one sequence, each with the camera, dock and settings that the page has at that moment."""
 
     def __init__(self, opened: Opened) -> None:
@@ -23,7 +23,7 @@ class Follower:
         self._tracker: Tracker | None = None
         self._searched_with: tuple[Any, ...] = ()
         self._before: int | None = None
-        self.course = Course()
+        self.trajectory = Trajectory()
 
     def view_of(self, view: View, frame: Frame) -> View:
         """The view that shows a frame in place of what is shown."""
@@ -34,13 +34,13 @@ class Follower:
             return with_frame(view, frame.image, source, self._opened.camera, self._opened.dock)
         return with_frame(view, frame.image, source)
 
-    def read(self, view: View, frame: Frame) -> Reading:
+    def read(self, view: View, frame: Frame) -> Analysis:
         """Search the frame that a view shows, and follow the dock from the frame before."""
         tracked = self._tracker_for(view, frame).see(view.image, frame.time_s)
         self._before = frame.index
-        self.course.note(frame, tracked)
+        self.trajectory.note(frame, tracked)
         found = chosen_by_track(tracked)
-        return Reading(view, found, Followed(frame, tracked, self.course))
+        return Analysis(view, found, TrackedFrame(frame, tracked, self.trajectory))
 
     def _tracker_for(self, view: View, frame: Frame) -> Tracker:
         """The tracker so far; a new one after a leap, or when anything else is searched for."""

@@ -23,7 +23,7 @@ from typing import Protocol
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Job, read_job
-from dockpose.app.processing.auto_masks import Watched
+from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.sources import Frames, Pictures, open_frames
 from dockpose.tracking.search import BLOCK, Search
 
@@ -217,7 +217,7 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def split(work: Work, executor: Executor, count: int, watched: Watched, settings: Settings) -> Iterator[Found]:
+def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings) -> Iterator[Found]:
     """Estimate all frames by an executor; yield what was found, in order.
 
     Parameters
@@ -241,12 +241,12 @@ def split(work: Work, executor: Executor, count: int, watched: Watched, settings
             for one in waiting.popleft().result():
                 if one.estimate is not None:
                     shape = (one.estimate.height, one.estimate.width)
-                    wanted = watched.settings_for(shape, *work.belongs(one.index))
+                    wanted = auto_masks.settings_for(shape, *work.belongs(one.index))
                     if one.estimate.settings != wanted:
                         _cancel(waiting)
                         settings, start = wanted, one.index
                         break
-                    watched.see(one.estimate, work.label(one))
+                    auto_masks.see(one.estimate, work.label(one))
                     last = one
                 yield one
     finally:

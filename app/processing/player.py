@@ -13,7 +13,7 @@ _RATE_HZ = 10.0  # of frames that have no times
 _LATE_S = 0.25  # so much is made up for after a slow frame; beyond that time goes on from there
 
 
-class Player:
+class FramePlayer:
     """Plays one source of frames: on and on, step by step, or from wherever it is told to go to.
 
     A recording is shown frame by frame, none left out, as fast as its own rate times ``speed`` wants and ``show``

@@ -13,7 +13,7 @@ COLUMNS = ("time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "eccentr
 _NOMINAL_HZ = 10.0  # of frames without times
 
 
-class Course:
+class Trajectory:
     """What was found in the frames that were seen, by their number; the rows are those of ``COLUMNS``."""
 
     def __init__(self) -> None:

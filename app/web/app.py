@@ -9,19 +9,19 @@ from collections.abc import Callable
 
 import viser
 from dockpose import Camera, Dock
-from dockpose.app.experiment.folder import SessionShelf
+from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.inputs.folder import Shelf
 from dockpose.app.inputs.sequences import Given, is_sequence
-from dockpose.app.processing.analysis import Reading, read_view
+from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.latest_worker import LatestWorker
 from dockpose.app.state.preferences import Memory, with_last_settings
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout, Parts
-from dockpose.app.web.notifications import Colour, Notices
-from dockpose.app.web.pacing import Pace
-from dockpose.app.web.scene.scene import View3D
-from dockpose.app.web.sequence import Deck
+from dockpose.app.web.notifications import Colour, Notifications
+from dockpose.app.web.pacing import UpdatePacing
+from dockpose.app.web.scene.scene import Scene3D
+from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import LOOPBACK_NAMES, Guard, accept_values_only
 from dockpose.app.web.server.options import DEFAULTS, Options
 from dockpose.app.web.server.start import open_server, silence
@@ -90,24 +90,24 @@ class App:
     ) -> None:
         self._server = server
         self._guard = guard
-        self._notices = Notices()
+        self._notices = Notifications()
         self._shelf = Shelf()
         self._uploads = Uploads(options.upload_limit_bytes, self._shelf.make_room)
         self._memory, self._history = memory, History()
         self._view = view
         self._lock = threading.RLock()
-        self._scene = View3D(server)
+        self._scene = Scene3D(server)
         self._shown = view
-        self._deck = Deck(self, given, options.folder)
-        self._deck.on_change, self._deck.on_rest = self._on_sequence, self._on_rest
-        self._newest: Reading | None = None
+        self._sequence = SequenceController(self, given, options.folder)
+        self._sequence.on_change, self._sequence.on_rest = self._on_sequence, self._on_rest
+        self._newest: Analysis | None = None
         self._is_warm = False
-        self._pace = Pace(draws_slowly, lambda: self._deck.is_playing)
+        self._pacing = UpdatePacing(draws_slowly, lambda: self._sequence.is_playing)
         self._layout = Layout(server, self._parts(options))
         self._panels = self._layout.panels
         for panel in self._panels:
             panel.load(view)
-        self._scene_worker = LatestWorker(self._scene.show, self.fail, self._pace.drawing_rest_s)
+        self._scene_worker = LatestWorker(self._scene.show, self.fail, self._pacing.drawing_rest_s)
         self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
@@ -133,7 +133,7 @@ class App:
         server = open_server(host, port, guard, draws_slowly.set)
         app = cls(server, guard, view, memory, options, draws_slowly, given)
         try:
-            app._deck.open_given()
+            app._sequence.open_given()
         except ValueError:
             app.stop()
             raise
@@ -165,7 +165,7 @@ class App:
 
     def stop(self) -> None:
         """End the worker and the server."""
-        self._deck.close()
+        self._sequence.close()
         self._layout.close()
         self._worker.close()
         self._scene_worker.close()
@@ -192,10 +192,10 @@ class App:
                     panel.load(after)
             if after is not before:
                 self._history.note(before, after)
-                if not (self._deck.is_playing and after.list_name == "sequence"):  # else the next frame has it
+                if not (self._sequence.is_playing and after.list_name == "sequence"):  # else the next frame has it
                     self._worker.submit(after)
         if before.list_name == "sequence" != after.list_name:
-            self._deck.close()
+            self._sequence.close()
         if after.note and after.note != before.note:
             self.notify("Please check the camera", after.note, "yellow", client)
 
@@ -223,10 +223,10 @@ class App:
             shelf=self._shelf,
             root=options.folder,
             memory=self._memory,
-            deck=self._deck,
+            sequence=self._sequence,
             scene=self._scene,
             notify=self.notify,
-            sessions=SessionShelf(options.sessions),
+            sessions=SessionFolder(options.sessions),
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
@@ -252,13 +252,13 @@ class App:
                 self._show(self._newest)
             return
         try:
-            reading = read_view(job)
+            analysis = analyse(job)
             if not self._is_warm:  # the first run loads compiled code, and its time is not that of a picture
-                self._is_warm, reading = True, read_view(job)
+                self._is_warm, analysis = True, analyse(job)
         except ValueError as error:  # a scene that cannot be rendered
             self._go_back(job, error)
             return
-        self._show(reading)
+        self._show(analysis)
 
     def _work_on_frame(self, frame: Frame) -> None:
         """Put the frame in the place of what is shown, search it, and show what was found.
@@ -266,7 +266,7 @@ class App:
         While frames follow each other all that is not the picture is shown a few times a second.
         """
         with self._lock:
-            follower, before = self._deck.follower, self._view
+            follower, before = self._sequence.follower, self._view
             if follower is None:  # closed meanwhile
                 return
             view = self._view = follower.view_of(before, frame)
@@ -275,19 +275,19 @@ class App:
                     panel.load(view)
         if view.note:
             self.notify("Please check the camera", view.note, "yellow", None)
-        reading = self._newest = follower.read(view, frame)
-        if self._pace.shows_all():
-            self._show(reading)
-        elif self._pace.shows_picture():
-            self._pace.note(all_panels=False)
-            self._layout.picture.show_annotated(reading)
+        analysis = self._newest = follower.read(view, frame)
+        if self._pacing.shows_all():
+            self._show(analysis)
+        elif self._pacing.shows_picture():
+            self._pacing.note(all_panels=False)
+            self._layout.picture.show_annotated(analysis)
 
-    def _show(self, reading: Reading) -> None:
-        self._shown = reading.view
-        self._pace.note(all_panels=True)
+    def _show(self, analysis: Analysis) -> None:
+        self._shown = analysis.view
+        self._pacing.note(all_panels=True)
         for panel in self._panels:
-            panel.show(reading)
-        self._scene_worker.submit(reading)
+            panel.show(analysis)
+        self._scene_worker.submit(analysis)
 
     def _go_back(self, refused: View, error: ValueError) -> None:
         """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""

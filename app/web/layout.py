@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import viser
-from dockpose.app.experiment.folder import SessionShelf
+from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.inputs.folder import Shelf
 from dockpose.app.state.preferences import Memory
@@ -26,8 +26,8 @@ from dockpose.app.web.panels.settings import Actions, HabitsPanel, help_link
 from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.panels.viewpoint import ViewpointPanel
-from dockpose.app.web.scene.scene import View3D
-from dockpose.app.web.sequence import Deck
+from dockpose.app.web.scene.scene import Scene3D
+from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.widgets import Change, Panel, Uploader
 
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
@@ -45,7 +45,7 @@ class Parts:
     shelf : the uploaded pictures.
     root : the folder on this machine that may be shown; None for none.
     memory : the settings that outlast the program.
-    deck : plays sequences.
+    sequence : plays sequences.
     scene : draws in 3D.
     notify : shows a notification.
     sessions : the folder of experiments.
@@ -58,10 +58,10 @@ class Parts:
     shelf: Shelf
     root: Path | None
     memory: Memory
-    deck: Deck
-    scene: View3D
+    sequence: SequenceController
+    scene: Scene3D
     notify: Notify
-    sessions: SessionShelf
+    sessions: SessionFolder
 
 
 class Layout:
@@ -103,7 +103,7 @@ class Layout:
             pose = PosePanel(gui, change)
             gui.add_html(help_link("pose"), order=1e9)
         with tabs.add_tab("Sequence"):
-            self.sequence = SequencePanel(gui, parts.deck)
+            self.sequence = SequencePanel(gui, parts.sequence)
             gui.add_html(help_link("sequence"), order=1e9)
         checksums = Checksums(parts.shelf, parts.root)
         with tabs.add_tab("Experiment"):

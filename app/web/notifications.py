@@ -29,7 +29,7 @@ class _Notice:
     sentences: list[str] = field(default_factory=list)
 
 
-class Notices:
+class Notifications:
     """Shows notices in browsers."""
 
     def __init__(self) -> None:

@@ -13,7 +13,7 @@ ALL_EVERY_S, ALL_SLOWLY_EVERY_S = 0.25, 2.0
 DRAWING_REST_S, DRAWING_REST_PLAYING_S = 0.7, 3.0
 
 
-class Pace:
+class UpdatePacing:
     """Decides about each frame of a sequence how much of it is shown, and how long the 3D scene rests.
 
     Parameters

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 import viser
 from dockpose.app.inputs.sequences import Given, Opened, choices, open_choice, open_given, open_sent
-from dockpose.app.processing.following import Follower
-from dockpose.app.processing.player import Player
+from dockpose.app.processing.following import FrameFollower
+from dockpose.app.processing.player import FramePlayer
 from dockpose.app.state.view import View
 from dockpose.app.web.notifications import Colour
 from dockpose.sources import Frame
@@ -39,7 +39,7 @@ class Stage(Protocol):
         ...
 
 
-class Deck:
+class SequenceController:
     """Holds one sequence at a time.
 
     Parameters
@@ -59,8 +59,8 @@ class Deck:
         self._stage, self._given, self._root = stage, given, root
         self._lock = threading.Lock()
         self._opened: Opened | None = None
-        self.player: Player | None = None
-        self.follower: Follower | None = None
+        self.player: FramePlayer | None = None
+        self.follower: FrameFollower | None = None
         self.on_change: Callable[[str | None], None] = lambda name: None
         self.on_rest: Callable[[], None] = lambda: None
 
@@ -98,8 +98,8 @@ class Deck:
         """Show the first frame of a sequence, or begin to play where it is live."""
         self.close()
         with self._lock:
-            self._opened, self.follower = opened, Follower(opened)
-            self.player = Player(opened.frames, self._stage.show_frame, lambda: self.on_rest(), self._show_error)
+            self._opened, self.follower = opened, FrameFollower(opened)
+            self.player = FramePlayer(opened.frames, self._stage.show_frame, lambda: self.on_rest(), self._show_error)
         self.on_change(opened.name)
 
     def play(self, is_playing: bool) -> None:

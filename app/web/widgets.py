@@ -1,6 +1,6 @@
 """The panels of the page, one a file.
 
-A panel builds its controls where it is made. ``load(view)`` sets them to the values of a view, ``show(reading)`` shows
+A panel builds its controls where it is made. ``load(view)`` sets them to the values of a view, ``show(analysis)`` shows
 a result. What a person does in it goes out as a function from the present view to the next one.
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 import viser
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import Limits, View
 from dockpose.app.web.server.uploads import ClientUploads, Receiver
 
@@ -33,7 +33,7 @@ class Panel(Protocol):
         """Set the controls to the values of a view."""
         ...
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Show what was found; called from the worker's thread."""
         ...
 

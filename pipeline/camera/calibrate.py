@@ -61,7 +61,7 @@ class Board:
 
 
 @dataclass(frozen=True)
-class View:
+class BoardView:
     """What became of one picture: its error, or why it was dropped.
 
     Attributes
@@ -87,7 +87,7 @@ class Calibration:
 
     camera: Camera
     error_px: float
-    views: tuple[View, ...]
+    views: tuple[BoardView, ...]
     counted_as: str
 
 
@@ -140,10 +140,10 @@ def calibrate(
             break
         name = sightings[worst].name
         why = f"its error of {errors[worst]:.2f} px stands out from the others' {np.median(errors):.2f} px"
-        views[name] = View(name, float(errors[worst]), len(sightings[worst].picture_px), why)
+        views[name] = BoardView(name, float(errors[worst]), len(sightings[worst].picture_px), why)
         del sightings[worst]
     for sighting, error in zip(sightings, errors, strict=True):
-        views[sighting.name] = View(sighting.name, float(error), len(sighting.picture_px))
+        views[sighting.name] = BoardView(sighting.name, float(error), len(sighting.picture_px))
     corners = np.array([len(sighting.picture_px) for sighting in sightings])
     overall = float(np.sqrt((corners * errors**2).sum() / corners.sum()))
     if not overall <= _WORST_SHARE * max(size):
@@ -155,30 +155,30 @@ def calibrate(
 
 def _find_boards(
     pictures: Iterable[tuple[str, np.ndarray | None]], board: Board
-) -> tuple[dict[str, View], list[_Sighting], str, tuple[int, int] | None]:
+) -> tuple[dict[str, BoardView], list[_Sighting], str, tuple[int, int] | None]:
     """Look for the board in each picture; all must have the size of the first one in which it was found."""
-    views: dict[str, View] = {}
+    views: dict[str, BoardView] = {}
     sightings: list[_Sighting] = []
     counted_as, size = "squares", None
     for name, grey in pictures:
         if grey is None:
-            views[name] = View(name, None, 0, "it cannot be read as a picture")
+            views[name] = BoardView(name, None, 0, "it cannot be read as a picture")
             continue
         own_size = (grey.shape[1], grey.shape[0])
         if size is not None and own_size != size:
             why = f"it is {own_size[0]} x {own_size[1]} pixels, the others are {size[0]} x {size[1]}"
-            views[name] = View(name, None, 0, why)
+            views[name] = BoardView(name, None, 0, why)
             continue
         ways = ("squares", "corners") if not sightings and board.dictionary is None else (counted_as,)
         for way in ways:
             found = _find_charuco(grey, board) if board.dictionary else _find_chessboard(grey, board, way)
             if found is not None:
                 counted_as, size = way, own_size
-                views[name] = View(name, None, len(found[1]))
+                views[name] = BoardView(name, None, len(found[1]))
                 sightings.append(_Sighting(name, *found))
                 break
         else:
-            views[name] = View(name, None, 0, "no board was found in it")
+            views[name] = BoardView(name, None, 0, "no board was found in it")
     return views, sightings, counted_as, size
 
 

@@ -4,20 +4,20 @@ from dockpose.simulate.files import load_scene, load_sequence, render_folder, sa
 from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Sweep
 from dockpose.simulate.render import Rendering, render, render_parts
 from dockpose.simulate.scene import Lights, Pose, Scene, Sensor
-from dockpose.simulate.sequence import Frame, Sequence, film, scenes
+from dockpose.simulate.sequence import FilmPlan, RenderedFrame, film, scenes
 from dockpose.simulate.truth import Truth, truth_dict, truth_of
 
 __all__ = [
     "Approach",
     "ClosedLoop",
-    "Frame",
+    "FilmPlan",
     "Hover",
     "Lights",
     "Pose",
+    "RenderedFrame",
     "Rendering",
     "Scene",
     "Sensor",
-    "Sequence",
     "Sweep",
     "Truth",
     "film",

@@ -12,7 +12,7 @@ from dockpose.camera.files import FileError, read_yaml, to_yaml
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.render import render
 from dockpose.simulate.scene import Scene
-from dockpose.simulate.sequence import Frame, Sequence
+from dockpose.simulate.sequence import FilmPlan, RenderedFrame
 from dockpose.simulate.truth import Truth, truth_dict
 
 TRUTH_COLUMNS = (
@@ -36,7 +36,7 @@ def load_scene(path: str | Path) -> Scene:
     return sequence.scene
 
 
-def load_sequence(path: str | Path) -> Sequence:
+def load_sequence(path: str | Path) -> FilmPlan:
     """Read a scene file with the key ``motion`` or without.
 
     ``water`` may be the name of a preset; the truth that may be in the file is left aside.
@@ -56,7 +56,7 @@ def load_sequence(path: str | Path) -> Sequence:
     except (msgspec.ValidationError, ValueError) as error:
         raise FileError(f"{path}: {error}") from error
     try:
-        return msgspec.convert({"scene": scene, "motion": motion}, Sequence)
+        return msgspec.convert({"scene": scene, "motion": motion}, FilmPlan)
     except (msgspec.ValidationError, ValueError) as error:
         raise FileError(f"{path}: {error}") from error
 
@@ -81,13 +81,13 @@ def save_picture(
     (Path(folder) / f"{name}.yaml").write_text(to_yaml(content), encoding="utf-8")
 
 
-def save_sequence(sequence: Sequence, path: str | Path) -> None:
+def save_sequence(sequence: FilmPlan, path: str | Path) -> None:
     """Write a scene file that :func:`load_sequence` reads back to the same numbers."""
     motion = {} if sequence.motion is None else {"motion": msgspec.to_builtins(sequence.motion)}
     Path(path).write_text(to_yaml(msgspec.to_builtins(sequence.scene) | motion), encoding="utf-8")
 
 
-def truth_row(frame: Frame) -> dict[str, Any]:
+def truth_row(frame: RenderedFrame) -> dict[str, Any]:
     """The truth of one picture of a sequence, by ``TRUTH_COLUMNS``; None for what has no image."""
     pose, centre = frame.scene.pose, frame.truth.centre_px
     x_px, y_px = (float(value) if np.isfinite(value) else None for value in centre)

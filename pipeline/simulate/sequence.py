@@ -26,7 +26,7 @@ _SWINGS = 6  # a smooth random drift is a sum of this many swings
 _RESPONSE_S = 1.0  # time in which the steered vehicle would make good an error if its speed allowed
 
 
-class Sequence(msgspec.Struct, frozen=True, kw_only=True):
+class FilmPlan(msgspec.Struct, frozen=True, kw_only=True):
     """A scene and how the vehicle moves in it; without a motion it is one picture."""
 
     scene: Scene
@@ -37,18 +37,18 @@ class Sequence(msgspec.Struct, frozen=True, kw_only=True):
         """Number of its pictures."""
         return 1 if self.motion is None else self.motion.frames
 
-    def with_frames(self, frames: int) -> Sequence:
+    def with_frames(self, frames: int) -> FilmPlan:
         """Return the same way in this many pictures; a scene without a motion stands still, but for its noise."""
         motion = self.motion or Hover(drift_m=0.0, drift_deg=0.0)
-        return Sequence(scene=self.scene, motion=msgspec.structs.replace(motion, frames=frames))
+        return FilmPlan(scene=self.scene, motion=msgspec.structs.replace(motion, frames=frames))
 
-    def with_seed(self, seed: int) -> Sequence:
+    def with_seed(self, seed: int) -> FilmPlan:
         """Return the same sequence with other random numbers."""
-        return Sequence(scene=msgspec.structs.replace(self.scene, seed=seed), motion=self.motion)
+        return FilmPlan(scene=msgspec.structs.replace(self.scene, seed=seed), motion=self.motion)
 
 
 @dataclass(frozen=True)
-class Frame:
+class RenderedFrame:
     """One picture of a sequence.
 
     Attributes
@@ -69,7 +69,7 @@ class Frame:
     observed: CirclePose | None = None
 
 
-def film(sequence: Sequence, observe: Observe | None = None) -> Iterator[Frame]:
+def film(sequence: FilmPlan, observe: Observe | None = None) -> Iterator[RenderedFrame]:
     """Render a sequence, picture by picture.
 
     Parameters
@@ -91,10 +91,10 @@ def film(sequence: Sequence, observe: Observe | None = None) -> Iterator[Frame]:
         return
     for number, (time_s, scene) in enumerate(scenes(sequence), start=1):
         image, truth = render(scene)
-        yield Frame(number, time_s, scene, image, truth)
+        yield RenderedFrame(number, time_s, scene, image, truth)
 
 
-def scenes(sequence: Sequence) -> Iterator[tuple[float, Scene]]:
+def scenes(sequence: FilmPlan) -> Iterator[tuple[float, Scene]]:
     """Yield the time in seconds and the scene of each picture, not rendered; a closed loop has none beforehand.
 
     Raises
@@ -116,7 +116,7 @@ def scenes(sequence: Sequence) -> Iterator[tuple[float, Scene]]:
         yield time_s, _with_pose(scene, position, turned, index)
 
 
-def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[Frame]:
+def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[RenderedFrame]:
     drift = _Drift(scene, motion)
     position, rotation = np.array(scene.pose.position_m), dock_rotation(scene)
     for index in range(motion.frames):
@@ -124,7 +124,7 @@ def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[Fra
         now = _with_pose(scene, position, rotation, index)
         image, truth = render(now)
         observed = observe(image, now.camera)
-        yield Frame(index + 1, time_s, now, image, truth, observed)
+        yield RenderedFrame(index + 1, time_s, now, image, truth, observed)
         if observed is not None:
             travel, turn = steer(observed, motion)
             position, rotation = turn.T @ (position - travel), turn.T @ rotation

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import islice
 
 from dockpose.estimate import estimate
-from dockpose.simulate import ClosedLoop, Sequence, film
+from dockpose.simulate import ClosedLoop, FilmPlan, film
 from dockpose.simulate.render import render
 from dockpose.simulate.sequence import Observe, scenes
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
@@ -29,7 +29,7 @@ class Simulated(Frames):
     """
 
     def __init__(
-        self, sequence: Sequence, source: str, tell: Tell | None = None, observe: Observe | None = None
+        self, sequence: FilmPlan, source: str, tell: Tell | None = None, observe: Observe | None = None
     ) -> None:
         super().__init__(source, tell)
         self.sequence = sequence

@@ -14,7 +14,19 @@ import numpy as np
 from dockpose import Camera, Dock, Estimate, Tracked, Tracker, estimate
 from dockpose.paper.table1 import choose_by_eccentricity
 from dockpose.pose.circle import CirclePose
-from dockpose.simulate import Approach, ClosedLoop, Frame, Lights, Pose, Scene, Sensor, Sequence, film, render, scenes
+from dockpose.simulate import (
+    Approach,
+    ClosedLoop,
+    FilmPlan,
+    Lights,
+    Pose,
+    RenderedFrame,
+    Scene,
+    Sensor,
+    film,
+    render,
+    scenes,
+)
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.scene import Background
 from dockpose.simulate.sequence import steer
@@ -28,7 +40,7 @@ LEAST_VISIBLE = 5  # lights within the picture: with fewer the dock is out of vi
 CERTAIN = 0.99
 
 
-def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> Sequence:
+def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> FilmPlan:
     """An approach from 20 m to 1 m of a 2 m dock, or from 4 m to 0.5 m of a 0.30 m dock.
 
     The lights face it at up to 35 degrees; currents carry and turn the vehicle; the water is between clear and coastal;
@@ -76,10 +88,10 @@ def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> Sequence:
         drift_deg=rng.uniform(0, 3),
         drift_time_s=rng.uniform(2, 6),
     )
-    return Sequence(scene=scene, motion=motion)
+    return FilmPlan(scene=scene, motion=motion)
 
 
-def approach(seed: int, dock: Dock, *, exact: bool = True) -> Iterator[Frame]:
+def approach(seed: int, dock: Dock, *, exact: bool = True) -> Iterator[RenderedFrame]:
     """Its frames, in one to three stretches of which three lights of ten are out."""
     sequence = draw_approach(seed, dock, exact=exact)
     rng = np.random.default_rng([seed, int(dock is FAR), 1])
@@ -94,7 +106,7 @@ def approach(seed: int, dock: Dock, *, exact: bool = True) -> Iterator[Frame]:
         )
         scene = msgspec.structs.replace(scene, lights=lights)
         image, truth = render(scene)
-        yield Frame(index + 1, time_s, scene, image, truth)
+        yield RenderedFrame(index + 1, time_s, scene, image, truth)
 
 
 def _exposed(scene: Scene, first: Scene) -> float:
@@ -240,7 +252,7 @@ def closed_loop(job: tuple[int, bool, bool]) -> Score:
         return pose
 
     table1 = frames = 0
-    for frame in film(Sequence(scene=scene, motion=motion), observe):
+    for frame in film(FilmPlan(scene=scene, motion=motion), observe):
         tracked, found, selected = seen[-1]
         visible = int(frame.truth.visible.sum())
         judge.see(frame.number, tracked, frame.truth.normal, visible)

@@ -23,10 +23,10 @@ from dockpose import Camera, Dock, Settings, estimate
 from dockpose.app.commands.estimate import Outputs, estimate_sources
 from dockpose.app.commands.estimate_sequence import How
 from dockpose.app.processing.parallel import search_of
-from dockpose.simulate import Approach, Scene, Sequence, film
+from dockpose.simulate import Approach, FilmPlan, Scene, film
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.scene import Background, Lights, Pose
-from dockpose.simulate.sequence import Frame
+from dockpose.simulate.sequence import RenderedFrame
 from dockpose.sources import open_frames
 from dockpose.tracking.tracker import Tracker
 
@@ -45,7 +45,7 @@ AT_MOST_GROWTH_MB = 20.0  # between a tenth of the way and its end
 
 
 @pytest.fixture(scope="module")
-def course() -> list[Frame]:
+def course() -> list[RenderedFrame]:
     """An approach from 3 m to 1 m, in which all frames are different."""
     scene = Scene(
         camera=CAMERA,
@@ -57,7 +57,7 @@ def course() -> list[Frame]:
         seed=1,
     )
     motion = Approach(frames=FRAMES, start_m=3.0, end_m=1.0, rate_hz=RATE_HZ, drift_m=0.02, drift_deg=1.0)
-    return list(film(Sequence(scene=scene, motion=motion)))
+    return list(film(FilmPlan(scene=scene, motion=motion)))
 
 
 @pytest.fixture(scope="module")

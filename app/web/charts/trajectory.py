@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import viser
-from dockpose.app.processing.trajectory import COLUMNS, Course
+from dockpose.app.processing.trajectory import COLUMNS, Trajectory
 from viser import uplot
 
 MOST_POINTS = 400  # a chart is as wide as that on the screen
@@ -76,15 +76,15 @@ def fitting_bounds(table: np.ndarray, lines: Lines) -> tuple[float, float]:
     return step * math.floor(low / step - 0.1), step * math.ceil(high / step + 0.1)
 
 
-class CourseCharts:
+class TrajectoryCharts:
     """Draws a course; not there before the first frame."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._charts = [_Chart(gui, lines) for lines in CHARTS]
 
-    def show(self, course: Course) -> None:
+    def show(self, trajectory: Trajectory) -> None:
         """Draw what was found so far."""
-        table = course.table(MOST_POINTS)
+        table = trajectory.table(MOST_POINTS)
         for chart in self._charts:
             chart.show(table)
 

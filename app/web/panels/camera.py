@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 import viser
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.camera import (
     COEFFICIENTS,
     OTHER_INDEX,
@@ -99,9 +99,9 @@ class CameraPanel:
         self._lights.value = view.dock.lights or 0
         self._angles.value = angles_text(view.dock)
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Say how much the camera sees."""
-        self._field.content = f'<div style="{_SMALL}">{escape(field_of_view_sentence(reading.view.camera))}</div>'
+        self._field.content = f'<div style="{_SMALL}">{escape(field_of_view_sentence(analysis.view.camera))}</div>'
 
     def _add_dock(self, gui: viser.GuiApi) -> None:
         self._diameter = add_slider(

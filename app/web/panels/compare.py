@@ -13,7 +13,7 @@ from dockpose import Estimate
 from dockpose.app.commands.compare import COMPARED
 from dockpose.app.drawing.montage import montage
 from dockpose.app.export.words import short_method
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress, Task
 from dockpose.app.processing.comparison import compare_view, error_words, sweep_levels
 from dockpose.app.state.view import View, with_method
@@ -73,7 +73,7 @@ class ComparePanel:
     """
 
     def __init__(self, gui: viser.GuiApi, change: Change, on_error: Callable[[Exception], None]) -> None:
-        self._reading: Reading | None = None
+        self._analysis: Analysis | None = None
         self._worked_on: dict[str, View] = {}
         self._compare = gui.add_button(
             "Compare all methods",
@@ -111,9 +111,9 @@ class ComparePanel:
     def load(self, view: View) -> None:
         """Nothing here belongs to the view."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Remember what there is to compare; say when what was compared is of before."""
-        self._reading = reading
+        self._analysis = analysis
         if self._worked_on:
             self._say_age()
 
@@ -121,24 +121,24 @@ class ComparePanel:
         """Stop whatever runs."""
         self._task.close()
 
-    def _begin(self, work: Callable[[Reading, Progress], None]) -> None:
-        reading = self._reading
-        if reading is not None:
-            self._task.start(lambda progress: self._work(work, reading, progress))
+    def _begin(self, work: Callable[[Analysis, Progress], None]) -> None:
+        analysis = self._analysis
+        if analysis is not None:
+            self._task.start(lambda progress: self._work(work, analysis, progress))
 
-    def _work(self, work: Callable[[Reading, Progress], None], reading: Reading, progress: Progress) -> None:
+    def _work(self, work: Callable[[Analysis, Progress], None], analysis: Analysis, progress: Progress) -> None:
         self._bar.visible = self._stop.visible = True
-        work(reading, progress)
+        work(analysis, progress)
         self._say_age()
 
     def _say_age(self) -> None:
         """Say where something shown here is of a view before the present one."""
-        present = None if self._reading is None else self._reading.view
+        present = None if self._analysis is None else self._analysis.view
         is_old = any(view is not present for view in self._worked_on.values())
         self._note.content = _note(_OLD if is_old else "")
 
-    def _do_compare(self, reading: Reading, progress: Progress) -> None:
-        view = reading.view
+    def _do_compare(self, analysis: Analysis, progress: Progress) -> None:
+        view = analysis.view
         found = compare_view(view, progress)
         known = view.truth if view.truth is not None else view.measured
         self._montage.image = montage(view.image, found, known)[:, :, ::-1]
@@ -147,9 +147,9 @@ class ComparePanel:
             handle.visible = True
         self._worked_on["methods"] = view
 
-    def _do_sweep(self, reading: Reading, progress: Progress) -> None:
-        self._worked_on["sweep"] = reading.view
-        self._chart.show(sweep_levels(reading.view, reading.estimate, progress, show=self._chart.grow))
+    def _do_sweep(self, analysis: Analysis, progress: Progress) -> None:
+        self._worked_on["sweep"] = analysis.view
+        self._chart.show(sweep_levels(analysis.view, analysis.estimate, progress, show=self._chart.grow))
 
     def _tell(self, share: float) -> None:
         if round(100 * share) != self._bar.value:

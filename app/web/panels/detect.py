@@ -7,7 +7,7 @@ from html import escape
 import viser
 from dockpose import Estimate
 from dockpose.app.drawing.thresholded import counts
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.detection import with_centroid
 from dockpose.app.state.view import MAX_AREA_PX, View, with_level, with_method, with_min_area
 from dockpose.app.web.charts.histogram import HistogramChart
@@ -107,9 +107,9 @@ class DetectPanel:
         self._min_area.value = view.settings.min_area_px
         self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Draw the histogram; let the level's slider follow a level that was found."""
-        found = reading.estimate
+        found = analysis.estimate
         self._sentence.content = (
             f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>'
             f"{escape(thrown_out_sentence(found))}<br>"
@@ -119,7 +119,7 @@ class DetectPanel:
             return
         self._chart.show(found.threshold)
         # A result of before the slider was moved must not move it back.
-        if "fixed" not in (reading.view.settings.method, self._labels.get(self._method.value)):
+        if "fixed" not in (analysis.view.settings.method, self._labels.get(self._method.value)):
             self._level.value = min(found.threshold.level, LEVELS - 1)
 
     def _with_method(self, view: View) -> View:

@@ -13,7 +13,7 @@ from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
 from dockpose.app.export.data import to_png
 from dockpose.app.export.scene import scene_html
 from dockpose.app.inputs.checksums import Checksums
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL
@@ -69,7 +69,7 @@ class ExportPanel:
         self, server: viser.ViserServer, notify: Notify, on_error: Callable[[Exception], None], checksums: Checksums
     ) -> None:
         self._server, self._notify, self._checksums = server, notify, checksums
-        self._reading: Reading | None = None
+        self._analysis: Analysis | None = None
         gui = server.gui
         gui.add_html(f'<div style="{SMALL}">{_WORDS}</div>')
         self._what = gui.add_dropdown("What", tuple(WHAT), hint="SVG and PDF stay sharp at any size.")
@@ -98,34 +98,34 @@ class ExportPanel:
     def load(self, view: View) -> None:
         """Nothing here belongs to the view."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Remember what there is to save."""
-        self._reading = reading
+        self._analysis = analysis
 
     def close(self) -> None:
         """Stop whatever runs."""
         self._saver.close()
 
     def _save(self, client: viser.ClientHandle) -> None:
-        reading, layers, name = self._reading, self.layers, WHAT.get(self._what.value)
-        if reading is None or name is None:
+        analysis, layers, name = self._analysis, self.layers, WHAT.get(self._what.value)
+        if analysis is None or name is None:
             return
 
         def make(progress: Progress) -> bytes:
-            files = self._files(reading, client, layers, progress)
+            files = self._files(analysis, client, layers, progress)
             if name not in files:
-                raise UserError(f"{reading.view.source}: there is no {name}: {reading.estimate.message}")
+                raise UserError(f"{analysis.view.source}: there is no {name}: {analysis.estimate.message}")
             return files[name]()
 
-        self._saver.save(client, bundle_name(reading.view.source, f"_{name}"), make)
+        self._saver.save(client, bundle_name(analysis.view.source, f"_{name}"), make)
 
     def _save_all(self, client: viser.ClientHandle) -> None:
-        reading, layers, with_montage = self._reading, self.layers, bool(self._montage.value)
-        if reading is None:
+        analysis, layers, with_montage = self._analysis, self.layers, bool(self._montage.value)
+        if analysis is None:
             return
 
         def make(progress: Progress) -> bytes:
-            files = self._files(reading, client, layers, progress.silent())
+            files = self._files(analysis, client, layers, progress.silent())
             if not with_montage:
                 del files["montage.png"]
             try:
@@ -136,10 +136,10 @@ class ExportPanel:
                 self._notify("The ZIP file lacks a picture", str(error), "yellow", client)
             return to_zip(files, progress)
 
-        self._saver.save(client, bundle_name(reading.view.source), make)
+        self._saver.save(client, bundle_name(analysis.view.source), make)
 
-    def _files(self, reading: Reading, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
-        files = picture_files(reading, layers=layers, sha256=self._checksums.sha256(reading.view), progress=progress)
+    def _files(self, analysis: Analysis, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
+        files = picture_files(analysis, layers=layers, sha256=self._checksums.sha256(analysis.view), progress=progress)
         return files | {"view_3d.png": partial(view_picture, client), "view_3d.html": partial(scene_html, self._server)}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import viser
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.detection import mask_labels, with_mask, without_mask, without_masks
 from dockpose.app.state.view import View
 from dockpose.app.web.widgets import Change
@@ -61,7 +61,7 @@ class MasksPanel:
             self._which.options = labels
             self._which.value = labels[-1]
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """The pictures show what is masked."""
 
     def _with_mask(self, view: View) -> View:

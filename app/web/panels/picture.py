@@ -10,7 +10,7 @@ import numpy as np
 import viser
 from dockpose.app.drawing.annotated import to_bgr8
 from dockpose.app.drawing.thresholded import threshold_picture
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
 from dockpose.app.web.panels.settings import help_link
 
@@ -67,21 +67,21 @@ class PicturePanel:
     def load(self, view: View) -> None:
         """There are no controls here."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Show the pictures; the original is sent only where it is another one.
 
         The annotated one goes out at once: it is what people wait for, and together with changes of the 3D scene the
         browser would hold it back until that is drawn.
         """
-        self.show_annotated(reading)
-        self._binary.image = _rgb(widen(threshold_picture(reading.view.image, reading.estimate)))
-        if self._pictured is not reading.view.image:
-            self._original.image = _rgb(widen(to_bgr8(reading.view.image)))
-            self._pictured = reading.view.image
+        self.show_annotated(analysis)
+        self._binary.image = _rgb(widen(threshold_picture(analysis.view.image, analysis.estimate)))
+        if self._pictured is not analysis.view.image:
+            self._original.image = _rgb(widen(to_bgr8(analysis.view.image)))
+            self._pictured = analysis.view.image
 
-    def show_annotated(self, reading: Reading) -> None:
+    def show_annotated(self, analysis: Analysis) -> None:
         """Show the annotated picture alone."""
-        self._annotated.image = _rgb(widen(reading.annotated))
+        self._annotated.image = _rgb(widen(analysis.annotated))
         self._flush()
 
 

@@ -11,7 +11,7 @@ import viser
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.export.words import why_this_one
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.peers import peer_poses
 from dockpose.app.state.detection import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
@@ -174,14 +174,14 @@ class PosePanel:
             for number, value in zip(self._measured.values(), values, strict=True):
                 number.value = round(value, 6)
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Fill the tables."""
-        found = reading.estimate
+        found = analysis.estimate
         self._candidates = found.candidates
         self._details.content = details_html(found)
         self._peers.content = peers_html(found)
-        self._errors.content = errors_html(found, reading.view.truth, "truth") + errors_html(
-            found, reading.view.measured, "measured"
+        self._errors.content = errors_html(found, analysis.view.truth, "truth") + errors_html(
+            found, analysis.view.measured, "measured"
         )
 
     def _named(self, name: str) -> CirclePose | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import viser
 from dockpose.app.export.words import status_line
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
 from dockpose.app.web.html import MISSING, pose_name, row, table, wide_row
 from dockpose.pose.circle import CirclePose
@@ -53,28 +53,28 @@ def truth_row(truth: dict[str, Any] | None) -> list[str] | None:
     ]
 
 
-def status_html(reading: Reading) -> str:
+def status_html(analysis: Analysis) -> str:
     """The picture's name, what was found in it and what to try, in words; and the line of numbers along the bottom."""
-    found = reading.estimate
+    found = analysis.estimate
     verdict, colour = ("Dock found", "#009E73") if found.status == "ok" else ("No pose", "#D55E00")
-    words = " ".join(text for text in (found.message, reading.view.note) if text)
+    words = " ".join(text for text in (found.message, analysis.view.note) if text)
     return (
         f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 3em">'
         f'<b style="border-left: 0.35em solid {colour}; padding-left: 0.4em">{verdict}</b> in '
-        f"{escape(reading.view.source)} ({found.width} × {found.height}). {escape(words)}"
+        f"{escape(analysis.view.source)} ({found.width} × {found.height}). {escape(words)}"
         f'<div id="status-line" style="{_LINE}; border-left: 0.6em solid {colour}">{escape(status_line(found))}</div>'
         "</div>"
     )
 
 
-def table_html(reading: Reading) -> str:
+def table_html(analysis: Analysis) -> str:
     """Both candidates and, where they are known, the truth and the measured pose."""
-    found = reading.estimate
+    found = analysis.estimate
     rows = []
     for index, pose in enumerate(found.candidates):
         is_chosen = pose is found.selected
         rows.append(row(pose_name(index, is_chosen), candidate_row(pose), bold=is_chosen))
-    for name, known in (("Truth", reading.view.truth), ("Measured", reading.view.measured)):
+    for name, known in (("Truth", analysis.view.truth), ("Measured", analysis.view.measured)):
         cells = truth_row(known)
         if cells is not None:
             rows.append(row(name, cells))
@@ -92,9 +92,9 @@ class StatusPanel:
     def load(self, view: View) -> None:
         """There are no controls here."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Say what was found."""
-        self._status.content = status_html(reading)
+        self._status.content = status_html(analysis)
 
 
 class ResultPanel:
@@ -107,6 +107,6 @@ class ResultPanel:
     def load(self, view: View) -> None:
         """There are no controls here."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Fill the table."""
-        self._table.content = table_html(reading)
+        self._table.content = table_html(analysis)

@@ -7,11 +7,11 @@ from html import escape
 from typing import Any
 
 import viser
-from dockpose.app.processing.analysis import Followed, Reading
+from dockpose.app.processing.analysis import Analysis, TrackedFrame
 from dockpose.app.state.view import View
-from dockpose.app.web.charts.trajectory import CourseCharts
+from dockpose.app.web.charts.trajectory import TrajectoryCharts
 from dockpose.app.web.panels.detect import SMALL
-from dockpose.app.web.sequence import NONE_CHOSEN, Deck
+from dockpose.app.web.sequence import NONE_CHOSEN, SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import add_file_button, on_click
 from dockpose.sources import Frames
@@ -26,16 +26,16 @@ class SequencePanel:
     Parameters
     ----------
     gui : of the page.
-    deck : plays the sequences.
+    controller : plays the sequences.
     """
 
-    def __init__(self, gui: viser.GuiApi, deck: Deck) -> None:
-        self._deck = deck
+    def __init__(self, gui: viser.GuiApi, controller: SequenceController) -> None:
+        self._controller = controller
         self._area = gui.add_folder("Sequence", expand_by_default=True)
         with self._area:
             self._choice = gui.add_dropdown(
                 "Sequence",
-                (NONE_CHOSEN, *deck.names()),
+                (NONE_CHOSEN, *controller.names()),
                 hint="What was given when dockpose was started, videos and pictures below its folder (--folder), or a "
                 "simulated course through the scene under Source.",
                 order=1,
@@ -57,9 +57,9 @@ class SequencePanel:
                 order=6,
             )
             self._words = gui.add_html("", order=7)
-        self._charts = CourseCharts(gui)
+        self._charts = TrajectoryCharts(gui)
         on_click(self._play, lambda client: self.toggle())
-        self._on_person(self._choice.on_update, lambda client: deck.choose(self._choice.value, client))
+        self._on_person(self._choice.on_update, lambda client: controller.choose(self._choice.value, client))
         self._on_person(self._steps.on_click, lambda client: self._step(1 if self._steps.value == "Forward" else -1))
         self._on_person(self._frame.on_update, lambda client: self._go_to())
         self._on_person(self._speed.on_update, lambda client: self._set_speed())
@@ -71,7 +71,7 @@ class SequencePanel:
             self._area,
             client,
             uploads,
-            lambda data, name: self._deck.take(data, name, client),
+            lambda data, name: self._controller.take(data, name, client),
             "Upload a video",
             "MP4, AVI, MOV, MKV or WebM. It stays on this machine, and is deleted when another sequence is chosen.",
             mime_type="video/*",
@@ -80,15 +80,15 @@ class SequencePanel:
 
     def toggle(self) -> None:
         """Play, or pause."""
-        if self._deck.player is not None:
-            self._deck.play(not self._deck.player.is_playing)
+        if self._controller.player is not None:
+            self._controller.play(not self._controller.player.is_playing)
             self.follow_player()
 
     def reset(self, name: str | None) -> None:
         """Show that another sequence was opened, or none."""
-        player = self._deck.player
+        player = self._controller.player
         self._charts.hide()
-        names = (NONE_CHOSEN, *self._deck.names())
+        names = (NONE_CHOSEN, *self._controller.names())
         shown = (*names, name) if name is not None and name not in names else names
         self._choice.options, self._choice.value = shown, name or NONE_CHOSEN
         is_recording = player is not None and not player.frames.is_live
@@ -102,7 +102,7 @@ class SequencePanel:
 
     def follow_player(self) -> None:
         """Let the button say what it would do."""
-        player = self._deck.player
+        player = self._controller.player
         is_playing = player is not None and player.is_playing
         self._play.label, self._play.icon = (
             ("Pause", viser.Icon.PLAYER_PAUSE) if is_playing else ("Play", viser.Icon.PLAYER_PLAY)
@@ -111,28 +111,28 @@ class SequencePanel:
     def load(self, view: View) -> None:
         """There is nothing of the view here."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Show where in the sequence the frame is, and the course so far."""
-        player = self._deck.player
+        player = self._controller.player
         self.follow_player()
-        if reading.followed is None or player is None:
+        if analysis.tracked_frame is None or player is None:
             return
         if not player.frames.is_live:
-            self._frame.value = reading.followed.frame.index + 1
-        self._words.content = _small(sequence_words(reading.followed, player.frames))
-        self._charts.show(reading.followed.course)
+            self._frame.value = analysis.tracked_frame.frame.index + 1
+        self._words.content = _small(sequence_words(analysis.tracked_frame, player.frames))
+        self._charts.show(analysis.tracked_frame.trajectory)
 
     def _step(self, by: int) -> None:
-        if self._deck.player is not None:
-            self._deck.player.step(by)
+        if self._controller.player is not None:
+            self._controller.player.step(by)
 
     def _go_to(self) -> None:
-        if self._deck.player is not None and isinstance(self._frame.value, (int, float)):
-            self._deck.player.go_to(int(self._frame.value) - 1)
+        if self._controller.player is not None and isinstance(self._frame.value, (int, float)):
+            self._controller.player.go_to(int(self._frame.value) - 1)
 
     def _set_speed(self) -> None:
-        if self._deck.player is not None:
-            self._deck.player.set_speed(SPEEDS.get(self._speed.value, 1.0))
+        if self._controller.player is not None:
+            self._controller.player.set_speed(SPEEDS.get(self._speed.value, 1.0))
 
     def _on_person(self, attach: Callable[[Any], Any], act: Callable[[viser.ClientHandle], None]) -> None:
         """Call ``act`` where a person, and not the program, changed something."""
@@ -144,9 +144,9 @@ class SequencePanel:
         attach(called)
 
 
-def sequence_words(followed: Followed, frames: Frames) -> str:
+def sequence_words(tracked_frame: TrackedFrame, frames: Frames) -> str:
     """Where in the sequence a frame is, and how the dock is followed there."""
-    frame, track = followed.frame, followed.tracked.track
+    frame, track = tracked_frame.frame, tracked_frame.tracked.track
     count = "" if frames.count is None else f" of {frames.count}"
     time = "" if frame.time_s is None else f" at {frame.time_s:.2f} s"
     if track.lost:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import viser
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.preferences import Memory, settings_file, with_settings_file
 from dockpose.app.state.view import View
 from dockpose.app.web.html import help_anchor, help_link
@@ -71,9 +71,9 @@ class HabitsPanel:
     def load(self, view: View) -> None:
         """Nothing here depends on the view."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Remember how was searched, for the next start."""
-        self._memory.change(settings=reading.view.settings)
+        self._memory.change(settings=analysis.view.settings)
 
     def show_first_card(self, client: viser.ClientHandle) -> None:
         """Show the three sentences over the page of one browser."""

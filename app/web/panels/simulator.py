@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import viser
 from dockpose.app.inputs.received import read_sent
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.scene import (
     DISTURBANCE_KNOBS,
     KNOBS,
@@ -88,9 +88,9 @@ class SimulatorPanel:
         self._missing.value = ", ".join(map(str, scene.lights.missing))
         self._text.value = scene.texts[0].text if scene.texts else ""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """The truth stands in the table of poses; here only the water's name follows the turbidity."""
-        name = preset_name(scene_of(reading.view).water) or _OTHER_WATER
+        name = preset_name(scene_of(analysis.view).water) or _OTHER_WATER
         if self._water.value != name:
             self._water.value = name
 

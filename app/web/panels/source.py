@@ -7,7 +7,7 @@ from typing import Any
 
 import viser
 from dockpose.app.inputs.folder import Shelf, below, folders_below, pictures_in, step
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import sample_names
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.server.uploads import ClientUploads
@@ -109,9 +109,9 @@ class SourcePanel:
             files = pictures_in(self._root, self._folder.value)
             _fill(self._file, files, view.item if view.list_name == "folder" else None)
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """A scene whose sliders were turned is no longer the sample."""
-        name = reading.view.sample or OWN_PICTURE
+        name = analysis.view.sample or OWN_PICTURE
         if self._sample.value != name:
             self._sample.value = name
 

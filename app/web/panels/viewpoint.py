@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import viser
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
-from dockpose.app.web.scene.scene import View3D
+from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.scene.viewpoints import NAMES
 
 
 class ViewpointPanel:
     """One button a viewpoint; each moves only the browser it was pressed in."""
 
-    def __init__(self, gui: viser.GuiApi, scene: View3D) -> None:
+    def __init__(self, gui: viser.GuiApi, scene: Scene3D) -> None:
         buttons = gui.add_button_group(
             "3D view from",
             NAMES,
@@ -29,5 +29,5 @@ class ViewpointPanel:
     def load(self, view: View) -> None:
         """There is nothing to set."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Nothing here depends on the result."""

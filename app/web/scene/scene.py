@@ -14,7 +14,7 @@ import viser
 from dockpose import Camera, Dock, Estimate
 from dockpose.app.drawing.annotated import to_bgr8
 from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLOURS, POSE_NAMES, TRUTH_COLOUR, rgb
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
 from dockpose.app.web.scene.known_poses import KnownDock, known_pose
 from dockpose.app.web.scene.viewpoints import OVERVIEW, Extent, viewpoint
@@ -76,11 +76,11 @@ def rays_to_lights(found: Estimate) -> np.ndarray:
     return np.stack([starts, ends], axis=1)
 
 
-def path_segments(reading: Reading) -> np.ndarray:
+def path_segments(analysis: Analysis) -> np.ndarray:
     """Pieces (N, 2, 3) in metres of the way that the dock's centre took over the frames of a sequence."""
-    if reading.followed is None:
+    if analysis.tracked_frame is None:
         return np.zeros((0, 2, 3))
-    path = reading.followed.course.path_m(_PATH_POINTS)
+    path = analysis.tracked_frame.trajectory.path_m(_PATH_POINTS)
     return np.stack([path[:-1], path[1:]], axis=1)
 
 
@@ -120,7 +120,7 @@ class _PoseNodes:
     label: viser.LabelHandle
 
 
-class View3D:
+class Scene3D:
     """Draws readings. Its nodes are made once and then only changed, so that dragging a slider does not flicker."""
 
     def __init__(self, server: viser.ViserServer) -> None:
@@ -159,21 +159,21 @@ class View3D:
         self._measured = KnownDock(scene, "measured", rgb(MEASURED_COLOUR))
         self._poses = [self._pose_nodes(*pose) for pose in zip(POSE_NAMES, map(rgb, POSE_COLOURS), strict=True)]
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Draw what was found; called from the worker's thread."""
-        found = reading.estimate
-        view = reading.view
+        found = analysis.estimate
+        view = analysis.view
         self.extent, self.camera = extent_of(found, view.truth, view.measured), found.camera
         plane_z = PLANE_AT * self.extent.depth_m
         with self._server.atomic():
-            plane_bottom = self._show_camera(reading.view, plane_z)
+            plane_bottom = self._show_camera(analysis.view, plane_z)
             self._show_grid(max(float(self.extent.high[1]) + 0.15 * self.extent.depth_m, 1.05 * plane_bottom))
             self._rays.visible = found.selected is not None
             self._rays.points = rays_to_lights(found)
             for index, nodes in enumerate(self._poses):
                 self._show_pose(nodes, index, found)
             self._keep_labels_apart(found)
-            self._path.points = path_segments(reading)
+            self._path.points = path_segments(analysis)
             self._truth.show(view.truth, found.dock.radius)
             self._measured.show(view.measured, found.dock.radius)
         self._pictured = view.image

@@ -15,7 +15,7 @@ import pytest
 from dockpose.app.cli import main
 from dockpose.app.commands.console import FrameProgress, told_text
 from dockpose.camera.files import save_camera
-from dockpose.simulate import Approach, Sequence, film, save_sequence
+from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 
 from tests.support.scenes import CAMERA, random_scene
 from tests.support.streams import MjpegServer
@@ -29,7 +29,7 @@ FRAMES = 12
 def tank(tmp_path_factory):
     """A scene file with a motion, its video with the scene beside it, its pictures, and a camera file."""
     folder = tmp_path_factory.mktemp("tank")
-    sequence = Sequence(
+    sequence = FilmPlan(
         scene=random_scene(4, camera=SMALL, position_m=(0.05, 0.0, 1.0)),
         motion=Approach(frames=FRAMES, start_m=1.2, end_m=0.8, rate_hz=20, drift_m=0.02),
     )

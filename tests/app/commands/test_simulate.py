@@ -13,13 +13,13 @@ from dockpose.app.cli import main
 from dockpose.app.commands import simulate as simulate_command
 from dockpose.app.resources import sample_path
 from dockpose.camera.files import to_yaml
-from dockpose.simulate import ClosedLoop, Hover, Lights, Pose, Scene, Sensor, Sequence, load_sequence, save_sequence
+from dockpose.simulate import ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, Sensor, load_sequence, save_sequence
 
 from tests.support.scenes import CAMERA, DOCK
 
 SMALL = Camera(175.0, 175.0, 79.5, 59.5, 160, 120)
 SCENE = Scene(camera=SMALL, dock=DOCK, pose=Pose(position_m=(0.05, 0.02, 0.9), theta_y_deg=20.0), seed=5)
-SEQUENCE = Sequence(scene=SCENE, motion=Hover(frames=3, rate_hz=4.0))
+SEQUENCE = FilmPlan(scene=SCENE, motion=Hover(frames=3, rate_hz=4.0))
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_numbered_pictures_with_their_truth(desk, capsys):
 
 
 def test_what_it_writes_can_be_estimated_as_it_lies(desk, capsys):
-    save_sequence(Sequence(scene=msgspec.structs.replace(SCENE, camera=CAMERA, lights=Lights(level=900.0))), "s.yaml")
+    save_sequence(FilmPlan(scene=msgspec.structs.replace(SCENE, camera=CAMERA, lights=Lights(level=900.0))), "s.yaml")
     assert main(["simulate", "--scene", "s.yaml", "--out", "o", "--frames", "2"]) == 0
     assert main(["estimate", "o", "--json", "-"]) == 0
     found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -104,7 +104,7 @@ def test_a_video_with_its_truth_beside_it(desk, name, loss):
 
 def test_a_coloured_video_keeps_its_colours(desk):
     red = msgspec.structs.replace(SCENE, lights=Lights(colours=("red",) * 10), sensor=Sensor(colour="bgr"))
-    save_sequence(Sequence(scene=red), "red.yaml")
+    save_sequence(FilmPlan(scene=red), "red.yaml")
     assert main(["simulate", "--scene", "red.yaml", "--out", "red.avi"]) == 0
     image = cv2.VideoCapture("red.avi").read()[1].astype(int)
     assert image[:, :, 2].max() > image[:, :, 0].max() + 50
@@ -113,7 +113,7 @@ def test_a_coloured_video_keeps_its_colours(desk):
 def test_a_closed_loop_is_steered_by_our_estimates(desk):
     start = Pose(position_m=(0.2, 0.0, 1.6), theta_y_deg=25.0)
     scene = msgspec.structs.replace(SCENE, camera=CAMERA, pose=start, lights=Lights(level=2000.0))
-    save_sequence(Sequence(scene=scene, motion=ClosedLoop(rate_hz=2.0, frames=8)), "loop.yaml")
+    save_sequence(FilmPlan(scene=scene, motion=ClosedLoop(rate_hz=2.0, frames=8)), "loop.yaml")
     assert main(["simulate", "--scene", "loop.yaml", "--out", "o"]) == 0
     table = rows(desk / "o/truth.csv")
     assert float(table[-1]["z_m"]) < 1.2
@@ -181,9 +181,9 @@ def test_a_wrong_scene_ends_with_2_and_one_sentence(desk, capsys, change, messag
     ],
 )
 def test_bad_arguments_end_with_2_and_one_sentence(desk, capsys, arguments, message):
-    save_sequence(Sequence(scene=msgspec.structs.replace(SCENE, sensor=Sensor(bits=12))), "deep.yaml")
+    save_sequence(FilmPlan(scene=msgspec.structs.replace(SCENE, sensor=Sensor(bits=12))), "deep.yaml")
     odd = Camera(175.0, 175.0, 79.5, 59.5, 161, 120)
-    save_sequence(Sequence(scene=msgspec.structs.replace(SCENE, camera=odd)), "odd.yaml")
+    save_sequence(FilmPlan(scene=msgspec.structs.replace(SCENE, camera=odd)), "odd.yaml")
     assert main(["simulate", *arguments]) == 2
     captured = capsys.readouterr()
     assert message in captured.err
@@ -199,7 +199,7 @@ def test_a_shorter_run_does_not_mix_with_a_longer_one(desk, capsys):
 
 def test_a_dock_out_of_view_is_an_empty_picture(desk):
     away = msgspec.structs.replace(SCENE, pose=Pose(position_m=(5.0, 0.0, 1.0)))
-    save_sequence(Sequence(scene=away), "away.yaml")
+    save_sequence(FilmPlan(scene=away), "away.yaml")
     assert main(["simulate", "--scene", "away.yaml", "--out", "o"]) == 0
     assert rows(desk / "o/truth.csv")[0]["visible_lights"] == "0"
 

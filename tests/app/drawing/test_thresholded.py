@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from dockpose.app.drawing.annotated import DROPPED_COLOUR, LIGHT_COLOUR
 from dockpose.app.drawing.thresholded import counts, kept_pixels, threshold_picture
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask
 from dockpose.app.state.view import open_source, with_level, with_method, with_min_area, with_sample
 
@@ -17,7 +17,7 @@ def pixels_of(picture, colour):
 
 
 def test_lights_are_green_and_circled(view):
-    found = read_view(view).estimate
+    found = analyse(view).estimate
     picture = threshold_picture(view.image, found)
     assert picture.shape == (480, 640, 3)
     assert counts(found) == (10, 0, 0)
@@ -28,31 +28,31 @@ def test_lights_are_green_and_circled(view):
 
 def test_thrown_out_groups_are_orange_and_masks_keep_nothing(view):
     text = with_sample(view, "burnt_in_text")
-    found = read_view(text).estimate
+    found = analyse(text).estimate
     on_ring, thrown_out, _ = counts(found)
     assert on_ring >= 5
     assert thrown_out > 0
     assert pixels_of(threshold_picture(text.image, found), DROPPED_COLOUR).any()
     rows, columns = text.image.shape[:2]
     masked = with_mask(text, 0, 0, columns, rows / 2)
-    assert not kept_pixels(text.image, read_view(masked).estimate)[: rows // 2].any()
+    assert not kept_pixels(text.image, analyse(masked).estimate)[: rows // 2].any()
 
 
 def test_small_groups_are_counted(view):
-    found = read_view(with_min_area(view, 900)).estimate
+    found = analyse(with_min_area(view, 900)).estimate
     assert counts(found)[0] == 0
 
 
 def test_nothing_is_kept_above_every_pixel_and_all_at_level_0(view):
-    nothing = read_view(with_level(with_method(view, "fixed", 255), 255)).estimate
-    everything = read_view(with_method(view, "fixed", 0)).estimate
+    nothing = analyse(with_level(with_method(view, "fixed", 255), 255)).estimate
+    everything = analyse(with_method(view, "fixed", 0)).estimate
     assert not kept_pixels(view.image, nothing).any()
     assert kept_pixels(view.image, everything).all()
     threshold_picture(view.image, everything)
 
 
 def test_levels_of_their_own_keep_the_pixels_they_list(view):
-    found = read_view(with_method(view, "hats_local", 0)).estimate
+    found = analyse(with_method(view, "hats_local", 0)).estimate
     assert found.threshold is not None
     assert found.threshold.kept is not None
     assert kept_pixels(view.image, found).sum() == len(found.threshold.kept[0].index)
@@ -60,4 +60,4 @@ def test_levels_of_their_own_keep_the_pixels_they_list(view):
 
 def test_16_bit_picture(view):
     deep = view.image.astype(np.uint16) * 256
-    assert (kept_pixels(deep, read_view(view).estimate) == kept_pixels(view.image, read_view(view).estimate)).all()
+    assert (kept_pixels(deep, analyse(view).estimate) == kept_pixels(view.image, analyse(view).estimate)).all()

@@ -11,66 +11,66 @@ import yaml
 from dockpose import Settings
 from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.export.bundle import bundle, picture_files
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.state.detection import MEASURED_LIMITS, with_measured
 from dockpose.app.state.view import open_source, with_min_area
 
 
 @pytest.fixture(scope="module")
-def reading():
-    return read_view(open_source(None, None, None))
+def analysis():
+    return analyse(open_source(None, None, None))
 
 
-def files_of(reading, **options):
-    data = bundle(reading, Progress(lambda share: None), **options)
+def files_of(analysis, **options):
+    data = bundle(analysis, Progress(lambda share: None), **options)
     archive = zipfile.ZipFile(io.BytesIO(data))
     return {name: archive.read(name) for name in archive.namelist()}
 
 
-def test_all_files_agree(reading):
-    files = files_of(reading)
+def test_all_files_agree(analysis):
+    files = files_of(analysis)
     assert set(files) == {
         *("picture.png", "annotated.png", "annotated.svg", "annotated.pdf", "histogram.png", "histogram.svg"),
         *("result.json", "result.csv", "settings.yaml", "pose_ros.yaml", "report.html", "montage.png"),
     }
     picture = cv2.imdecode(np.frombuffer(files["picture.png"], np.uint8), cv2.IMREAD_UNCHANGED)
-    np.testing.assert_array_equal(picture, reading.view.image)
+    np.testing.assert_array_equal(picture, analysis.view.image)
     drawn = cv2.imdecode(np.frombuffer(files["annotated.png"], np.uint8), cv2.IMREAD_COLOR)
-    np.testing.assert_array_equal(drawn, annotate(reading.view.image, reading.estimate, layers=LAYERS))
+    np.testing.assert_array_equal(drawn, annotate(analysis.view.image, analysis.estimate, layers=LAYERS))
     line = json.loads(files["result.json"])
     (row,) = csv.DictReader(io.StringIO(files["result.csv"].decode()))
     assert float(row["a_z_m"]) == line["candidates"][0]["position_m"][2]
     assert (line["source"], row["source"]) == ("plain", "plain")
     settings = yaml.safe_load(files["settings.yaml"])
     assert settings["settings"]["method"] == "hats"
-    assert settings["dock"]["diameter_m"] == reading.view.dock.diameter
+    assert settings["dock"]["diameter_m"] == analysis.view.dock.diameter
     assert settings["camera"]["width_px"] == 640
     assert set(settings["settings"]) == {field for field in Settings.__struct_fields__}
 
 
-def test_without_montage_and_without_a_dock(reading):
-    nothing = read_view(with_min_area(reading.view, 999))
+def test_without_montage_and_without_a_dock(analysis):
+    nothing = analyse(with_min_area(analysis.view, 999))
     files = files_of(nothing, with_montage=False)
     assert "montage.png" not in files
     assert "pose_ros.yaml" not in files
     assert json.loads(files["result.json"])["status"] != "ok"
 
 
-def test_measured_pose_goes_along(reading):
-    view = with_measured(reading.view, dict(zip(MEASURED_LIMITS, (1, 2, 3, 4, 5), strict=True)))
-    made = picture_files(read_view(view))["settings.yaml"]()
+def test_measured_pose_goes_along(analysis):
+    view = with_measured(analysis.view, dict(zip(MEASURED_LIMITS, (1, 2, 3, 4, 5), strict=True)))
+    made = picture_files(analyse(view))["settings.yaml"]()
     assert yaml.safe_load(made)["measured"]["theta_y_deg"] == 5
 
 
-def test_can_be_cancelled(reading):
+def test_can_be_cancelled(analysis):
     progress = Progress(lambda share: None)
     progress.stop()
     with pytest.raises(CancelledError):
-        bundle(reading, progress)
+        bundle(analysis, progress)
 
 
-def test_source_that_is_markup_stays_text(reading):
-    view = replace(reading.view, source="a: [b\n- c")
-    made = picture_files(read_view(view))["settings.yaml"]()
+def test_source_that_is_markup_stays_text(analysis):
+    view = replace(analysis.view, source="a: [b\n- c")
+    made = picture_files(analyse(view))["settings.yaml"]()
     assert yaml.safe_load(made)["source"] == "a: [b\n- c"

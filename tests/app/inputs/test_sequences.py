@@ -19,10 +19,10 @@ from dockpose.app.inputs.sequences import (
     open_sent,
     simulated,
 )
-from dockpose.app.processing.following import Follower, chosen_by_track
+from dockpose.app.processing.following import FrameFollower, chosen_by_track
 from dockpose.app.state.view import DEFAULT_DOCK, open_source, with_diameter_cm, with_frame
 from dockpose.camera.files import save_camera
-from dockpose.simulate import Approach, Pose, Scene, Sequence
+from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
 from dockpose.sources import Simulated, SourceError
 
@@ -148,8 +148,8 @@ def test_frame_keeps_the_camera_that_fits_and_guesses_where_none_does(view):
 @pytest.fixture
 def follower():
     motion = Approach(start_m=1.2, end_m=1.0, frames=20, rate_hz=10)
-    sequence = Sequence(scene=SCENE, motion=motion)
-    return Follower(Opened(Simulated(sequence, "course"), "course", CAMERA, SCENE.dock))
+    sequence = FilmPlan(scene=SCENE, motion=motion)
+    return FrameFollower(Opened(Simulated(sequence, "course"), "course", CAMERA, SCENE.dock))
 
 
 def read(follower, view, index):
@@ -159,30 +159,30 @@ def read(follower, view, index):
 
 
 def test_frames_are_followed_one_after_the_other(follower, view):
-    view, reading = read(follower, view, 0)
+    view, analysis = read(follower, view, 0)
     for index in range(1, 4):
-        view, reading = read(follower, view, index)
-        assert reading.followed.tracked.track.age == index + 1
+        view, analysis = read(follower, view, index)
+        assert analysis.tracked_frame.tracked.track.age == index + 1
     assert view.source == "course, frame 4 of 20, 0.30 s"
-    assert reading.estimate.selected.position_m[2] == pytest.approx(1.2 - 0.2 * 3 / 19, abs=0.01)
-    assert len(follower.course) == 4
+    assert analysis.estimate.selected.position_m[2] == pytest.approx(1.2 - 0.2 * 3 / 19, abs=0.01)
+    assert len(follower.trajectory) == 4
 
 
 def test_a_leap_and_another_dock_begin_a_new_track(follower, view):
     for index in range(3):
-        view, reading = read(follower, view, index)
-    view, reading = read(follower, view, 10)
-    assert reading.followed.tracked.track.age == 1
-    view, reading = read(follower, with_diameter_cm(view, 40), 11)
-    assert reading.followed.tracked.track.age == 1
-    assert reading.estimate.selected.position_m[2] == pytest.approx((1.2 - 0.2 * 11 / 19) * 40 / 30, abs=0.02)
-    view, reading = read(follower, view, 12)
-    assert reading.followed.tracked.track.age == 2
+        view, analysis = read(follower, view, index)
+    view, analysis = read(follower, view, 10)
+    assert analysis.tracked_frame.tracked.track.age == 1
+    view, analysis = read(follower, with_diameter_cm(view, 40), 11)
+    assert analysis.tracked_frame.tracked.track.age == 1
+    assert analysis.estimate.selected.position_m[2] == pytest.approx((1.2 - 0.2 * 11 / 19) * 40 / 30, abs=0.02)
+    view, analysis = read(follower, view, 12)
+    assert analysis.tracked_frame.tracked.track.age == 2
 
 
 def test_track_that_decides_is_shown_as_chosen_and_told(follower, view):
-    _, reading = read(follower, view, 0)
-    tracked = reading.followed.tracked
+    _, analysis = read(follower, view, 0)
+    tracked = analysis.tracked_frame.tracked
     other = 1 - tracked.estimate.choice.selected
     decided = type(tracked)(tracked.estimate, tracked.track, other, "tracking", tracked.estimate.candidates[other])
     found = chosen_by_track(decided)

@@ -4,9 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose.app.commands.compare import COMPARED
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress, Task
-from dockpose.app.processing.comparison import Sweep, compare_view, error_words, sweep_levels
+from dockpose.app.processing.comparison import LevelSweep, compare_view, error_words, sweep_levels
 from dockpose.app.state.view import open_source, with_min_area
 from dockpose.app.web.charts.sweep import sweep_data, sweep_sentence, sweep_top_px, swept_so_far
 from dockpose.app.web.panels.compare import COLUMNS, compare_html, method_cells
@@ -36,12 +36,12 @@ def test_table_has_a_row_a_method_and_the_error_where_the_truth_is_known(view):
     assert "cm" in method_cells(found["hats"], view)[-1]
     assert "Kapur" in compare_html(found, view)
     assert error_words(found["hats"], replace(view, truth=None)) == ""
-    nothing = read_view(with_min_area(view, 999)).estimate
+    nothing = analyse(with_min_area(view, 999)).estimate
     assert method_cells(nothing, view)[3] in ("no lights", "not a ring", "too few markers")
 
 
 def test_sweep_of_the_true_centre_is_the_best_of_three(view):
-    present = read_view(view).estimate
+    present = analyse(view).estimate
     assert present.threshold is not None
     level = present.threshold.level
     sweep = sweep_levels(view, present, quiet(), [level - 20, level, 255])
@@ -58,7 +58,7 @@ def test_sweep_of_the_true_centre_is_the_best_of_three(view):
 
 def test_sweep_is_shown_as_it_grows(view):
     grown = []
-    whole = sweep_levels(view, read_view(view).estimate, quiet(), [100, 120, 255], grown.append)
+    whole = sweep_levels(view, analyse(view).estimate, quiet(), [100, 120, 255], grown.append)
     assert [one.levels.tolist() for one in grown] == [[100], [100, 120], [100, 120, 255]]
     for one in grown:
         np.testing.assert_array_equal(one.errors_px, whole.errors_px[: len(one.levels)])
@@ -73,18 +73,18 @@ def test_stopped_sweep_keeps_what_it_has():
 
     grown, view = [], open_source(None, None, None)
     with pytest.raises(CancelledError):
-        sweep_levels(view, read_view(view).estimate, Stopped(lambda share: None), [100, 120, 255], grown.append)
+        sweep_levels(view, analyse(view).estimate, Stopped(lambda share: None), [100, 120, 255], grown.append)
     assert len(grown[-1].levels) == 2
 
 
 @pytest.mark.parametrize(("error_px", "top"), [(0.0, 1), (0.9, 1), (0.95, 2), (4, 5), (4.6, 10), (30, 50), (95, 200)])
 def test_axis_of_a_sweep_ends_at_a_round_number(error_px, top):
-    assert sweep_top_px(Sweep(np.array([9]), np.full((1, 3), error_px), "nothing")) == top
+    assert sweep_top_px(LevelSweep(np.array([9]), np.full((1, 3), error_px), "nothing")) == top
 
 
 def test_sweep_without_truth_is_measured_against_what_is_found(view):
     unknown = replace(view, truth=None)
-    present = read_view(unknown).estimate
+    present = analyse(unknown).estimate
     assert present.threshold is not None
     sweep = sweep_levels(unknown, present, quiet(), [present.threshold.level])
     assert sweep.errors_px[0, 2] == pytest.approx(0, abs=0.01)
@@ -92,7 +92,7 @@ def test_sweep_without_truth_is_measured_against_what_is_found(view):
 
 
 def test_sweep_that_finds_nothing_is_said(view):
-    sweep = sweep_levels(view, read_view(view).estimate, quiet(), [255])
+    sweep = sweep_levels(view, analyse(view).estimate, quiet(), [255])
     assert np.isnan(sweep.errors_px).all()
     assert sweep_top_px(sweep) == 1
     assert "No level" in sweep_sentence(sweep)

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 from dockpose.app.cli import main
 from dockpose.camera.files import save_camera
-from dockpose.simulate import Approach, Sequence, film, save_sequence
+from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 from dockpose.simulate.scene import Text
 
 from tests.support.scenes import CAMERA, random_scene
@@ -21,7 +21,7 @@ def tank(tmp_path_factory):
     folder = tmp_path_factory.mktemp("tank")
     text = Text(text="REC 7", x_px=5, y_px=215, height_px=16)
     scene = msgspec.structs.replace(random_scene(4, camera=SMALL, position_m=(0.05, 0.0, 1.0)), texts=(text,))
-    sequence = Sequence(scene=scene, motion=Approach(frames=FRAMES, start_m=1.6, end_m=0.8, drift_m=0.05))
+    sequence = FilmPlan(scene=scene, motion=Approach(frames=FRAMES, start_m=1.6, end_m=0.8, drift_m=0.05))
     save_sequence(sequence, folder / "film.yaml")
     save_camera(SMALL, folder / "camera.yaml")
     (folder / "pictures").mkdir()

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from dockpose.app.processing.player import Player
+from dockpose.app.processing.player import FramePlayer
 from dockpose.sources import Frame, Frames, SourceError
 
 
@@ -70,7 +70,7 @@ def play(screen):
     players = []
 
     def start(frames):
-        players.append(Player(frames, screen.show, screen.end, screen.errors.append))
+        players.append(FramePlayer(frames, screen.show, screen.end, screen.errors.append))
         return players[-1]
 
     yield start

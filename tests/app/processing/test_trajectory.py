@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Settings, Track, Tracked
-from dockpose.app.processing.trajectory import COLUMNS, MOST_POINTS, Course
+from dockpose.app.processing.trajectory import COLUMNS, MOST_POINTS, Trajectory
 from dockpose.app.web.charts.trajectory import CHARTS, Lines, chart_data, fitting_bounds
 from dockpose.pose.circle import CirclePose
 from dockpose.sources import Frame
@@ -28,51 +28,51 @@ LOST = Tracked(NOTHING, Track())
 
 
 def test_a_frame_is_noted_with_its_place_angles_and_probability():
-    course = Course()
-    course.note(frame(4, 0.8), seen(0.1))
-    row = dict(zip(COLUMNS, course.table(10)[0], strict=True))
+    trajectory = Trajectory()
+    trajectory.note(frame(4, 0.8), seen(0.1))
+    row = dict(zip(COLUMNS, trajectory.table(10)[0], strict=True))
     assert (row["time_s"], row["x_m"], row["z_m"], row["probability"], row["lost"]) == (0.8, 0.1, 1.5, 0.9, 0)
     assert row["theta_x_deg"] == row["theta_y_deg"] == 0
     assert math.isnan(row["eccentricity"])
 
 
 def test_lost_frames_are_marked_and_are_not_on_the_path():
-    course = Course()
+    trajectory = Trajectory()
     for index, tracked in enumerate((seen(0.1), LOST, seen(0.3))):
-        course.note(frame(index), tracked)
-    assert course.table(10)[:, COLUMNS.index("lost")].tolist() == [0, 1, 0]
-    np.testing.assert_array_equal(course.path_m(10), [[0.1, 0.2, 1.5], [0.3, 0.2, 1.5]])
+        trajectory.note(frame(index), tracked)
+    assert trajectory.table(10)[:, COLUMNS.index("lost")].tolist() == [0, 1, 0]
+    np.testing.assert_array_equal(trajectory.path_m(10), [[0.1, 0.2, 1.5], [0.3, 0.2, 1.5]])
 
 
 def test_rows_are_in_the_order_of_frames_whatever_was_seen_first():
-    course = Course()
+    trajectory = Trajectory()
     for index in (5, 1, 3, 1):
-        course.note(frame(index), seen(index / 10))
-    np.testing.assert_allclose(course.table(10)[:, 1], [0.1, 0.3, 0.5])
+        trajectory.note(frame(index), seen(index / 10))
+    np.testing.assert_allclose(trajectory.table(10)[:, 1], [0.1, 0.3, 0.5])
 
 
 def test_thinning_keeps_the_frames_without_a_dock():
-    course = Course()
+    trajectory = Trajectory()
     for index in range(1000):
-        course.note(frame(index), LOST if index == 777 else seen(0.1))
-    table = course.table(100)
+        trajectory.note(frame(index), LOST if index == 777 else seen(0.1))
+    table = trajectory.table(100)
     assert len(table) == 100
     assert table[:, COLUMNS.index("lost")].sum() == 1
 
 
 def test_oldest_frames_go():
-    course = Course()
+    trajectory = Trajectory()
     for index in range(MOST_POINTS + 5):
-        course.note(frame(index), LOST)
-    assert len(course) == MOST_POINTS
-    assert course.table(MOST_POINTS)[0, 0] == pytest.approx(0.5)  # frame 5 at ten a second
+        trajectory.note(frame(index), LOST)
+    assert len(trajectory) == MOST_POINTS
+    assert trajectory.table(MOST_POINTS)[0, 0] == pytest.approx(0.5)  # frame 5 at ten a second
 
 
 def test_chart_has_no_nan_and_hides_below_what_is_not_known():
-    course = Course()
-    course.note(frame(0), seen(0.1))
-    course.note(frame(1), LOST)
-    table = course.table(10)
+    trajectory = Trajectory()
+    trajectory.note(frame(0), seen(0.1))
+    trajectory.note(frame(1), LOST)
+    table = trajectory.table(10)
     bounds = fitting_bounds(table, CHARTS[0])
     times, x, _, _, lost = chart_data(table, CHARTS[0], bounds)
     assert times.tolist() == [0, 0.1]

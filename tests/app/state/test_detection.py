@@ -2,7 +2,7 @@ import math
 
 import pytest
 from dockpose.app.errors import UserError
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import detection as choices
 from dockpose.app.state.view import open_source
 
@@ -49,12 +49,12 @@ def test_number_of_masks_is_limited(view):
 
 
 def test_pose_by_hand_is_used_and_said(view):
-    other = read_view(view).estimate.candidates[1]
-    found = read_view(choices.with_pose_by_hand(view, other)).estimate
+    other = analyse(view).estimate.candidates[1]
+    found = analyse(choices.with_pose_by_hand(view, other)).estimate
     assert found.choice is not None
     assert (found.choice.selected, found.choice.selected_by) == (1, "hand")
     assert "by hand" in found.message
-    again = read_view(choices.with_pose_by_hand(choices.with_pose_by_hand(view, other), None)).estimate
+    again = analyse(choices.with_pose_by_hand(choices.with_pose_by_hand(view, other), None)).estimate
     assert again.choice is not None
     assert (again.choice.selected, again.choice.selected_by) == (0, "spacing")
 

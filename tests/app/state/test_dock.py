@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 from dockpose import Dock
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.dock import angles_text, dropped_sentence, with_angles
 from dockpose.app.state.view import open_source, with_lights
 
@@ -83,7 +83,7 @@ def test_same_number_of_lights_keeps_everything(view):
 
 def test_even_spacing_written_out_gives_the_same_pose(view):
     typed = ", ".join(f"{angle:g}" for angle in range(0, 360, 36))
-    even, given = read_view(view).estimate, read_view(with_angles(view, typed)).estimate
+    even, given = analyse(view).estimate, analyse(with_angles(view, typed)).estimate
     assert even.selected is not None
     assert given.selected is not None
     assert given.selected.position_m == pytest.approx(even.selected.position_m, abs=1e-4)

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose import Camera, Settings
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import preferences as memory
 from dockpose.app.state import view as state
 from dockpose.app.state.preferences import Memory, Remembered, settings_file, with_last_settings, with_settings_file
@@ -105,7 +105,7 @@ def test_last_settings_that_hide_the_dock_are_not_taken_and_that_is_said(view, s
     assert first.settings == Settings()
     assert first.note.startswith("No camera is known. The last settings")
     assert words in first.note
-    assert read_view(first).estimate.status == "ok"
+    assert analyse(first).estimate.status == "ok"
 
 
 @pytest.mark.parametrize("settings", [Settings(), Settings(method="fixed", level=100), Settings(method="otsu")])

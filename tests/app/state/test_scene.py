@@ -6,7 +6,7 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import scene as scenes
 from dockpose.app.state import view as state
 from dockpose.app.state.scene import KNOBS, with_knob, with_missing, with_psf, with_scene, with_text, with_water
@@ -55,20 +55,20 @@ def test_knobs_clamp(view):
 
 def test_moved_dock_is_rendered_and_found_where_it_is(view):
     moved = with_knob(with_knob(view, "z", 150), "theta_x", 20)
-    reading = read_view(moved)
-    assert reading.view.truth is not None
-    assert reading.view.truth["position_m"][2] == 1.5
-    assert reading.estimate.selected is not None
-    assert reading.estimate.selected.position_m[2] == pytest.approx(1.5, abs=0.02)
-    assert not reading.view.is_stale
-    assert not np.array_equal(reading.view.image, view.image)
+    analysis = analyse(moved)
+    assert analysis.view.truth is not None
+    assert analysis.view.truth["position_m"][2] == 1.5
+    assert analysis.estimate.selected is not None
+    assert analysis.estimate.selected.position_m[2] == pytest.approx(1.5, abs=0.02)
+    assert not analysis.view.is_stale
+    assert not np.array_equal(analysis.view.image, view.image)
 
 
 def test_own_picture_starts_from_the_default_scene(view):
     own = state.with_upload(view, b"P5 4 3 255\n" + bytes(12), "a.pgm")
     turned = with_knob(own, "x", 10)
     assert turned.camera == scenes.DEFAULT.camera == turned.given_camera
-    assert read_view(turned).view.image.shape == (480, 640)
+    assert analyse(turned).view.image.shape == (480, 640)
 
 
 def test_camera_in_use_is_kept_while_the_scene_changes_and_can_be_taken_over(view):
@@ -139,4 +139,4 @@ def test_scene_file_is_read_back_and_its_errors_name_the_file(view):
 def test_scene_that_cannot_be_rendered_raises_a_sentence(view):
     far = with_psf(with_water(with_knob(view, "z", 2000), "harbour"), "hou")
     with pytest.raises(ValueError, match="Hou"):
-        read_view(far)
+        analyse(far)

@@ -132,7 +132,7 @@ def test_scene_that_cannot_be_rendered_leaves_what_was_shown(app):
 
 
 def test_error_in_a_panel_is_told_and_the_next_view_is_worked_on(app, monkeypatch, capsys):
-    def fail(reading):
+    def fail(analysis):
         raise RuntimeError("the panel broke")
 
     assert app.wait_until_idle(10)

@@ -1,7 +1,7 @@
 import threading
 
 import pytest
-from dockpose.app.web.pacing import Pace
+from dockpose.app.web.pacing import UpdatePacing
 
 
 class Clock:
@@ -21,44 +21,45 @@ def slow():
     return threading.Event()
 
 
-def shown(pace, clock, frames, rate_hz):
+def shown(pacing, clock, frames, rate_hz):
     """What is shown of frames that come at a rate: how often all, and how often the picture alone."""
     alls = pictures = 0
     for _ in range(frames):
-        if pace.shows_all():
+        if pacing.shows_all():
             alls += 1
-            pace.note(all_panels=True)
-        elif pace.shows_picture():
+            pacing.note(all_panels=True)
+        elif pacing.shows_picture():
             pictures += 1
-            pace.note(all_panels=False)
+            pacing.note(all_panels=False)
         clock.now_s += 1 / rate_hz
     return alls, pictures
 
 
 def test_all_of_each_frame_is_shown_while_none_follows_by_itself(clock, slow):
-    assert shown(Pace(slow, lambda: False, clock), clock, 50, 100) == (50, 0)
+    assert shown(UpdatePacing(slow, lambda: False, clock), clock, 50, 100) == (50, 0)
 
 
 def test_all_is_shown_four_times_a_second_and_each_picture_at_25_hz(clock, slow):
-    alls, pictures = shown(Pace(slow, lambda: True, clock), clock, 250, 25)
+    alls, pictures = shown(UpdatePacing(slow, lambda: True, clock), clock, 250, 25)
     assert 36 <= alls <= 41  # ten seconds; every seventh frame is the first beyond a quarter of a second
     assert alls + pictures == 250
 
 
 def test_no_more_than_33_pictures_a_second(clock, slow):
-    alls, pictures = shown(Pace(slow, lambda: True, clock), clock, 1000, 100)
+    alls, pictures = shown(UpdatePacing(slow, lambda: True, clock), clock, 1000, 100)
     assert alls <= 41
     assert pictures <= 334  # those that are part of all come on top
 
 
 def test_without_a_graphics_card_all_is_shown_every_two_seconds(clock, slow):
     slow.set()
-    alls, pictures = shown(Pace(slow, lambda: True, clock), clock, 250, 25)
+    alls, pictures = shown(UpdatePacing(slow, lambda: True, clock), clock, 250, 25)
     assert 4 <= alls <= 6
     assert alls + pictures == 250
 
 
 def test_scene_rests_only_without_a_graphics_card_and_longer_while_playing(clock, slow):
-    assert Pace(slow, lambda: True, clock).drawing_rest_s() == 0
+    assert UpdatePacing(slow, lambda: True, clock).drawing_rest_s() == 0
     slow.set()
-    assert 0.25 < Pace(slow, lambda: False, clock).drawing_rest_s() < Pace(slow, lambda: True, clock).drawing_rest_s()
+    still, playing = (UpdatePacing(slow, lambda plays=plays: plays, clock).drawing_rest_s() for plays in (False, True))
+    assert 0.25 < still < playing

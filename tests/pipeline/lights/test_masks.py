@@ -10,7 +10,7 @@ import pytest
 from dockpose import Camera, Settings, estimate
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import LEAST_FRAMES, StillGroups, hidden_pixels, hide
-from dockpose.simulate import Hover, Lights, Pose, Scene, Sequence, film, render
+from dockpose.simulate import FilmPlan, Hover, Lights, Pose, Scene, film, render
 from dockpose.simulate.scene import Background, Snow, Text
 from dockpose.thresholds import METHODS, histogram_of
 
@@ -228,7 +228,7 @@ def filmed(motion, snow=None, texts=()):
         seed=3,
     )
     still, truths = StillGroups(), []
-    for frame in film(Sequence(scene=scene, motion=motion)):
+    for frame in film(FilmPlan(scene=scene, motion=motion)):
         found = estimate(frame.image, SMALL, DOCK, Settings(masks=still.masks))
         assert found.status == "ok"
         still.see(found.markers, found.ring.on_ring)

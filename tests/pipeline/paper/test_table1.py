@@ -3,7 +3,7 @@ import pytest
 from dockpose import estimate
 from dockpose.paper.table1 import choose_by_eccentricity
 from dockpose.pose.circle import CirclePose
-from dockpose.simulate import ClosedLoop, Lights, Pose, Scene, Sequence, film
+from dockpose.simulate import ClosedLoop, FilmPlan, Lights, Pose, Scene, film
 
 from tests.support.scenes import CAMERA, DOCK
 
@@ -69,7 +69,7 @@ def closed_loop(seed, *, wrong):
 
     motion = ClosedLoop(frames=8, rate_hz=3.0)
     right = []
-    for frame in film(Sequence(scene=scene, motion=motion), observe):
+    for frame in film(FilmPlan(scene=scene, motion=motion), observe):
         best = max(chosen[-1], key=lambda pose: pose.normal @ frame.truth.normal)
         right.append(frame.observed is best)
     return right

@@ -12,11 +12,11 @@ from dockpose.pose.circle import CirclePose
 from dockpose.simulate import (
     Approach,
     ClosedLoop,
+    FilmPlan,
     Hover,
     Lights,
     Pose,
     Scene,
-    Sequence,
     Sweep,
     film,
     load_scene,
@@ -37,11 +37,11 @@ SCENE = Scene(camera=CAMERA, dock=DOCK, pose=TILTED, lights=Lights(level=4000.0)
 
 
 def positions(motion, scene=SCENE):
-    return np.array([each.pose.position_m for _, each in scenes(Sequence(scene=scene, motion=motion))])
+    return np.array([each.pose.position_m for _, each in scenes(FilmPlan(scene=scene, motion=motion))])
 
 
 def attitudes(motion, scene=SCENE):
-    poses = [each.pose for _, each in scenes(Sequence(scene=scene, motion=motion))]
+    poses = [each.pose for _, each in scenes(FilmPlan(scene=scene, motion=motion))]
     return np.array([(pose.theta_x_deg, pose.theta_y_deg, pose.roll_deg) for pose in poses])
 
 
@@ -61,13 +61,13 @@ def test_the_ends_of_an_approach_can_be_set():
 def test_a_sweep_passes_the_dock_from_out_of_view_to_out_of_view():
     path = positions(Sweep(frames=5, reach_m=4.0, angle_deg=90.0))
     np.testing.assert_allclose(path, [[0.3, 0.1 + y, 2.5] for y in (-4, -2, 0, 2, 4)])
-    frames = list(film(Sequence(scene=SCENE, motion=Sweep(frames=5, reach_m=4.0))))
+    frames = list(film(FilmPlan(scene=SCENE, motion=Sweep(frames=5, reach_m=4.0))))
     assert [frame.truth.visible.sum() for frame in frames] == [0, 0, 10, 0, 0]
     assert frames[0].image.max() < 40  # a valid, empty picture
 
 
 def test_times_follow_the_rate():
-    times = [time_s for time_s, _ in scenes(Sequence(scene=SCENE, motion=Sweep(frames=4, rate_hz=5.0)))]
+    times = [time_s for time_s, _ in scenes(FilmPlan(scene=SCENE, motion=Sweep(frames=4, rate_hz=5.0)))]
     assert times == pytest.approx([0, 0.2, 0.4, 0.6])
 
 
@@ -100,7 +100,7 @@ def test_currents_are_smooth():
 @pytest.mark.parametrize("motion", [Approach(frames=3, drift_m=0.02), Sweep(frames=3), Hover(frames=3), None])
 def test_the_same_seed_gives_the_same_bytes_and_another_other_ones(motion):
     def pictures(seed):
-        return [frame.image.tobytes() for frame in film(Sequence(scene=SCENE, motion=motion).with_seed(seed))]
+        return [frame.image.tobytes() for frame in film(FilmPlan(scene=SCENE, motion=motion).with_seed(seed))]
 
     once = pictures(3)
     assert once == pictures(3)
@@ -108,16 +108,16 @@ def test_the_same_seed_gives_the_same_bytes_and_another_other_ones(motion):
 
 
 def test_without_a_motion_the_only_picture_is_the_scene_itself():
-    (frame,) = film(Sequence(scene=SCENE))
+    (frame,) = film(FilmPlan(scene=SCENE))
     assert frame.image.tobytes() == render(SCENE)[0].tobytes()
-    still = list(film(Sequence(scene=SCENE).with_frames(2)))
+    still = list(film(FilmPlan(scene=SCENE).with_frames(2)))
     assert [each.scene.pose for each in still] == [SCENE.pose, SCENE.pose]
     assert still[0].image.tobytes() == frame.image.tobytes()
     assert still[1].image.tobytes() != frame.image.tobytes()
 
 
 def test_the_truth_of_each_frame_is_that_of_its_scene():
-    for frame in film(Sequence(scene=SCENE, motion=Hover(frames=3))):
+    for frame in film(FilmPlan(scene=SCENE, motion=Hover(frames=3))):
         truth = truth_of(frame.scene)
         row = truth_row(frame)
         assert tuple(row) == TRUTH_COLUMNS
@@ -134,7 +134,7 @@ def steered(scene=SCENE, *, wrong=False, frames=45, **values):
         return None if choice is None else choice.candidates[1 if wrong else 0]
 
     motion = ClosedLoop(frames=frames, rate_hz=3.0, **values)
-    return list(film(Sequence(scene=scene, motion=motion), observe))
+    return list(film(FilmPlan(scene=scene, motion=motion), observe))
 
 
 def off_axis_deg(frame):
@@ -163,10 +163,10 @@ def test_a_vehicle_that_believes_the_wrong_pose_turns_the_wrong_way():
 
 def test_a_vehicle_that_sees_nothing_stays_where_it_is():
     motion = ClosedLoop(frames=4)
-    frames = list(film(Sequence(scene=SCENE, motion=motion), lambda image, camera: None))
+    frames = list(film(FilmPlan(scene=SCENE, motion=motion), lambda image, camera: None))
     assert {frame.scene.pose for frame in frames} == {SCENE.pose}
     drifting = msgspec.structs.replace(motion, drift_m=0.05)
-    frames = list(film(Sequence(scene=SCENE, motion=drifting), lambda image, camera: None))
+    frames = list(film(FilmPlan(scene=SCENE, motion=drifting), lambda image, camera: None))
     assert len({frame.scene.pose for frame in frames}) == 4
 
 
@@ -191,14 +191,14 @@ def test_steering_by_hand():
 
 def test_a_scene_file_may_have_a_motion(tmp_path):
     for motion in (Approach(frames=7, end_m=2.0), Sweep(reach_m=0.5), Hover(), ClosedLoop(end_m=1.2), None):
-        sequence = Sequence(scene=SCENE, motion=motion)
+        sequence = FilmPlan(scene=SCENE, motion=motion)
         save_sequence(sequence, tmp_path / "s.yaml")
         assert load_sequence(tmp_path / "s.yaml") == sequence
     assert load_scene(tmp_path / "s.yaml") == SCENE
 
 
 def test_a_scene_with_a_motion_is_not_one_picture(tmp_path):
-    save_sequence(Sequence(scene=SCENE, motion=Hover()), tmp_path / "s.yaml")
+    save_sequence(FilmPlan(scene=SCENE, motion=Hover()), tmp_path / "s.yaml")
     with pytest.raises(FileError, match="has a motion"):
         load_scene(tmp_path / "s.yaml")
 
@@ -233,12 +233,12 @@ def test_a_wrong_motion_is_named(tmp_path, motion, message):
 
 def test_what_cannot_be_filmed_is_told():
     with pytest.raises(ValueError, match="observe is None"):
-        next(film(Sequence(scene=SCENE, motion=ClosedLoop())))
+        next(film(FilmPlan(scene=SCENE, motion=ClosedLoop())))
     with pytest.raises(ValueError, match="closed loop"):
-        next(scenes(Sequence(scene=SCENE, motion=ClosedLoop())))
-    through = Sequence(scene=SCENE, motion=Hover(drift_m=50.0))
+        next(scenes(FilmPlan(scene=SCENE, motion=ClosedLoop())))
+    through = FilmPlan(scene=SCENE, motion=Hover(drift_m=50.0))
     with pytest.raises(ValueError, match="position_m z is -"):
         list(scenes(through))
-    far = Sequence(scene=msgspec.structs.replace(SCENE, psf=Psf(model="hou", theta0_rad=0.3)), motion=Approach())
+    far = FilmPlan(scene=msgspec.structs.replace(SCENE, psf=Psf(model="hou", theta0_rad=0.3)), motion=Approach())
     with pytest.raises(ValueError, match="distance_m is 20"):
         next(film(far))

@@ -6,7 +6,7 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose.simulate import Approach, ClosedLoop, Sequence, film, save_sequence
+from dockpose.simulate import Approach, ClosedLoop, FilmPlan, film, save_sequence
 from dockpose.sources import Kind, Live, Pictures, SourceError, kind_of, open_frames, read_ahead
 
 from tests.support.scenes import CAMERA, random_scene
@@ -177,7 +177,7 @@ def test_a_camera_that_is_not_there_is_told(capfd):
 
 @pytest.mark.parametrize("motion", [Approach(frames=6, start_m=2, drift_m=0.05), ClosedLoop(frames=6)])
 def test_a_simulated_course_is_that_of_the_simulator(tmp_path, motion):
-    sequence = Sequence(scene=SMALL, motion=motion)
+    sequence = FilmPlan(scene=SMALL, motion=motion)
     save_sequence(sequence, tmp_path / "scene.yaml")
     with open_frames(str(tmp_path / "scene.yaml")) as frames:
         assert (frames.count, frames.rate_hz, frames.camera) == (6, 10.0, SMALL.camera)

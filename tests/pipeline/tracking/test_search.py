@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from dockpose import Settings, estimate
-from dockpose.simulate import Approach, Sequence, film
+from dockpose.simulate import Approach, FilmPlan, film
 from dockpose.tracking.search import BLOCK, Search
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -16,7 +16,7 @@ FRAMES = 2 * BLOCK + 5
 def course():
     scene = random_scene(3, position_m=(0.05, 0.0, 3.6))
     motion = Approach(frames=FRAMES, start_m=4.4, end_m=3.6, drift_m=0.02)
-    return list(film(Sequence(scene=scene, motion=motion)))
+    return list(film(FilmPlan(scene=scene, motion=motion)))
 
 
 def searched(course, start=0, stop=FRAMES, whole_first=0, search=None):

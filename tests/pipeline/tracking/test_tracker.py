@@ -13,7 +13,7 @@ from dockpose import Dock, Estimate, Settings, Tracker, estimate
 from dockpose.lights.ring import Ring
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.solve import find_poses
-from dockpose.simulate import Approach, ClosedLoop, Hover, Lights, Pose, Scene, Sequence, film
+from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, film
 from dockpose.simulate.sequence import steer
 from dockpose.tracking.chain import Chain, Speeds
 from dockpose.tracking.hypotheses import posterior
@@ -330,7 +330,7 @@ def approach(seed, *, frames=30, **lights):
     )
     scene = Scene(camera=CAMERA, dock=DOCK, pose=place, lights=Lights(level=3000.0, **lights), seed=seed)
     motion = Approach(frames=frames, start_m=3.0, end_m=0.8, drift_m=0.02, drift_deg=1.0)
-    return film(Sequence(scene=scene, motion=motion))
+    return film(FilmPlan(scene=scene, motion=motion))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -362,9 +362,9 @@ def test_estimates_may_be_made_in_any_order_beforehand():
 def test_a_region_does_not_hold_on_to_a_part_of_the_ring():
     # From one frame to the next the dock is five times as large: the region then shows but a part of it.
     far = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 4.0), theta_x_deg=20.0), seed=1)
-    far = Sequence(scene=far, motion=Hover(frames=5, drift_m=0.0, drift_deg=0.0))
+    far = FilmPlan(scene=far, motion=Hover(frames=5, drift_m=0.0, drift_deg=0.0))
     near = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 0.8), theta_x_deg=20.0), seed=1)
-    near = Sequence(scene=near, motion=Hover(frames=5, drift_m=0.0, drift_deg=0.0))
+    near = FilmPlan(scene=near, motion=Hover(frames=5, drift_m=0.0, drift_deg=0.0))
     tracker = Tracker(CAMERA, DOCK, Settings(max_speed_m_per_s=100.0))
     images = [frame.image for sequence in (far, near) for frame in film(sequence)]
     found = [tracker.see(image, 0.1 * number) for number, image in enumerate(images)]

@@ -9,11 +9,11 @@ from typing import Any
 import viser
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session
-from dockpose.app.experiment.folder import SessionShelf
+from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.export.bundle import bundle_name, to_zip
 from dockpose.app.export.contents import session_files
 from dockpose.app.inputs.checksums import Checksums
-from dockpose.app.processing.analysis import Reading
+from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.errors import ErrorCharts
@@ -63,14 +63,14 @@ class ExperimentPanel:
     def __init__(
         self,
         gui: viser.GuiApi,
-        sessions: SessionShelf,
+        sessions: SessionFolder,
         checksums: Checksums,
         notify: Notify,
         on_error: Callable[[Exception], None],
     ) -> None:
         self._sessions, self._checksums, self._notify, self._on_error = sessions, checksums, notify, on_error
         self._lock = threading.RLock()
-        self._reading: Reading | None = None
+        self._analysis: Analysis | None = None
         self._session: Session | None = None
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, Texts] = {}
@@ -84,10 +84,10 @@ class ExperimentPanel:
     def load(self, view: View) -> None:
         """Nothing here belongs to the view."""
 
-    def show(self, reading: Reading) -> None:
+    def show(self, analysis: Analysis) -> None:
         """Remember what a frame would be; a pose that was measured in the tab Pose goes into the boxes."""
-        self._reading = reading
-        known = reading.view.measured
+        self._analysis = analysis
+        known = analysis.view.measured
         if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
             return
         with self._lock:
@@ -202,14 +202,14 @@ class ExperimentPanel:
 
     def _take(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            reading, session, texts = self._reading, self._session, self._next_texts
+            analysis, session, texts = self._analysis, self._session, self._next_texts
         if session is None:
             raise UserError(_NOT_OPEN)
-        if reading is None:
+        if analysis is None:
             return
-        view, values = reading.view, values_of(texts)
+        view, values = analysis.view, values_of(texts)
         sha256 = self._checksums.sha256(view)
-        row = session.take(view.image, reading.estimate, view.source, measured_of(values), values["notes"], sha256)
+        row = session.take(view.image, analysis.estimate, view.source, measured_of(values), values["notes"], sha256)
         said = taken_words(row)
         with self._lock:
             if not self._keep.value and self._next_texts == texts:

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask
 from dockpose.app.state.view import open_source, with_lights, with_method, with_sample
 from dockpose.app.web.charts.histogram import groups_top, histogram_data, histogram_top, labelled_peaks, peaks_html
@@ -15,26 +15,26 @@ from dockpose.thresholds import Threshold
 
 
 @pytest.fixture(scope="module")
-def reading():
-    return read_view(open_source(None, None, None))
+def analysis():
+    return analyse(open_source(None, None, None))
 
 
 @pytest.fixture(scope="module")
 def empty():
-    return read_view(with_method(open_source(None, None, None), "fixed", 255))
+    return analyse(with_method(open_source(None, None, None), "fixed", 255))
 
 
-def test_row_of_the_likelier_candidate_agrees_with_the_truth(reading):
-    found = [float(cell) for cell in candidate_row(reading.estimate.candidates[0])[:5]]
-    truth = truth_row(reading.view.truth)
+def test_row_of_the_likelier_candidate_agrees_with_the_truth(analysis):
+    found = [float(cell) for cell in candidate_row(analysis.estimate.candidates[0])[:5]]
+    truth = truth_row(analysis.view.truth)
     assert truth is not None
     true = [float(cell) for cell in truth[:5]]
     assert found == pytest.approx(true, abs=0.3)
-    assert len(candidate_row(reading.estimate.candidates[0])) == len(COLUMNS)
+    assert len(candidate_row(analysis.estimate.candidates[0])) == len(COLUMNS)
 
 
 def test_unknown_values_are_a_dash():
-    pose = replace(read_view(open_source(None, None, None)).estimate.candidates[0], probability=None, rms_px=None)
+    pose = replace(analyse(open_source(None, None, None)).estimate.candidates[0], probability=None, rms_px=None)
     assert candidate_row(pose)[-2:] == ["–", "–"]
 
 
@@ -43,30 +43,30 @@ def test_no_truth_row_without_the_truth(truth):
     assert truth_row(truth) is None
 
 
-def test_table_names_the_chosen_one(reading, empty):
-    table = table_html(reading)
+def test_table_names_the_chosen_one(analysis, empty):
+    table = table_html(analysis)
     assert table.index("A, chosen") < table.index(" B<")
     assert "Truth" in table
     assert "chosen" not in table_html(empty)
 
 
-def test_status_says_what_was_found_or_not(reading, empty):
-    assert "Dock found" in status_html(reading)
+def test_status_says_what_was_found_or_not(analysis, empty):
+    assert "Dock found" in status_html(analysis)
     assert "No pose" in status_html(empty)
     assert empty.estimate.message in status_html(empty)
 
 
-def test_outside_text_is_escaped(reading):
+def test_outside_text_is_escaped(analysis):
     hostile = "<img src=x onerror=alert(1)>"
-    view = replace(reading.view, source=hostile, note=hostile)
-    estimate = replace(reading.estimate, message=hostile)
-    page = status_html(replace(reading, view=view, estimate=estimate))
+    view = replace(analysis.view, source=hostile, note=hostile)
+    estimate = replace(analysis.estimate, message=hostile)
+    page = status_html(replace(analysis, view=view, estimate=estimate))
     assert "<img" not in page
     assert page.count("&lt;img") == 3
 
 
-def test_histogram_marks_the_threshold(reading):
-    threshold = reading.estimate.threshold
+def test_histogram_marks_the_threshold(analysis):
+    threshold = analysis.estimate.threshold
     levels, counts, spike, peaks, groups = histogram_data(threshold)
     assert len({len(levels), len(counts), len(spike), len(peaks), len(groups)}) == 1
     assert (np.diff(levels) > 0).all()
@@ -79,11 +79,11 @@ def test_histogram_marks_the_threshold(reading):
     assert groups_top(threshold) == 20
 
 
-def test_histogram_of_a_threshold_that_keeps_nothing(reading):
-    levels, counts, spike, _, _ = histogram_data(replace(reading.estimate.threshold, level=256))
+def test_histogram_of_a_threshold_that_keeps_nothing(analysis):
+    levels, counts, spike, _, _ = histogram_data(replace(analysis.estimate.threshold, level=256))
     assert levels[spike > 0].tolist() == [256]
     assert np.isfinite(counts).all()
-    words = threshold_sentence(replace(reading.estimate, threshold=replace(reading.estimate.threshold, level=256)))
+    words = threshold_sentence(replace(analysis.estimate, threshold=replace(analysis.estimate.threshold, level=256)))
     assert "above 255" in words
 
 
@@ -101,14 +101,14 @@ def test_peaks_are_labelled_with_their_votes():
     assert "data-peak" not in peaks_html(replace(threshold, level=256))
 
 
-def test_threshold_sentence_names_level_and_groups(reading):
-    assert f"level {reading.estimate.threshold.level}, which keeps 10 groups" in threshold_sentence(reading.estimate)
+def test_threshold_sentence_names_level_and_groups(analysis):
+    assert f"level {analysis.estimate.threshold.level}, which keeps 10 groups" in threshold_sentence(analysis.estimate)
 
 
-def test_what_was_thrown_out_is_said(reading):
-    assert thrown_out_sentence(reading.estimate) == "All 10 groups lie on one ellipse."
-    masked = with_mask(with_sample(reading.view, "burnt_in_text"), 0, 0, 30, 30)
-    words = thrown_out_sentence(read_view(masked).estimate)
+def test_what_was_thrown_out_is_said(analysis):
+    assert thrown_out_sentence(analysis.estimate) == "All 10 groups lie on one ellipse."
+    masked = with_mask(with_sample(analysis.view, "burnt_in_text"), 0, 0, 30, 30)
+    words = thrown_out_sentence(analyse(masked).estimate)
     assert words.startswith("1 mask hides a part of the picture.")
     assert "do not" in words
 
@@ -133,8 +133,8 @@ def test_names_of_uploads_are_made_harmless(name, clean):
     assert clean_name(name) == clean
 
 
-def test_reading_without_known_lights_still_has_two_candidates(reading):
-    assert len(read_view(with_lights(reading.view, 0)).estimate.candidates) == 2
+def test_reading_without_known_lights_still_has_two_candidates(analysis):
+    assert len(analyse(with_lights(analysis.view, 0)).estimate.candidates) == 2
 
 
 @pytest.mark.parametrize(("height", "width", "shown"), [(480, 640, 640), (90, 160, 160), (1280, 720, 1707), (4, 1, 6)])

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 from dockpose.app.export.words import advice, status_line, why_this_one
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.peers import peer_poses
 from dockpose.app.state.detection import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import open_source, with_method, with_min_area, with_sample
@@ -10,79 +10,79 @@ from dockpose.app.web.panels.pose import details_html, error_cells, errors_html,
 
 
 @pytest.fixture(scope="module")
-def reading():
-    return read_view(open_source(None, None, None))
+def analysis():
+    return analyse(open_source(None, None, None))
 
 
 @pytest.fixture(scope="module")
-def coloured(reading):
-    return read_view(with_sample(reading.view, "colour_ring"))
+def coloured(analysis):
+    return analyse(with_sample(analysis.view, "colour_ring"))
 
 
-def test_status_line_is_what_is_always_in_view(reading):
-    line = status_line(replace(reading.estimate, elapsed_ms=1.26))
+def test_status_line_is_what_is_always_in_view(analysis):
+    line = status_line(replace(analysis.estimate, elapsed_ms=1.26))
     assert line.startswith("10 lights | HATS level ")
     assert " | pose A 100 %, " in line
     assert " m ± < 0.001 | " in line
-    vague = replace(reading.estimate.selected, sigma_position_m=(0.01, 0.01, 0.0042))
-    choice = replace(reading.estimate.choice, candidates=(vague, reading.estimate.candidates[1]))
-    assert " m ± 0.004 | " in status_line(replace(reading.estimate, choice=choice))
+    vague = replace(analysis.estimate.selected, sigma_position_m=(0.01, 0.01, 0.0042))
+    choice = replace(analysis.estimate.choice, candidates=(vague, analysis.estimate.candidates[1]))
+    assert " m ± 0.004 | " in status_line(replace(analysis.estimate, choice=choice))
     assert line.endswith(" | 1.3 ms")
 
 
-def test_status_line_and_advice_where_nothing_is_found(reading):
-    found = read_view(with_method(reading.view, "fixed", 255)).estimate
+def test_status_line_and_advice_where_nothing_is_found(analysis):
+    found = analyse(with_method(analysis.view, "fixed", 255)).estimate
     assert "0 lights | Fixed level 255 | no pose (" in status_line(found)
     assert advice(found).startswith("Try ")
     assert status_line(found).endswith(advice(found))
-    assert advice(reading.estimate) == ""
+    assert advice(analysis.estimate) == ""
     assert why_this_one(found) == "There is no pose to choose."
     assert "px" in details_html(found) or found.message in details_html(found)
 
 
 @pytest.mark.parametrize("status", ["no_lights", "too_few_markers", "not_a_ring", "no_ellipse"])
-def test_every_status_has_advice(reading, status):
-    assert "Try " in advice(replace(reading.estimate, status=status))
+def test_every_status_has_advice(analysis, status):
+    assert "Try " in advice(replace(analysis.estimate, status=status))
 
 
-def test_why_this_one(reading):
-    assert "evenly spaced" in why_this_one(reading.estimate)
-    assert "counts as decided" in why_this_one(reading.estimate)
-    other = reading.estimate.candidates[1]
-    by_hand = read_view(with_pose_by_hand(reading.view, other)).estimate
+def test_why_this_one(analysis):
+    assert "evenly spaced" in why_this_one(analysis.estimate)
+    assert "counts as decided" in why_this_one(analysis.estimate)
+    other = analysis.estimate.candidates[1]
+    by_hand = analyse(with_pose_by_hand(analysis.view, other)).estimate
     assert "by hand" in why_this_one(by_hand)
     assert "pose B (by hand)" in status_line(by_hand)
 
 
-def test_details_have_units_and_deviations(reading):
-    details = details_html(reading.estimate)
+def test_details_have_units_and_deviations(analysis):
+    details = details_html(analysis.estimate)
     for words in ("z (cm)", "±", "dock centre (px)", "eccentricity", "reprojection error (px)", "A, chosen"):
         assert words in details
 
 
-def test_peers_agree_on_coloured_lights(coloured, reading):
+def test_peers_agree_on_coloured_lights(coloured, analysis):
     poses = peer_poses(coloured.estimate)
     assert set(poses) == {"EPnP", "IPPE", "SQPnP", "Iterative PnP"}
     z = coloured.estimate.selected.position_m[2]
     assert all(not isinstance(pose, str) and abs(pose.position_m[2] - z) < 0.02 * z for pose in poses.values())
     assert "EPnP" in peers_html(coloured.estimate)
-    assert peers_html(reading.estimate) == ""
-    assert peer_poses(read_view(with_min_area(coloured.view, 900)).estimate) == {}
+    assert peers_html(analysis.estimate) == ""
+    assert peer_poses(analyse(with_min_area(coloured.view, 900)).estimate) == {}
 
 
-def test_errors_against_a_measured_pose(reading):
-    pose = reading.estimate.selected
-    view = with_measured(reading.view, dict(zip(MEASURED_LIMITS, (0, 0, 100, 0, 0), strict=True)))
+def test_errors_against_a_measured_pose(analysis):
+    pose = analysis.estimate.selected
+    view = with_measured(analysis.view, dict(zip(MEASURED_LIMITS, (0, 0, 100, 0, 0), strict=True)))
     assert view.measured is not None
     cells = error_cells(pose, view.measured)
     assert float(cells[2]) == pytest.approx(100 * (pose.position_m[2] - 1), abs=0.06)
     assert all(cell[0] in "+-" for cell in cells)
-    assert "off by" in errors_html(reading.estimate, view.measured, "measured")
-    assert errors_html(reading.estimate, None, "measured") == ""
+    assert "off by" in errors_html(analysis.estimate, view.measured, "measured")
+    assert errors_html(analysis.estimate, None, "measured") == ""
 
 
-def test_angles_that_differ_by_a_whole_turn_are_the_same(reading):
-    pose = reading.estimate.selected
+def test_angles_that_differ_by_a_whole_turn_are_the_same(analysis):
+    pose = analysis.estimate.selected
     known = {
         "position_m": [0, 0, 1],
         "theta_x_deg": pose.to_dict()["theta_x_deg"],

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
-from dockpose.app.processing.analysis import read_view
+from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.view import open_source, with_method
 from dockpose.app.web.scene.known_poses import known_pose
 from dockpose.app.web.scene.scene import (
@@ -23,7 +23,7 @@ from dockpose.simulate.optics.water import preset
 
 @pytest.fixture(scope="module")
 def found():
-    return read_view(open_source(None, None, None)).estimate
+    return analyse(open_source(None, None, None)).estimate
 
 
 def test_image_plane_puts_the_corner_pixels_on_their_rays():
@@ -73,7 +73,7 @@ def test_lights_are_where_the_dock_has_them():
 
 
 def test_no_rays_without_a_pose():
-    empty = read_view(with_method(open_source(None, None, None), "fixed", 255)).estimate
+    empty = analyse(with_method(open_source(None, None, None), "fixed", 255)).estimate
     assert rays_to_lights(empty).shape == (0, 2, 3)
     assert extent_of(empty).depth_m == 1
 

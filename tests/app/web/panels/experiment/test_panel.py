@@ -11,10 +11,10 @@ import viser
 from dockpose.app.cli import main
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session, SessionError
-from dockpose.app.experiment.folder import SessionShelf
+from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.inputs.folder import Shelf
-from dockpose.app.processing.analysis import Reading, read_view
+from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.processing.following import chosen_by_track
 from dockpose.app.processing.replay import differences, estimate_again
@@ -118,7 +118,7 @@ def test_axis_holds_all_numbers_with_room(numbers):
 
 
 def test_sessions_stay_below_their_folder(tmp_path):
-    shelf = SessionShelf(tmp_path / "sessions")
+    shelf = SessionFolder(tmp_path / "sessions")
     assert shelf.names() == []
     assert not shelf.root.exists()
     for typed, name in (("../../up", "up"), ("/etc/passwd", "etc_passwd"), ("", None), ("up", "up-2"), ("CON", "CON_")):
@@ -137,7 +137,7 @@ def test_sessions_stay_below_their_folder(tmp_path):
 def test_folder_that_is_a_file_is_said(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(SessionError, match="file"):
-        SessionShelf(tmp_path / "file").start("a")
+        SessionFolder(tmp_path / "file").start("a")
     assert main(["serve", "--port", "0", "--sessions", str(tmp_path / "file")]) == 2
 
 
@@ -173,7 +173,7 @@ def panel(tmp_path):
     told = []
     made = ExperimentPanel(
         server.gui,
-        SessionShelf(tmp_path),
+        SessionFolder(tmp_path),
         Checksums(Shelf(), None),
         lambda title, sentence, colour, client: told.append((title, sentence)),
         lambda error: told.append(("failed", error)),
@@ -185,13 +185,13 @@ def panel(tmp_path):
 
 
 def test_what_is_taken_is_what_is_shown(panel):
-    first = read_view(open_source(None, None, None))
+    first = analyse(open_source(None, None, None))
     panel.panel.show(first)
     panel.panel.take(panel.client)
     assert panel.told[-1][1].startswith("No session is open")
     panel.panel._doing(panel.panel._start_new, panel.client)
     # A result that no new estimate of the picture could give shows that none was made.
-    shown = Reading(first.view, replace(first.estimate, status="no_lights", choice=None))
+    shown = Analysis(first.view, replace(first.estimate, status="no_lights", choice=None))
     panel.panel.show(shown)
     panel.panel.take(panel.client)
     assert panel.told[-1] == ("Taken", "Frame 1 is on disk: plain, without a pose, not yet measured.")
@@ -203,17 +203,17 @@ def test_what_is_taken_is_what_is_shown(panel):
 
 
 def test_measured_pose_fills_boxes_once_and_distance_stays(panel):
-    reading = read_view(open_source(None, None, None))
+    analysis = analyse(open_source(None, None, None))
     pose = {"position_m": [0.0, 0.0, 1.2], "theta_x_deg": 1.0, "theta_y_deg": 2.0}
     fields = panel.panel._fields
     fields.texts = BLANK | {"distance_cm": "99"}
-    known = replace(reading, view=replace(reading.view, measured=pose))
+    known = replace(analysis, view=replace(analysis.view, measured=pose))
     panel.panel.show(known)
     assert (fields.texts["measured_z_cm"], fields.texts["distance_cm"]) == ("120", "99")
     fields.texts = fields.texts | {"measured_z_cm": "121"}
     panel.panel.show(known)
     assert fields.texts["measured_z_cm"] == "121"
-    panel.panel.show(reading)
+    panel.panel.show(analysis)
     assert fields.texts["measured_z_cm"] == "121"
 
 
@@ -230,7 +230,7 @@ def test_what_the_frames_before_chose_is_chosen_again():
 
 def test_rounding_is_no_difference():
     view = open_source(None, None, None)
-    found = read_view(view).estimate
+    found = analyse(view).estimate
     for change, names in ((1e-13, []), (1e-6, ["candidates[0].position_m[2]"])):
         line = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
         line["candidates"][0]["position_m"][2] += change

@@ -9,7 +9,7 @@ from html import escape
 
 import numpy as np
 import viser
-from dockpose.app.processing.comparison import CENTRES, SWEPT_LEVELS, Sweep
+from dockpose.app.processing.comparison import CENTRES, SWEPT_LEVELS, LevelSweep
 from dockpose.app.web.html import SMALL
 from viser import uplot
 
@@ -20,7 +20,7 @@ _HEIGHT_PX = 190
 _EVERY_S = 0.2
 
 
-def sweep_data(sweep: Sweep) -> tuple[np.ndarray, ...]:
+def sweep_data(sweep: LevelSweep) -> tuple[np.ndarray, ...]:
     """Levels, and for each way the error in pixels; below the chart, out of sight, where a level shows no dock."""
     hidden = -sweep_top_px(sweep)
     return (
@@ -29,7 +29,7 @@ def sweep_data(sweep: Sweep) -> tuple[np.ndarray, ...]:
     )
 
 
-def sweep_top_px(sweep: Sweep) -> float:
+def sweep_top_px(sweep: LevelSweep) -> float:
     """Where the vertical axis ends: 1, 2 or 5 times a power of ten with nearly all of the errors below.
 
     It seldom moves while a sweep grows: with another axis the browser builds the chart anew.
@@ -40,7 +40,7 @@ def sweep_top_px(sweep: Sweep) -> float:
     return next(step * power for step in (1, 2, 5, 10) if step * power >= least)
 
 
-def sweep_sentence(sweep: Sweep) -> str:
+def sweep_sentence(sweep: LevelSweep) -> str:
     """Over which levels a dock was found, and the middle error of each way."""
     found = ~np.isnan(sweep.errors_px[:, 0])
     if not found.any():
@@ -54,7 +54,7 @@ def sweep_sentence(sweep: Sweep) -> str:
     )
 
 
-def swept_so_far(sweep: Sweep) -> str:
+def swept_so_far(sweep: LevelSweep) -> str:
     """How far a sweep is that goes on, or was stopped."""
     last = f"{sweep.levels[-1]}" if len(sweep.levels) else "none"
     return f"Levels up to {last} of {SWEPT_LEVELS[-1]} are drawn. {sweep_sentence(sweep)}"
@@ -94,17 +94,17 @@ class SweepChart:
         )
         self._sentence = gui.add_html("")
 
-    def grow(self, sweep: Sweep) -> None:
+    def grow(self, sweep: LevelSweep) -> None:
         """Draw what was swept so far, a few times a second."""
         if self._clock() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
             self._draw(sweep, swept_so_far(sweep))
             self._drawn_s = self._clock()
 
-    def show(self, sweep: Sweep) -> None:
+    def show(self, sweep: LevelSweep) -> None:
         """Draw a sweep to its end."""
         self._draw(sweep, sweep_sentence(sweep))
 
-    def _draw(self, sweep: Sweep, sentence: str) -> None:
+    def _draw(self, sweep: LevelSweep, sentence: str) -> None:
         top = sweep_top_px(sweep)
         if top != self._top:
             self._chart.scales, self._top = _scales(top), top

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.camera.image import significant_bits, to_grey
+from dockpose.camera.image import read, significant_bits, to_grey
 from dockpose.dock import Dock
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
@@ -170,7 +172,7 @@ def estimate(
 
     Parameters
     ----------
-    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16.
+    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16; or the path of a picture file.
     camera : its intrinsics; a picture that is the calibration's rescaled is taken, another size is refused.
     dock : its diameter, and its number of lights where known.
     settings : how to search; the defaults suit most scenes.
@@ -186,7 +188,8 @@ def estimate(
     Raises
     ------
     ValueError
-        if the image is no 8- or 16-bit picture or does not belong to the camera, or the region has no pixel of it.
+        if the file cannot be read, the image is no 8- or 16-bit picture or does not belong to the camera, or the
+        region has no pixel of it.
 
     Notes
     -----
@@ -196,6 +199,8 @@ def estimate(
     lies within. Other than in the whole picture, the background is that of the region alone, so that the level may be
     another one, and the centres differ by what the neighbouring groups outside would take from them.
     """
+    if isinstance(image, (str, os.PathLike)):
+        image = read(Path(image))
     start = time.perf_counter()
     settings = settings or Settings()
     whole = np.asarray(image)

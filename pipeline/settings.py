@@ -25,11 +25,11 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Raises
     ------
     ValueError
-        if the method or the centroid is unknown, or a number is out of range.
+        if the method or the centroid is unknown, a number is out of range, or "fixed" has no level.
     """
 
     method: str = "hats"
-    level: int = 128
+    level: int | None = None
     min_area_px: int = 2
     centroid: str = "grey"
     masks: tuple[Mask, ...] = ()
@@ -41,9 +41,12 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         _check_one_of("method", self.method, tuple(METHODS))
         _check_one_of("centroid", self.centroid, CENTROIDS)
         check_whole("min_area_px", self.min_area_px, least=1)
-        check_whole("level", self.level, least=0)
-        if self.level >= LEVELS:
-            raise ValueError(f"level is {self.level!r}; it must be at most {LEVELS - 1}")
+        if self.level is not None:
+            check_whole("level", self.level, least=0)
+            if self.level >= LEVELS:
+                raise ValueError(f"level is {self.level!r}; it must be at most {LEVELS - 1}")
+        elif self.method == "fixed":
+            raise ValueError(f"level is None; the method 'fixed' needs a level, 0 to {LEVELS - 1}")
         check_masks(self.masks)
         for name in ("max_speed_m_per_s", "max_turn_deg_per_s", "lost_after_s"):
             check_number(name, getattr(self, name), above=0)

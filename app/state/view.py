@@ -179,11 +179,11 @@ def with_lights(view: View, value: Any) -> View:
     return replace(view, dock=Dock(view.dock.diameter, lights))
 
 
-def with_method(view: View, method: Any, level: Any) -> View:
-    """Set the threshold method, and the level that the method "fixed" starts from."""
+def with_method(view: View, method: Any, level: Any = None) -> View:
+    """Set the threshold method, and the level that the method "fixed" starts from; None keeps the level."""
     if not isinstance(method, str) or method not in METHODS:
         raise UserError(f"There is no threshold method called {method!r}.")
-    return _with_settings(with_level(view, level), method=method)
+    return _with_settings(view if level is None else with_level(view, level), method=method)
 
 
 def with_level(view: View, value: Any) -> View:

@@ -51,7 +51,7 @@ def load_sequence(path: str | Path) -> FilmPlan:
     motion = content.pop("motion", None)
     try:
         if isinstance(content.get("water"), str):
-            content["water"] = msgspec.to_builtins(preset(content["water"]))
+            content["water"] = preset(content["water"])
         scene = msgspec.convert(content, Scene)
     except (msgspec.ValidationError, ValueError) as error:
         raise FileError(f"{path}: {error}") from error

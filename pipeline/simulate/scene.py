@@ -9,7 +9,7 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import check_number, check_whole
 from dockpose.dock import Dock
 from dockpose.simulate.optics.psf import Psf
-from dockpose.simulate.optics.water import PRESETS, Water
+from dockpose.simulate.optics.water import PRESETS, Water, preset
 
 # How strongly the blue, green and red bands see a lamp of that colour.
 COLOURS = {
@@ -235,14 +235,24 @@ class Sensor(Part, frozen=True, kw_only=True):
                 raise ValueError(f"jpeg_quality is {self.jpeg_quality!r}; it must be within 1 to 100")
 
 
+# The parts of a scene that are always there.
+_KINDS = {
+    **{"camera": Camera, "dock": Dock, "pose": Pose, "lights": Lights, "water": Water},
+    **{"psf": Psf, "background": Background, "sensor": Sensor},
+}
+
+
 class Scene(Part, frozen=True, kw_only=True):
     """One picture to simulate: what each part means stands with its own class.
+
+    ``water`` may also be given as the name of a preset, such as "harbour".
 
     Raises
     ------
     ValueError
-        if a number is negative or not finite where it may not be, the dock lies behind the camera or its number of
-        lights is not known, or a list about the lights has another length than there are lights.
+        if a part is of another kind, a number is negative or not finite where it may not be, the dock lies behind the
+        camera or its number of lights is not known, or a list about the lights has another length than there are
+        lights.
     """
 
     camera: Camera
@@ -264,6 +274,11 @@ class Scene(Part, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_whole("seed", self.seed, least=0)
+        if isinstance(self.water, str):
+            msgspec.structs.force_setattr(self, "water", preset(self.water))
+        for name, kind in _KINDS.items():
+            if not isinstance(getattr(self, name), kind):
+                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be of the class {kind.__name__}")
         if self.dock.lights is None:
             raise ValueError("dock.lights is None; a simulated dock needs its number of lights")
         for name in ("brightness", "size", "colours", "angles_deg"):

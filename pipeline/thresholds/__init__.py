@@ -14,8 +14,8 @@ from dockpose.thresholds.local import hats_local
 from dockpose.thresholds.sezan import sezan
 
 # Each method by its name, as a function of the histogram, the minimum area of a group and the level set by hand; most
-# need only the first.
-METHODS: dict[str, Callable[[Histogram, int, int], Threshold]] = {
+# need only the first, and only "fixed" needs the last.
+METHODS: dict[str, Callable[[Histogram, int, int | None], Threshold]] = {
     "hats": lambda histogram, min_area_px, level: hats(histogram, min_area_px),
     "hats_local": lambda histogram, min_area_px, level: hats_local(histogram, min_area_px),
     "otsu": lambda histogram, min_area_px, level: otsu(histogram),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 
-def fixed(histogram: Histogram, level: int) -> Threshold:
-    """Keep pixels at or above ``level`` (0..255)."""
+def fixed(histogram: Histogram, level: int | None) -> Threshold:
+    """Keep pixels at or above ``level`` (0..255). Raises ValueError where it is None."""
+    if level is None:
+        raise ValueError("level is None; the method 'fixed' needs one")
     return threshold_at("fixed", histogram, level, f"Level {level} was set by hand.")

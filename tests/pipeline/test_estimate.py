@@ -3,7 +3,9 @@
 
 import json
 import math
+from pathlib import Path
 
+import cv2
 import msgspec
 import numpy as np
 import pytest
@@ -55,6 +57,16 @@ def test_every_kind_of_picture_gives_the_same_pose(kind):
     assert found.bits == {"16 bit": 16, "12 bit": 12}.get(kind, 8)
     assert found.threshold.level == reference.threshold.level
     np.testing.assert_allclose(found.selected.position_m, reference.selected.position_m, atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_a_path_gives_what_the_picture_in_the_file_gives(kind, tmp_path):
+    image, _ = render(random_scene(2))
+    cv2.imwrite(str(tmp_path / "tank.png"), image)
+    found, reference = estimate(kind(tmp_path / "tank.png"), CAMERA, DOCK), estimate(image, CAMERA, DOCK)
+    assert found.to_dict() | {"elapsed_ms": 0} == reference.to_dict() | {"elapsed_ms": 0}
+    with pytest.raises(ValueError, match=r"none\.png: cannot be read"):
+        estimate(kind(tmp_path / "none.png"), CAMERA, DOCK)
 
 
 def test_a_rescaled_picture_scales_the_camera_and_says_so():
@@ -186,6 +198,7 @@ def test_settings_are_kept_in_the_line_and_read_back():
         ({"level": 256}, "level is 256"),
         ({"level": -1}, "level is -1"),
         ({"level": 12.5}, "level is 12.5"),
+        ({"method": "fixed"}, "level is None; the method 'fixed' needs a level, 0 to 255"),
     ],
 )
 def test_bad_settings_are_named(change, message):

@@ -170,4 +170,4 @@ def _on_take_over(group: viser.GuiButtonGroupHandle, change: Change) -> None:
     def _(event: viser.GuiEvent[Any]) -> None:
         if event.client is not None:
             method = methods.get(group.value)
-            change(lambda view: with_method(view, method, view.settings.level), event.client, reload=True)
+            change(lambda view: with_method(view, method), event.client, reload=True)

@@ -101,7 +101,7 @@ class DetectPanel:
     def load(self, view: View) -> None:
         """Set the controls."""
         self._method.value = method_label(view.settings.method)
-        if view.settings.method == "fixed":
+        if view.settings.method == "fixed" and view.settings.level is not None:
             self._level.value = view.settings.level
         self._min_area.max = min(MAX_AREA_PX, max(100, view.settings.min_area_px))
         self._min_area.value = view.settings.min_area_px

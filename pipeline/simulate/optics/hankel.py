@@ -8,9 +8,12 @@ x an angle in radians and y a frequency in cycles per radian. The grids are loga
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from scipy.fft import fht, fhtoffset
+from scipy.interpolate import CubicSpline, PPoly
+from scipy.special import j0, j1
 
 _COUNT = 1536
 _STEP = math.log(1e12) / _COUNT
@@ -19,6 +22,8 @@ _STEP = math.log(1e12) / _COUNT
 _SLOW_BIAS = 0.7
 _OFFSET = fhtoffset(_STEP, mu=0.0, bias=_SLOW_BIAS)
 _CENTRE_FREQUENCY = 30.0  # cycles/rad, about where water's modulation transfer functions fall
+
+_SERIES_FROM, _SERIES_TERMS = 32.0, 12
 
 _INDEX = np.arange(_COUNT) - (_COUNT - 1) / 2
 FREQUENCIES = _CENTRE_FREQUENCY * np.exp(_STEP * _INDEX)
@@ -34,6 +39,32 @@ def spread_of(transfer: np.ndarray) -> np.ndarray:
 def transfer_of(spread: np.ndarray) -> np.ndarray:
     """Modulation transfer function on ``FREQUENCIES`` of a point spread function (1/sr) on ``ANGLES``."""
     return _transform(spread, ANGLES, FREQUENCIES, 0.0)
+
+
+def mean_bessel(x: np.ndarray) -> np.ndarray:
+    """Mean of the Bessel function J0 from 0 up to each of ``x``, which must be above 0: (1/x) int_0^x J0(t) dt.
+
+    Up to 32 a cubic spline through J0 is integrated; beyond, the integral from x to infinity is expanded in powers of
+    1/x (by parts, as in Abramowitz and Stegun 1964, section 11.1). Both are exact to 1e-12. ``scipy.special.itj0y0``,
+    which does the same, is wrong for x above 20 before SciPy 1.17 (its issue 22436).
+    """
+    result = np.empty_like(x, dtype=float)
+    near = x < _SERIES_FROM
+    result[near] = _integral_near()(x[near])
+    far = x[~near]
+    in_j1, in_j0 = np.zeros_like(far), np.zeros_like(far)
+    for k in reversed(range(_SERIES_TERMS)):  # by Horner: 1 - 1/x^2 + 9/x^4 - ..., and 1/x - 3/x^3 + 45/x^5 - ...
+        odd = math.prod(range(1, 2 * k, 2))
+        in_j1 = (-1) ** k * odd**2 + in_j1 / far**2
+        in_j0 = (-1) ** k * odd**2 * (2 * k + 1) + in_j0 / far**2
+    result[~near] = 1 + j1(far) * in_j1 - j0(far) * in_j0 / far
+    return result / x
+
+
+@cache
+def _integral_near() -> PPoly:
+    knots = np.linspace(0, _SERIES_FROM, 8193)
+    return CubicSpline(knots, j0(knots)).antiderivative()
 
 
 def _transform(values: np.ndarray, x: np.ndarray, y: np.ndarray, bias: float) -> np.ndarray:

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from dockpose.checks import check_number
-from scipy.special import itj0y0
+from dockpose.simulate.optics.hankel import mean_bessel
 
 PHASE_FUNCTIONS = ("clear", "coastal", "harbour", "average")
 _PETZOLD = Path(__file__).parent / "petzold.csv"
@@ -138,6 +138,5 @@ def mean_phase_transform(name: str, cycles_per_rad: np.ndarray) -> np.ndarray:
     """
     angles, values = phase_function(name)
     x = 2 * math.pi * np.multiply.outer(cycles_per_rad, angles)
-    mean_bessel = itj0y0(x)[0] / x
     weights = 2 * math.pi * values * np.sin(angles) * angles
-    return np.trapezoid(mean_bessel * weights, np.log(angles), axis=1)
+    return np.asarray(np.trapezoid(mean_bessel(x) * weights, np.log(angles), axis=1))

@@ -44,12 +44,20 @@ from tests.support.scenes import PLAIN, QUIET, changed, random_scene
         (lambda: Panel(size_m=-1.0), "size_m is -1.0"),
         (lambda: Lamp(position_m=(0.0, 0.0, math.nan)), "lamp position_m z is nan"),
         (lambda: preset("soup"), "water is 'soup'"),
+        (lambda: changed(water="soup"), "water is 'soup'"),
+        (lambda: changed(water=0.3), "water is 0.3; it must be of the class Water"),
+        (lambda: changed(psf="voss"), "psf is 'voss'; it must be of the class Psf"),
         (lambda: Water(-0.1, 0.2), "absorption_per_m is -0.1"),
     ],
 )
 def test_bad_numbers_are_named(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_water_goes_by_name():
+    assert changed(water="harbour") == changed(water=preset("harbour"))
+    np.testing.assert_array_equal(render(changed(water="harbour"))[0], render(changed(water=preset("harbour")))[0])
 
 
 def test_a_scene_file_comes_back_and_renders_the_same_bytes(tmp_path):

@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, mean_bessel, spread_of, transfer_of
+from dockpose.simulate.optics.psf import Psf, point_spread
+from dockpose.simulate.optics.water import PRESETS
+from numpy.polynomial.legendre import leggauss
+from scipy.special import j0
+
+NODES, WEIGHTS = leggauss(20)
+
+
+def mean_by_quadrature(x):
+    """Gauss and Legendre's rule with twenty nodes on each stretch of at most 1, over which J0 is almost a parabola."""
+    edges = np.linspace(0, x, int(np.ceil(x)) + 1)
+    half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
+    return float(np.sum(half * WEIGHTS * j0(middle + half * NODES))) / x
+
+
+@pytest.mark.parametrize("x", [1e-9, 0.01, 1.0, 2.4048, 19.9, 20.1, 31.999, 32.0, 32.001, 50.0, 100.0, 1234.5, 1e5])
+def test_mean_of_the_bessel_function(x):
+    assert mean_bessel(np.array([x]))[0] == pytest.approx(mean_by_quadrature(x), rel=1e-10)
+
+
+def test_far_out_the_mean_is_that_of_the_whole_integral_which_is_1():
+    x = np.geomspace(1e6, 1e9, 50)
+    assert mean_bessel(x) * x == pytest.approx(1, abs=1e-3)
+
+
+def test_a_gaussian_comes_back_as_a_gaussian():
+    sigma = 0.01
+    transfer = np.exp(-2 * (np.pi * sigma * FREQUENCIES) ** 2)
+    spread = np.exp(-0.5 * (ANGLES / sigma) ** 2) / (2 * np.pi * sigma**2)
+    seen = ANGLES > 1e-5
+    assert spread_of(transfer)[seen] == pytest.approx(spread[seen], abs=1e-6 * spread.max())
+    fast = FREQUENCIES > 0.1  # at slower ones the transform, which goes on periodically, loses a little
+    assert transfer_of(spread)[fast] == pytest.approx(transfer[fast], abs=1e-9)
+
+
+@pytest.mark.parametrize("water", PRESETS)
+def test_all_light_that_is_not_absorbed_arrives(water):
+    # What makes pictures black is a transfer function that is no number, or far off, at high frequencies.
+    spread = point_spread(Psf(), PRESETS[water], 2.0)
+    assert np.isfinite(spread.glow_transfer).all()
+    assert np.isfinite(spread.glow_per_sr).all()
+    arriving = spread.direct_share + spread.glow_share
+    assert arriving == pytest.approx(np.exp(-2.0 * PRESETS[water].absorption_per_m), rel=1e-3)
+    assert (np.diff(spread.glow_transfer) < 1e-9).all()
+    assert spread.glow_transfer[-1] < 0.01 * spread.glow_share

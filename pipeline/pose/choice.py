@@ -112,10 +112,8 @@ def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
 
 def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | None, by: str, camera: Camera) -> Choice:
     """Choice among refined poses, the likelier first, with what each is known to; ``by`` tells what decided."""
-    noise, freedom = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
-    sigmas = [
-        deviations(covariance, R, noise, freedom) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)
-    ]
+    noise = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
+    sigmas = [deviations(covariance, R, noise) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)]
     if placement is not None and len(probabilities) == 2:
         (x0, y0), (x1, y1) = (_thetas_rad(rotation) for rotation in fit.rotations)
         probabilities = nearer(probabilities, (x0 - x1, y0 - y1), (sigmas[0][1], sigmas[1][1]))

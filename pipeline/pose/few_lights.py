@@ -1,9 +1,9 @@
-"""The dock's pose from three or four lights, too few for an ellipse, where their spacing is known."""
+"""The dock's pose from a few lights, too few for a certain ellipse, where their spacing is known."""
 
 from __future__ import annotations
 
 import math
-from itertools import combinations, product
+from itertools import combinations
 from typing import Any
 
 import cv2
@@ -12,25 +12,30 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import as_points
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
+from dockpose.pose.assignments import FEWEST, assignments, basis_of, plane_of, squares_of
 from dockpose.pose.choice import Choice, choice_of
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.refine import Fit, light_rays, refine
+from dockpose.pose.refine import Fit, LightRays, light_rays, refine
 from dockpose.pose.spacing import Placement
-from dockpose.pose.uncertainty import log_odds
+from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 
-FEWEST = 3
-MOST_HYPOTHESES = 3000
 _COLLINEAR = 1e-3  # smaller to larger spread of the points
 _DIFFERENT_RAD = math.radians(1.0)
 _DIFFERENT_SHARE = 0.01  # of the range
+_SAME = 0.1  # of either: two starts that came so close to each other found the same pose
+# Assignments that are refined: some whatever their squares, which are to first order, and of those that are at all as
+# likely (by e^-7) a few more. All others count in the probabilities by these squares.
+_LEAST_REFINED, _MOST_REFINED, _UNLIKELY = 6, 24, 7.0
+_NEGLIGIBLE_PX2 = 100.0  # and as many times the best one's: too much to count
+_LEAST_SQUARES_PX2 = 1e-3
 
 
 def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: CirclePose | None = None) -> Choice:
-    """Find the pose of a dock from three or four of its lights.
+    """Find the pose of a dock from three or four of its lights, or from a few more that give no certain ellipse.
 
     Parameters
     ----------
-    points_px : (N, 2) centres of the lights in the picture, N of 3 or 4 (more are allowed, but an ellipse is faster).
+    points_px : (N, 2) centres of the lights in the picture, N from 3 on.
     camera : that took it.
     dock : its diameter, and its lights: how many they are, or their angles.
     near : a pose that the dock cannot be far from, as of the picture before; of poses that explain the lights equally
@@ -38,52 +43,58 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
 
     Returns
     -------
-    Up to two different poses that explain the lights best, the likelier first. Their probabilities are of all that were
-    tried, so that they may fall short of 1; three lights fit exactly whichever lights they are, so that without
-    ``near`` the choice among them is open unless the dock has no more than three, and often even then.
+    Up to two different poses that explain the lights best, the likelier first. Their probabilities are of all
+    assignments of lights to the points, so that they may fall short of 1: where many explain the points, none of them
+    is likely. Three lights fit exactly whichever lights they are, so that without ``near`` the choice among them is
+    open unless the dock has no more than three, and often even then.
 
     Raises
     ------
     NoEllipseError
-        if the points are fewer than three, not all different, not finite or on a line, the spacing is not known, or no
-        pose explains them.
+        if the points are fewer than three, not all different, not finite or on a line, the spacing is not known, no
+        pose explains them, or there are more assignments than could ever be told apart.
 
     Notes
     -----
     Seen from the front lights follow each other around the picture as around the dock, so that the first point is one
-    of the lights and the others are later ones in order. Each such assignment gives starting poses by IPPE (Collins and
-    Bartoli 2014) for four points, by AP3P (Ke and Roumeliotis 2017) for three; all are refined together.
+    of the lights and the others are later ones in order. Each such assignment is judged to first order, see
+    :func:`dockpose.pose.assignments.squares_of`; the best give starting poses by the perspective of an infinitesimal
+    plane (Collins and Bartoli 2014), of three points by AP3P (Ke and Roumeliotis 2017), and are refined together.
+
+    How likely a pose is follows from its squares, with the noise averaged over what is likely for it; from how well
+    the points determine it (Laplace's approximation); and from how often docks stand so: anywhere in view, at each
+    scale of range equally often, and the less often the further they are turned away.
     """
     points = as_points("points_px", points_px, 2)
     _check(points, dock)
     middle = points.mean(axis=0)
     order = np.argsort(np.arctan2(*(points - middle).T[::-1]), kind="stable")
-    assignments = _assignments(len(points), dock)
+    rows = assignments(len(points), dock)
     rays = light_rays(points[order], camera)
-    known = dock.light_angles_rad()
-    starts = [(row, R, t) for row in assignments for R, t in _starting_poses(rays.tangents, known[row], dock.radius)]
-    if not starts:
+    if len(points) == FEWEST:
+        best, squares = np.arange(len(rows)), np.zeros(len(rows))
+        which, rotations, positions = _starts_of_three(rays.tangents, dock.light_angles_rad()[rows], dock.radius)
+    else:
+        rays, best, squares = _best(rays, points[order], camera, dock)
+        which, rotations, positions = _starts(rays.tangents, dock.light_angles_rad()[rows[best]], dock.radius)
+    if not len(which):
         raise NoEllipseError("no pose of the dock explains the lights")
-    rows = np.array([row for row, _, _ in starts])
-    rotations, positions = np.array([R for _, R, _ in starts]), np.array([t for _, _, t in starts])
     if camera.port is not None:
         rays = light_rays(points[order], camera, float(np.median(positions[:, 2])))
-    fit = refine(rotations, positions, known[rows], dock.radius, rays)
-    kept = _different(fit, near)
-    if not kept:
-        raise NoEllipseError("no pose of the dock explains the lights")
-    probabilities = _probabilities(fit, kept)
-    best = kept[:2]
-    lights = np.empty((len(best), len(points)), dtype=int)
-    lights[:, order] = rows[best]
+    which = best[which]
+    fit = refine(rotations, positions, dock.light_angles_rad()[rows[which]], dock.radius, rays)
+    fit, which = _distinct(fit, which)
+    weights = _weights(fit)
+    kept = _different(fit, weights, near)
+    rest = np.delete(squares, best)
+    total = weights.sum() + _weight_of_rest(fit, weights, rest)
+    chosen = kept[:2]
+    lights = np.empty((len(chosen), len(points)), dtype=int)
+    lights[:, order] = rows[which[chosen]]
+    known = dock.light_angles_rad()
     period = 2 * math.pi if dock.angles_deg else 2 * math.pi / len(known)
-    placement = Placement(lights, np.zeros(len(best)), known[lights], [True] * len(best), period)
-    chosen = Fit(
-        *(getattr(fit, name)[best] for name in ("rotations", "positions_m", "squares_px2", "covariances")),
-        numbers=fit.numbers,
-        points=fit.points,
-    )
-    return choice_of(chosen, probabilities[: len(best)], placement, "spacing", camera)
+    placement = Placement(lights, np.zeros(len(chosen)), known[lights], [True] * len(chosen), period)
+    return choice_of(_taken(fit, chosen), (weights[chosen] / total).tolist(), placement, "spacing", camera)
 
 
 def _check(points: np.ndarray, dock: Dock) -> None:
@@ -101,62 +112,174 @@ def _check(points: np.ndarray, dock: Dock) -> None:
         raise NoEllipseError("the points lie on a line")
 
 
-def _assignments(count: int, dock: Dock) -> list[list[int]]:
-    """Lights that the points can be, in their order around the picture; evenly spaced, the first is light 0."""
-    total = dock.lights or 0
-    firsts = range(total) if dock.angles_deg else range(1)
-    around = np.argsort(np.mod(dock.light_angles_rad(), 2 * math.pi))
-    if len(firsts) * math.comb(total - 1, count - 1) > MOST_HYPOTHESES:
-        raise NoEllipseError(f"{count} of {total} lights can be too many different ones")
-    return [
-        around[[(first + step) % total for step in (0, *rest)]].tolist()
-        for first, rest in product(firsts, combinations(range(1, total), count - 1))
-    ]
+def _best(
+    rays: LightRays, points_px: np.ndarray, camera: Camera, dock: Dock
+) -> tuple[LightRays, np.ndarray, np.ndarray]:
+    """The rays, the assignments that explain them best, and the squares (K,) of all.
+
+    Behind a port the rays do not meet; they are taken as a pinhole would see lights as far away as the best ones are.
+    """
+    squares = squares_of(dock, rays.tangents, rays.slopes_px)
+    best = _likeliest(squares, 2 * len(points_px) - 6)
+    if rays.starts_m is None or not len(best):
+        return rays, best, squares
+    angles = dock.light_angles_rad()[assignments(len(points_px), dock)[best]]
+    for _ in range(2):
+        positions = _starts(rays.tangents, angles, dock.radius)[2]
+        if not len(positions):
+            break
+        rays = light_rays(points_px, camera, float(np.median(positions[:, 2])))
+        assert rays.starts_m is not None
+        meeting = rays.tangents * (1 - rays.starts_m / np.median(positions[:, 2]))[:, None]
+        rays = LightRays(meeting, None, rays.slopes_px)
+    squares = squares_of(dock, rays.tangents, rays.slopes_px)
+    return rays, _likeliest(squares, 2 * len(points_px) - 6), squares
 
 
-def _starting_poses(
+def _likeliest(squares: np.ndarray, freedom: int) -> np.ndarray:
+    """Numbers of the assignments to refine, by their squares (K,)."""
+    count = min(_MOST_REFINED, len(squares))
+    best = np.argpartition(squares, count - 1)[:count]
+    best = best[np.isfinite(squares[best])]
+    best = best[np.argsort(squares[best], kind="stable")]
+    evidence = log_evidence(squares[best], freedom)
+    return best[(evidence > evidence[:1] - _UNLIKELY) | (np.arange(len(best)) < _LEAST_REFINED)]
+
+
+def _starts(tangents: np.ndarray, angles_rad: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For K assignments (K, N) of angles to the points both poses of the homography of four of them.
+
+    Which assignment, rotation and position, of those in front of the camera that face it.
+    """
+    four = _widest(tangents)
+    A = basis_of(np.column_stack([tangents[four], np.ones(4)])[None])
+    if A is None:
+        return np.empty(0, dtype=int), np.empty((0, 3, 3)), np.empty((0, 3))
+    lights = np.stack([np.cos(angles_rad[:, four]), np.sin(angles_rad[:, four])], axis=-1)
+    centre = lights.mean(axis=1)
+    H = A @ plane_of(np.concatenate([lights - centre[:, None], np.ones((*lights.shape[:2], 1))], axis=2))
+    H = H / H[:, 2:, 2:]
+    # A point of the plane and its surroundings, as they are seen; turned so that the line of sight is the axis.
+    seen = H[:, :2, 2]
+    slopes = H[:, :2, :2] - seen[:, :, None] * H[:, 2:, :2]
+    ahead = np.concatenate([seen, np.ones((len(seen), 1))], axis=1)
+    sight = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    turned = _turned_to(sight)
+    local = np.linalg.solve(turned[:, :2, :2] - seen[:, :, None] * turned[:, 2:, :2], slopes)
+    xx, xy, yy = ((local[:, i] * local[:, j]).sum(axis=1) for i, j in ((0, 0), (0, 1), (1, 1)))
+    nearness = np.sqrt((xx + yy) / 2 + np.hypot((xx - yy) / 2, xy))
+    flat = local / nearness[:, None, None]
+    lengths = np.maximum(0.0, 1 - (flat * flat).sum(axis=1))
+    x, y = np.sqrt(lengths).T
+    y = np.where((flat[:, :, 0] * flat[:, :, 1]).sum(axis=1) > 0, -y, y)
+    which, rotations, positions = [], [], []
+    for sign in (1.0, -1.0):
+        columns = np.concatenate([flat, sign * np.stack([x, y], axis=-1)[:, None]], axis=1)
+        R = turned @ np.concatenate([columns, np.cross(columns[:, :, 0], columns[:, :, 1])[:, :, None]], axis=2)
+        t = radius_m * (ahead / nearness[:, None] - (R[:, :, :2] @ centre[:, :, None])[..., 0])
+        with np.errstate(invalid="ignore"):
+            good = np.isfinite(R).all(axis=(1, 2)) & (t[:, 2] > radius_m) & ((R[:, :, 2] * t).sum(axis=1) > 0)
+        which.append(np.flatnonzero(good))
+        rotations.append(R[good])
+        positions.append(t[good])
+    return np.concatenate(which), np.concatenate(rotations), np.concatenate(positions)
+
+
+def _turned_to(sight: np.ndarray) -> np.ndarray:
+    """The shortest rotations (K, 3, 3) that bring the third axis to unit vectors (K, 3) in front of the camera."""
+    x, y, z = sight.T
+    c = 1 / (1 + z)
+    return np.stack([1 - c * x * x, -c * x * y, x, -c * x * y, 1 - c * y * y, y, -x, -y, z], axis=1).reshape(-1, 3, 3)
+
+
+def _widest(tangents: np.ndarray) -> list[int]:
+    """The four of the points, in order, whose smallest triangle is largest: they tell the homography best."""
+
+    def smallest(four: tuple[int, ...]) -> float:
+        return min(
+            abs(float(np.linalg.det(np.column_stack([tangents[list(three)], np.ones(3)]))))
+            for three in combinations(four, 3)
+        )
+
+    return list(max(combinations(range(len(tangents)), 4), key=smallest))
+
+
+def _starts_of_three(
     tangents: np.ndarray, angles_rad: np.ndarray, radius_m: float
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Rotations and positions of docks in front of the camera, facing it, whose lights are seen at the tangents."""
-    model = radius_m * np.column_stack([np.cos(angles_rad), np.sin(angles_rad), np.zeros(len(angles_rad))])
-    if len(model) == FEWEST:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same of three points, that fit every assignment in up to four poses."""
+    which, rotations, positions = [], [], []
+    for row, angles in enumerate(angles_rad):
+        model = radius_m * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
         _, turns, shifts = cv2.solveP3P(model, tangents, np.eye(3), None, cv2.SOLVEPNP_AP3P)
-    else:
-        _, turns, shifts, _ = cv2.solvePnPGeneric(model, tangents, np.eye(3), None, flags=cv2.SOLVEPNP_IPPE)
-    poses = []
-    for turn, shift in zip(turns, shifts, strict=True):
-        R, t = cv2.Rodrigues(turn)[0], shift.ravel()
-        if np.isfinite(t).all() and np.isfinite(R).all() and t[2] > radius_m and R[:, 2] @ t > 0:
-            poses.append((R, t))
-    return poses
+        for turn, shift in zip(turns, shifts, strict=True):
+            R, t = cv2.Rodrigues(turn)[0], shift.ravel()
+            if np.isfinite(t).all() and np.isfinite(R).all() and t[2] > radius_m and R[:, 2] @ t > 0:
+                which.append(row)
+                rotations.append(R)
+                positions.append(t)
+    return np.array(which, dtype=int), np.array(rotations), np.array(positions)
 
 
-def _different(fit: Fit, near: CirclePose | None) -> list[int]:
-    """Refined poses in front of the camera that face it, best first, each differing from those before."""
-    excess = fit.squares_px2 / max(float(fit.squares_px2.min()), 1e-3)
-    if near is None:
-        merit = excess
-    else:
+def _taken(fit: Fit, rows: np.ndarray) -> Fit:
+    names = ("rotations", "positions_m", "squares_px2", "covariances")
+    return Fit(*(getattr(fit, name)[rows] for name in names), numbers=fit.numbers, points=fit.points)
+
+
+def _apart(fit: Fit) -> np.ndarray:
+    """How different (K, K) poses are: 1 where they differ by as much as two that are shown as different ones."""
+    normals, positions = fit.rotations[:, :, 2], fit.positions_m
+    turned = np.linalg.norm(normals[:, None] - normals, axis=2) / _DIFFERENT_RAD
+    moved = np.linalg.norm(positions[:, None] - positions, axis=2) / (_DIFFERENT_SHARE * positions[:, None, 2])
+    return np.maximum(turned, moved)
+
+
+def _distinct(fit: Fit, which: np.ndarray) -> tuple[Fit, np.ndarray]:
+    """Refined poses in front of the camera that face it, best first, each of an assignment's poses once."""
+    good = np.isfinite(fit.positions_m).all(axis=1) & np.isfinite(fit.covariances).all(axis=(1, 2))
+    good &= (fit.positions_m[:, 2] > 0) & ((fit.rotations[:, :, 2] * fit.positions_m).sum(axis=1) > 0)
+    rows = np.flatnonzero(good)
+    if not len(rows):
+        raise NoEllipseError("no pose of the dock explains the lights")
+    rows = rows[np.argsort(fit.squares_px2[rows], kind="stable")]
+    fit, which = _taken(fit, rows), which[rows]
+    again = (_apart(fit) < _SAME) & (which[:, None] == which)
+    once = ~np.tril(again, -1).any(axis=1)
+    return _taken(fit, np.flatnonzero(once)), which[once]
+
+
+def _weights(fit: Fit) -> np.ndarray:
+    """How likely each pose is, up to a factor that all share."""
+    freedom = fit.numbers - 6
+    range_m = np.linalg.norm(fit.positions_m, axis=1)
+    facing = (fit.rotations[:, :, 2] * fit.positions_m).sum(axis=1) / range_m
+    determined = np.linalg.slogdet(fit.covariances)[1] / 2
+    logs = WORTH_OF_EVIDENCE * log_evidence(fit.squares_px2, freedom) + determined
+    logs += 2 * np.log(np.maximum(facing, 1e-3)) - 3 * np.log(range_m)
+    return np.exp(logs - logs.max())
+
+
+def _weight_of_rest(fit: Fit, weights: np.ndarray, squares: np.ndarray) -> float:
+    """What assignments that were not refined weigh together: as those refined, but for their squares."""
+    squares = squares[squares < _NEGLIGIBLE_PX2 * (1 + fit.squares_px2.min())]
+    if not len(squares):
+        return 0.0
+    freedom = fit.numbers - 6
+    usual = np.median(np.log(np.maximum(weights, 1e-300)) - WORTH_OF_EVIDENCE * log_evidence(fit.squares_px2, freedom))
+    return float(np.exp(usual + WORTH_OF_EVIDENCE * log_evidence(squares, freedom)).sum())
+
+
+def _different(fit: Fit, weights: np.ndarray, near: CirclePose | None) -> np.ndarray:
+    """Numbers of the poses, likeliest first, each different from those before; with ``near`` the nearest first."""
+    merit = -weights
+    if near is not None:
+        excess = fit.squares_px2 / max(float(fit.squares_px2.min()), _LEAST_SQUARES_PX2)
         away = 1 + fit.rotations[:, :, 2] @ near.normal
         away += np.linalg.norm(fit.positions_m - near.position_m, axis=1) / near.position_m[2]
         merit = np.where(excess < 10, away, 10 + excess)
-    kept: list[int] = []
-    for k in np.argsort(merit, kind="stable").tolist():
-        position, normal = fit.positions_m[k], fit.rotations[k, :, 2]
-        if not np.isfinite(position).all() or position[2] <= 0 or normal @ position <= 0:
-            continue
-        same = any(
-            np.linalg.norm(fit.rotations[other, :, 2] - normal) < _DIFFERENT_RAD
-            and np.linalg.norm(fit.positions_m[other] - position) < _DIFFERENT_SHARE * position[2]
-            for other in kept
-        )
-        if not same:
-            kept.append(k)
-    return kept
-
-
-def _probabilities(fit: Fit, kept: list[int]) -> list[float]:
-    """Of each pose that was kept, by how well it explains the lights."""
-    best = min(kept, key=lambda k: float(fit.squares_px2[k]))
-    weights = [math.exp(log_odds(float(fit.squares_px2[k]), float(fit.squares_px2[best]), fit.numbers)) for k in kept]
-    return [weight / sum(weights) for weight in weights]
+    left, kept = np.argsort(merit, kind="stable"), []
+    apart = _apart(fit)
+    while len(left):
+        kept.append(left[0])
+        left = left[apart[left[0], left] >= 1]
+    return np.array(kept)

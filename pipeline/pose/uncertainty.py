@@ -4,20 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
+from scipy.special import erf
 
-# Until the lights' own scatter says otherwise, their centres are taken to be this precise; it counts as much as this
-# many measured numbers.
+# Which of two candidates is right: until the lights' own scatter says otherwise, their centres are taken to be this
+# precise; it counts as much as this many measured numbers.
 PRIOR_NOISE_PX = 0.02
 PRIOR_NUMBERS = 0.5
 # The noise of light centres in pictures is neither quite normal nor quite independent from light to light, so that they
 # tell less than their number: by about this factor, measured on rendered and drawn docks (tests/bench/bench_choice.py).
 WORTH_OF_EVIDENCE = 0.85
+# How precise centres are before any is seen: equally likely at each scale between a good lamp's and a poor one's,
+# less likely beyond. More often by this power of the noise below, and less often by that one above, where lights that
+# are off their places on the dock leave residuals of pixels.
+LIKELY_NOISE_PX, _RISE, _FALL = (0.05, 0.7), 0.5, 3.0
+_SCALES_PX = np.geomspace(1e-3, 1e3, 240)
+_LOG_SQUARES = np.linspace(math.log(1e-8), math.log(1e7), 100)
+_HOLD = 0.95  # what 1.96 deviations on either side are to hold
 
 
-def noise_px(squares_px2: float, numbers: int, parameters: int) -> tuple[float, float]:
-    """Standard deviation of a light's centre, in pixels, and the degrees of freedom that it is known with.
+def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
+    """Standard deviation of a light's centre, in pixels, such that 1.96 of what follows from it hold 95 %.
 
     Parameters
     ----------
@@ -27,10 +36,41 @@ def noise_px(squares_px2: float, numbers: int, parameters: int) -> tuple[float, 
 
     Notes
     -----
-    The mean of a scaled inverse chi-squared posterior: a weak prior, and the residuals.
+    Given its noise an error is normal. The noise is known by the residuals and by what is likely before, so that an
+    error is a mixture of normals, of which this is the 97.5 % quantile over 1.96. Three lights leave no residual: the
+    prior decides alone, and the interval is too wide for good lights and too narrow for poor ones. Of noises drawn as
+    the prior has them, 95 % are held with any number of lights; with many, as Student's quantile, at each.
     """
-    freedom = PRIOR_NUMBERS + max(0, numbers - parameters)
-    return math.sqrt((PRIOR_NUMBERS * PRIOR_NOISE_PX**2 + squares_px2) / freedom), freedom
+    quantiles, _ = _tables(max(0, numbers - parameters))
+    return math.exp(float(np.interp(math.log(max(squares_px2, 1e-8)), _LOG_SQUARES, quantiles)))
+
+
+def log_evidence(squares_px2: np.ndarray, freedom: int) -> np.ndarray:
+    """Logarithm of how likely such sums of squared residuals (K,) are, whatever the noise, up to a constant.
+
+    ``freedom`` is how many more numbers were measured than parameters fitted.
+    """
+    _, evidence = _tables(freedom)
+    return np.interp(np.log(np.maximum(squares_px2, 1e-8)), _LOG_SQUARES, evidence)
+
+
+@lru_cache(maxsize=64)
+def _tables(freedom: int) -> tuple[np.ndarray, np.ndarray]:
+    """For each of ``_LOG_SQUARES`` the logarithms of the noise that holds 95 %, and of the evidence."""
+    low, high = LIKELY_NOISE_PX
+    prior = np.minimum(0.0, _RISE * np.log(_SCALES_PX / low)) + np.minimum(0.0, _FALL * np.log(high / _SCALES_PX))
+    squares = np.exp(_LOG_SQUARES)[:, None]
+    logs = prior - freedom * np.log(_SCALES_PX) - squares / (2 * _SCALES_PX**2)
+    top = logs.max(axis=1, keepdims=True)
+    weights = np.exp(logs - top)
+    evidence = top[:, 0] + np.log(weights.sum(axis=1))
+    weights /= weights.sum(axis=1, keepdims=True)
+    low_px, high_px = np.full(len(squares), _SCALES_PX[0]), np.full(len(squares), _SCALES_PX[-1])
+    for _ in range(40):
+        middle = np.sqrt(low_px * high_px)
+        held = (weights * erf(1.96 / math.sqrt(2) * middle[:, None] / _SCALES_PX)).sum(axis=1)
+        low_px, high_px = np.where(held < _HOLD, middle, low_px), np.where(held < _HOLD, high_px, middle)
+    return np.log(high_px), evidence
 
 
 def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
@@ -77,7 +117,7 @@ def nearer(
 
 
 def deviations(
-    covariance: np.ndarray, rotation: np.ndarray, noise: float, freedom: float
+    covariance: np.ndarray, rotation: np.ndarray, noise: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:
     """One-sigma of the position (x, y, z), in metres, and of theta_x and theta_y, in radians.
 
@@ -86,17 +126,13 @@ def deviations(
     covariance : (6, 6) (J^T J)^-1 of a step, in metres, and a turn about the dock's axes, in radians, for lights that
         are known to a pixel.
     rotation : (3, 3) of the dock, roll included.
-    noise : standard deviation of a light's centre, in pixels.
-    freedom : degrees of freedom that it is known with.
+    noise : standard deviation of a light's centre, in pixels, see :func:`noise_px`.
 
     Notes
     -----
     The covariance is s^2 (J^T J)^-1. The dock is turned by Ry(theta_y) Rx(theta_x) Rz(roll), so a step of theta_x is a
-    turn about the dock's x axis before its roll, and one of theta_y has cos(theta_x) of it about the y axis there. Few
-    lights leave the noise itself uncertain; the deviations are enlarged so that 1.96 of them hold 95 % (Student's
-    quantile, Abramowitz and Stegun 26.7.5).
+    turn about the dock's x axis before its roll, and one of theta_y has cos(theta_x) of it about the y axis there.
     """
-    scale = noise * (1 + (1.209 + 1.439 / freedom) / freedom)
     rows = covariance.tolist()
     a, b, c = rows[3][3], rows[3][4], rows[4][4]
     (xx, xy, back_x), (_, _, back_y), (zx, zy, back_z) = rotation.tolist()
@@ -106,8 +142,8 @@ def deviations(
     about_x = max(0.0, a * x * x + 2 * b * x * y + c * y * y)
     about_y = max(0.0, a * y * y - 2 * b * x * y + c * x * x)
     cos_x = math.sqrt(max(1e-12, 1 - back_y * back_y))
-    sigma_x, sigma_y, sigma_z = (scale * math.sqrt(max(0.0, rows[k][k])) for k in range(3))
+    sigma_x, sigma_y, sigma_z = (noise * math.sqrt(max(0.0, rows[k][k])) for k in range(3))
     return (
         (sigma_x, sigma_y, sigma_z),
-        (min(math.pi, scale * math.sqrt(about_x)), min(math.pi, scale * math.sqrt(about_y) / cos_x)),
+        (min(math.pi, noise * math.sqrt(about_x)), min(math.pi, noise * math.sqrt(about_y) / cos_x)),
     )

@@ -1,5 +1,6 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalIterable=false, reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportOptionalSubscript=false, reportOperatorIssue=false, reportOptionalOperand=false
 
 import math
 
@@ -8,8 +9,11 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.camera.port import FlatPort
 from dockpose.lights.ellipse import NoEllipseError
+from dockpose.pose import few_lights
+from dockpose.pose.assignments import assignments, squares_of
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.few_lights import poses_from_few_lights
+from dockpose.pose.refine import light_rays, refine
 from dockpose.pose.solve import find_poses
 
 from tests.support.scenes import CAMERA
@@ -91,3 +95,55 @@ def test_points_anywhere_give_numbers_or_a_named_error(seed):
     for pose in choice.candidates:
         assert np.isfinite([*pose.position_m, *pose.normal, *pose.sigma_position_m, *pose.sigma_theta_rad]).all()
         assert pose.position_m[2] > 0
+
+
+@pytest.mark.parametrize("lights", [16, 24, 48])
+def test_four_of_many_lights_are_refined_for_few_assignments(lights, monkeypatch):
+    tried = []
+
+    def counted(rotations, *others):
+        tried.append(len(rotations))
+        return refine(rotations, *others)
+
+    monkeypatch.setattr(few_lights, "refine", counted)
+    dock = Dock(0.30, lights)
+    points = seen(dock, (0, lights // 4, lights // 2, lights // 2 + 3))
+    np.testing.assert_allclose(
+        poses_from_few_lights(points, CAMERA, dock).candidates[0].position_m, POSITION, atol=1e-3
+    )
+    assert max(tried) <= 48  # two poses each of 24 of up to 16,215 assignments
+
+
+def test_squares_to_first_order_are_those_of_the_refined_pose():
+    dock = Dock(0.30, 10)
+    points = seen(dock, (0, 2, 5, 6)) + np.random.default_rng(3).normal(0, 0.1, (4, 2))
+    rays = light_rays(points, CAMERA)
+    squares = squares_of(dock, rays.tangents, rays.slopes_px)
+    row = assignments(4, dock).tolist().index([0, 2, 5, 6])
+    pose = poses_from_few_lights(points, CAMERA, dock).candidates[0]
+    assert math.sqrt(squares[row] / 4) == pytest.approx(pose.rms_px, rel=0.02)
+
+
+def test_five_of_ten_lights_are_judged_by_all_their_assignments():
+    dock = Dock(0.30, 10)
+    assert len(assignments(5, dock)) == math.comb(9, 4)
+    choice = poses_from_few_lights(seen(dock, (3, 4, 5, 8, 9)), CAMERA, dock)
+    np.testing.assert_allclose(choice.candidates[0].position_m, POSITION, atol=1e-4)
+    assert choice.decided
+
+
+def test_lights_off_their_places_by_pixels_leave_it_less_certain_but_are_no_other_pose():
+    dock = Dock(0.30, 4)
+    points = seen(dock, range(4))
+    sure = poses_from_few_lights(points, CAMERA, dock)
+    unsure = poses_from_few_lights(points + [[1.2, 0], [0, -1.2], [1.2, 0], [0, 1.2]], CAMERA, dock)
+    assert 0.13 < unsure.candidates[0].rms_px < 2
+    assert sure.candidates[0].probability > unsure.candidates[0].probability
+    assert unsure.candidates[0].sigma_position_m[2] > 5 * sure.candidates[0].sigma_position_m[2]
+    np.testing.assert_allclose(unsure.candidates[0].position_m, POSITION, rtol=0.02, atol=0.005)
+
+
+def test_four_points_that_no_ring_shows_are_refused():
+    # One lies within the triangle of the others; points of an ellipse never do.
+    with pytest.raises(NoEllipseError, match="no pose"):
+        poses_from_few_lights([[0, 0], [90, 0], [0, 90], [25, 30]], CAMERA, Dock(0.3, 10))

@@ -11,7 +11,7 @@ from dockpose.lights.ellipse import fit_ellipse
 from dockpose.pose.choice import choose_by_spacing
 from dockpose.pose.circle import circle_poses, rotation_from_angles
 from dockpose.pose.refine import angles_on_planes, light_rays, refine
-from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
+from dockpose.pose.uncertainty import LIKELY_NOISE_PX, deviations, log_evidence, log_odds, nearer, noise_px
 
 from tests.support.scenes import CAMERA
 
@@ -97,11 +97,28 @@ def test_errors_are_as_large_as_the_deviations_say():
     assert (inside < 0.99).all()
 
 
-def test_noise_by_hand():
-    # prior: half a number of 0.02 px; 20 numbers less 6 parameters with a sum of squares of 0.56 px^2
-    noise, freedom = noise_px(0.56, 20, 6)
-    assert freedom == 14.5
-    assert noise == pytest.approx(math.sqrt((0.5 * 0.02**2 + 0.56) / 14.5))
+def test_noise_of_many_lights_is_that_of_their_residuals():
+    # 1006 numbers less 6 parameters with a mean square of 0.2^2; a thousand know it to 2 %.
+    assert noise_px(1000 * 0.04, 1006, 6) == pytest.approx(0.2, rel=0.01)
+
+
+@pytest.mark.parametrize("numbers", [6, 8, 10, 14])
+def test_noise_drawn_as_it_is_likely_is_held_in_95_of_100(numbers):
+    # Three lights leave no residual, four leave two. 20,000 draws know the share to 0.0015,
+    # the prior's tails cost 0.015.
+    rng = np.random.default_rng(numbers)
+    noise = np.exp(rng.uniform(*np.log(LIKELY_NOISE_PX), 20_000))
+    squares = noise**2 * (rng.chisquare(numbers - 6, len(noise)) if numbers > 6 else 0.0)
+    error = rng.normal(0, noise)
+    held = np.mean([abs(e) < 1.96 * noise_px(s, numbers, 6) for e, s in zip(error, squares, strict=True)])
+    assert 0.935 <= held <= 0.97
+
+
+def test_evidence_is_the_likelihoods_mean_over_the_noise():
+    # Two more numbers than parameters: between noises that are equally likely at each scale, s^-2 exp(-S / 2 s^2) has
+    # the mean 1 / S but for what lies beyond them.
+    one, other = log_evidence(np.array([0.05, 0.1]), 2)
+    assert math.exp(one - other) == pytest.approx(2, rel=0.15)
 
 
 def test_odds_by_hand():
@@ -122,13 +139,12 @@ def test_candidates_whose_errors_overlap_by_hand():
 
 
 def test_deviations_of_a_dock_square_on_by_hand():
-    # Independent numbers; Student's factor for many of them is 1.
     covariance = np.diag([1 / 4, 1 / 9, 1 / 16, 1 / 25, 1 / 100, 1.0])
-    position, theta = deviations(covariance, np.eye(3), 1.0, 1e9)
+    position, theta = deviations(covariance, np.eye(3), 1.0)
     assert position == pytest.approx((1 / 2, 1 / 3, 1 / 4))
     assert theta == pytest.approx((1 / 5, 1 / 10))
     quarter = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
-    assert deviations(covariance, quarter, 1.0, 1e9)[1] == pytest.approx((1 / 10, 1 / 5))
+    assert deviations(covariance, quarter, 1.0)[1] == pytest.approx((1 / 10, 1 / 5))
 
 
 def test_deviations_agree_with_errors_whatever_the_roll():

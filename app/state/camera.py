@@ -1,4 +1,4 @@
-"""What the camera panel sets besides fx, fy, cx and cy: distortion, the port and the water, and whole camera files."""
+"""Changes of the camera that are no single number: the port, defaults and camera files; distortion coefficients."""
 
 from __future__ import annotations
 
@@ -10,58 +10,31 @@ import numpy as np
 from dockpose import Camera
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent, written
-from dockpose.app.state.view import DEFAULT_DOCK, Limits, View, checked_number, guess_camera, with_intrinsic
+from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
 from msgspec.structs import replace as changed
 
-# In OpenCV's order; a fisheye lens has four of its own instead.
-COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
-_COEFFICIENT_LIMITS = (1.0, 2.0, 0.1, 0.1, 2.0)
+_COEFFICIENTS, _FISHEYE_COEFFICIENTS = 5, 4
 WATERS = {"fresh water": FRESH_WATER, "sea water": SEA_WATER}
 WINDOWS = {"acrylic": ACRYLIC, "glass": GLASS}
 OTHER_INDEX = "(other)"
 DEFAULT_PORT = FlatPort(air_gap_m=0.020, glass_m=0.010)
-PORT_LIMITS = {
-    "air_gap_m": Limits(0, 300, 0.5),  # these two in millimetres
-    "glass_m": Limits(0, 100, 0.5),
-    "glass_index": Limits(1.3, 2.0, 0.001),
-    "water_index": Limits(1.3, 1.4, 0.001),
-}
-
-
-def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
-    """Set fx or fy in pixels, or both to the same number."""
-    for one in ("fx", "fy") if both else (name,):
-        view = with_intrinsic(view, one, value)
-    return view
 
 
 def coefficients_of(camera: Camera) -> list[float]:
-    """The first coefficients of the lens, by ``COEFFICIENTS``, zero where there are fewer."""
-    return [*camera.distortion, *[0.0] * len(COEFFICIENTS)][: len(COEFFICIENTS)]
+    """Return k1, k2, p1, p2 and k3 (a fisheye lens has four of its own), zero where there are fewer."""
+    return [*camera.distortion, *[0.0] * _COEFFICIENTS][:_COEFFICIENTS]
 
 
-def coefficient_limits(view: View) -> list[Limits]:
-    """Ranges of the coefficients; more where the given camera has more."""
-    given = coefficients_of(view.given_camera)
-    return [
-        Limits(-max(limit, 2 * abs(one)), max(limit, 2 * abs(one)), 0.0005)
-        for limit, one in zip(_COEFFICIENT_LIMITS, given, strict=True)
-    ]
-
-
-def with_coefficient(view: View, index: int, value: Any) -> View:
-    """Set one coefficient of the lens's distortion, without unit."""
-    name = COEFFICIENTS[index]
-    if view.camera.fisheye and index == len(COEFFICIENTS) - 1:
+def with_coefficient(camera: Camera, index: int, number: float) -> Camera:
+    """Set one coefficient of the lens's distortion, in the order of :func:`coefficients_of`."""
+    if camera.fisheye and index >= _FISHEYE_COEFFICIENTS:
         raise UserError("A fisheye lens has four coefficients; there is no fifth.")
-    number = coefficient_limits(view)[index].clamp(checked_number(name, value))
-    numbers = coefficients_of(view.camera)
+    numbers = [*coefficients_of(camera), *camera.distortion[_COEFFICIENTS:]]
     numbers[index] = number
-    rest = view.camera.distortion[len(COEFFICIENTS) :]
-    distortion = (*numbers, *rest) if not view.camera.fisheye else tuple(numbers[:4])
-    return replace(view, camera=changed(view.camera, distortion=distortion if any(distortion) else ()))
+    distortion = tuple(numbers[:_FISHEYE_COEFFICIENTS] if camera.fisheye else numbers)
+    return changed(camera, distortion=distortion if any(distortion) else ())
 
 
 def with_port(view: View, is_there: Any) -> View:
@@ -72,11 +45,9 @@ def with_port(view: View, is_there: Any) -> View:
     return replace(view, camera=changed(view.camera, port=port))
 
 
-def with_port_value(view: View, name: str, value: Any) -> View:
-    """Set a number of the port: lengths in millimetres, indices of refraction without unit."""
-    number = PORT_LIMITS[name].clamp(checked_number(name, value))
-    port = changed(view.camera.port or DEFAULT_PORT, **{name: number / 1000 if name.endswith("_m") else number})
-    return replace(view, camera=changed(view.camera, port=port))
+def with_given_values(view: View) -> View:
+    """Go back to the camera and the dock that came with the picture."""
+    return replace(view, camera=view.given_camera, dock=view.given_dock)
 
 
 def with_default_values(view: View) -> View:

@@ -1,37 +1,34 @@
-"""What the operator adds to a view by hand: masks, the kind of centroid, the choice of a pose, a measured pose.
-
-As in :mod:`dockpose.app.state.view`, every value is checked here, and what cannot be used is refused with a sentence.
-"""
+"""How lights are searched for: the threshold method, the kind of centroid, and masks."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import msgspec
 from dockpose.app.errors import UserError
-from dockpose.app.state.view import View, checked_number
+from dockpose.app.state.parameters import checked_number, put
+from dockpose.app.state.view import View
 from dockpose.lights.markers import CENTROIDS
 from dockpose.lights.masks import Mask
-from dockpose.pose.circle import CirclePose
+from dockpose.thresholds import METHODS
+from msgspec.structs import replace as changed
 
 MAX_MASKS = 40
-# Name and unit of a measured pose's numbers, and how far to either side they may be.
-MEASURED_LIMITS = {
-    "x (cm)": 5000.0,
-    "y (cm)": 5000.0,
-    "z (cm)": 5000.0,
-    "θx (°)": 90.0,
-    "θy (°)": 90.0,
-}
+
+
+def with_method(view: View, method: Any, level: Any) -> View:
+    """Set the threshold method, and the level that the method "fixed" starts from."""
+    if not isinstance(method, str) or method not in METHODS:
+        raise UserError(f"There is no threshold method called {method!r}.")
+    return _with_settings(put(view, "level", level), method=method)
 
 
 def with_centroid(view: View, centroid: Any) -> View:
     """Set how a light's centre is found: "grey" or "binary"."""
     if centroid not in CENTROIDS:
         raise UserError(f"There is no way to find a light's centre called {centroid!r}.")
-    return replace(view, settings=msgspec.structs.replace(view.settings, centroid=centroid))
+    return _with_settings(view, centroid=centroid)
 
 
 def with_mask(view: View, left: Any, top: Any, width: Any, height: Any) -> View:
@@ -48,7 +45,7 @@ def with_mask(view: View, left: Any, top: Any, width: Any, height: Any) -> View:
             f"A mask of {wide:g} x {high:g} px at ({left:g}, {top:g}) covers nothing of a picture of "
             f"{columns} x {rows} px."
         )
-    return _with_masks(view, (*view.settings.masks, (x, y, right - x, bottom - y)))
+    return _with_settings(view, masks=(*view.settings.masks, (x, y, right - x, bottom - y)))
 
 
 def without_mask(view: View, label: Any) -> View:
@@ -57,12 +54,12 @@ def without_mask(view: View, label: Any) -> View:
     if label not in labels:
         raise UserError("There is no such mask any more.")
     index = labels.index(label)
-    return _with_masks(view, view.settings.masks[:index] + view.settings.masks[index + 1 :])
+    return _with_settings(view, masks=view.settings.masks[:index] + view.settings.masks[index + 1 :])
 
 
 def without_masks(view: View) -> View:
     """Remove all masks."""
-    return _with_masks(view, ())
+    return _with_settings(view, masks=())
 
 
 def mask_labels(masks: Sequence[Mask]) -> list[str]:
@@ -73,29 +70,5 @@ def mask_labels(masks: Sequence[Mask]) -> list[str]:
     ]
 
 
-def with_pose_by_hand(view: View, pose: CirclePose | None) -> View:
-    """Use this pose, whichever is the likelier; None leaves the choice to the program.
-
-    It is remembered by its normal: which of the two is called A changes with the numbers.
-    """
-    if pose is None:
-        return replace(view, by_hand=None)
-    x, y, z = (float(value) for value in pose.normal)
-    return replace(view, by_hand=(x, y, z))
-
-
-def with_measured(view: View, values: Mapping[str, Any] | None) -> View:
-    """Compare with a pose measured by hand: centimetres and degrees by the names in ``MEASURED_LIMITS``, or None."""
-    if values is None:
-        return replace(view, measured=None)
-    numbers = []
-    for name, limit in MEASURED_LIMITS.items():
-        number = checked_number(f"The measured {name}", values.get(name))
-        numbers.append(min(max(number, -limit), limit))
-    x, y, z, theta_x, theta_y = numbers
-    measured = {"position_m": [x / 100, y / 100, z / 100], "theta_x_deg": theta_x, "theta_y_deg": theta_y}
-    return replace(view, measured=measured)
-
-
-def _with_masks(view: View, masks: tuple[Mask, ...]) -> View:
-    return replace(view, settings=msgspec.structs.replace(view.settings, masks=masks))
+def _with_settings(view: View, **changes: Any) -> View:
+    return replace(view, settings=changed(view.settings, **changes))

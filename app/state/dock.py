@@ -1,4 +1,4 @@
-"""Where on the ring the lights are, as typed on the page: evenly spaced, or each at its own angle."""
+"""Changes of the dock: how many lights it has, and where they are on the ring."""
 
 from __future__ import annotations
 
@@ -8,11 +8,23 @@ from typing import Any
 
 from dockpose import Dock
 from dockpose.app.errors import UserError
-from dockpose.app.state.view import MAX_LIGHTS, View, checked_number
+from dockpose.app.state.parameters import checked_number
+from dockpose.app.state.view import View
 from msgspec.structs import replace as changed
 
+MAX_LIGHTS = 60
+_MIN_LIGHTS = 3
 _LONGEST = 1000
-_LEAST_LIGHTS = 3
+
+
+def with_lights(view: View, value: Any) -> View:
+    """Set the number of lights on the ring; 0 for unknown.
+
+    Angles and colours that were given light by light do not fit another number, and are dropped.
+    """
+    number = round(checked_number("The number of lights", value))
+    lights = None if number <= 0 else min(max(number, _MIN_LIGHTS), MAX_LIGHTS)
+    return view if lights == view.dock.lights else replace(view, dock=Dock(view.dock.diameter, lights))
 
 
 def with_angles(view: View, text: Any) -> View:
@@ -20,34 +32,36 @@ def with_angles(view: View, text: Any) -> View:
 
     Parameters
     ----------
-    view : to change.
-    text : numbers with commas or spaces between them, as "0, 36, 72"; blank for evenly spaced lights.
+    view : View
+        To change.
+    text : str
+        Numbers separated by commas or spaces, as "0, 36, 72"; blank for evenly spaced lights.
 
     Raises
     ------
     UserError
-        if something in it is no number, there are too few or too many, or two lights are at one place.
+        If a word is not a number, there are too few or too many, or two lights share a place.
     """
     angles = _numbers(text)
     dock = view.dock
     if not angles:
         return replace(view, dock=changed(dock, angles_deg=()))
-    if not _LEAST_LIGHTS <= len(angles) <= MAX_LIGHTS:
+    if not _MIN_LIGHTS <= len(angles) <= MAX_LIGHTS:
         raise UserError(
             f"There {'is 1 light angle' if len(angles) == 1 else f'are {len(angles)} light angles'}; a dock has "
-            f"{_LEAST_LIGHTS} to {MAX_LIGHTS} lights."
+            f"{_MIN_LIGHTS} to {MAX_LIGHTS} lights."
         )
     colours = dock.colours if len(dock.colours) == len(angles) else ()
     return replace(view, dock=changed(dock, lights=len(angles), angles_deg=angles, colours=colours))
 
 
 def angles_text(dock: Dock) -> str:
-    """The angles as :func:`with_angles` reads them; blank for evenly spaced lights."""
+    """Return the angles as :func:`with_angles` reads them; blank for evenly spaced lights."""
     return ", ".join(f"{angle:.10g}" for angle in dock.angles_deg)
 
 
 def dropped_sentence(before: Dock, after: Dock) -> str:
-    """What was known light by light and no longer is, since it does not fit their number; empty where nothing was."""
+    """Say which angles and colours were dropped with a new number of lights; empty if none were."""
     parts = []
     if before.angles_deg and not after.angles_deg:
         parts.append(f"the {len(before.angles_deg)} angles, so the lights are taken to be evenly spaced")

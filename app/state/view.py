@@ -1,8 +1,4 @@
-"""What the page shows and works from, without the page: one frozen View and the functions that change it.
-
-Every value that comes from a browser passes through here: numbers out of range are brought into it, and anything that
-is no number at all is refused with a sentence.
-"""
+"""What the page shows and works from, without the page: one frozen View, and the ways to open one."""
 
 from __future__ import annotations
 
@@ -11,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError
@@ -19,13 +14,9 @@ from dockpose.app.inputs.sidecar import Sidecar, load_sample, read_sidecar
 from dockpose.app.resources import sample_names, sample_path
 from dockpose.camera.image import decode, read
 from dockpose.simulate import Scene, load_scene
-from dockpose.thresholds import LEVELS, METHODS
 
-MAX_LIGHTS = 60
-MAX_AREA_PX = 1000
 DEFAULT_DOCK = Dock(diameter=0.30)
 GUESSED_VIEW_DEG = 60.0
-INTRINSICS = ("fx", "fy", "cx", "cy")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,19 +56,6 @@ class View:
     is_stale: bool = False
     list_name: str = ""
     item: str = ""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """The range of a slider, and its step."""
-
-    low: float
-    high: float
-    step: float
-
-    def clamp(self, value: float) -> float:
-        """Bring a number into the range."""
-        return min(max(value, self.low), self.high)
 
 
 def open_source(source: str | None, camera: Camera | None, dock: Dock | None) -> View:
@@ -153,77 +131,6 @@ def with_frame(
     return View(image, source, camera, dock, view.settings, given_camera, given_dock, note=note, list_name="sequence")
 
 
-def with_intrinsic(view: View, name: str, value: Any) -> View:
-    """Set fx, fy, cx or cy, in pixels."""
-    if name not in INTRINSICS:
-        raise UserError(f"The camera has no value called {name!r}.")
-    number = intrinsic_limits(view)[name].clamp(checked_number(name, value))
-    return replace(view, camera=msgspec.structs.replace(view.camera, **{name: number}))
-
-
-def with_diameter_cm(view: View, value: Any) -> View:
-    """Set the diameter of the ring of lights, in centimetres."""
-    diameter = diameter_limits_cm(view).clamp(checked_number("The dock diameter", value)) / 100
-    return replace(view, dock=msgspec.structs.replace(view.dock, diameter=diameter))
-
-
-def with_lights(view: View, value: Any) -> View:
-    """Set the number of lights on the ring; 0 says that it is not known.
-
-    Angles and colours that were given light by light do not fit another number, and are dropped.
-    """
-    number = round(checked_number("The number of lights", value))
-    lights = None if number <= 0 else min(max(number, 3), MAX_LIGHTS)
-    if lights == view.dock.lights:
-        return view
-    return replace(view, dock=Dock(view.dock.diameter, lights))
-
-
-def with_method(view: View, method: Any, level: Any = None) -> View:
-    """Set the threshold method, and the level that the method "fixed" starts from; None keeps the level."""
-    if not isinstance(method, str) or method not in METHODS:
-        raise UserError(f"There is no threshold method called {method!r}.")
-    return _with_settings(view if level is None else with_level(view, level), method=method)
-
-
-def with_level(view: View, value: Any) -> View:
-    """Set the level of the method "fixed", 0 to 255."""
-    level = round(checked_number("The level", value))
-    return _with_settings(view, level=min(max(level, 0), LEVELS - 1))
-
-
-def with_min_area(view: View, value: Any) -> View:
-    """Set how many pixels a group must have to count."""
-    area = round(checked_number("The smallest group", value))
-    return _with_settings(view, min_area_px=min(max(area, 1), MAX_AREA_PX))
-
-
-def with_given_values(view: View) -> View:
-    """Go back to the camera and the dock that came with the picture."""
-    return replace(view, camera=view.given_camera, dock=view.given_dock)
-
-
-def intrinsic_limits(view: View) -> dict[str, Limits]:
-    """Ranges of fx, fy, cx and cy in pixels: fields of view from 136 to 11 degrees, axis inside the picture.
-
-    They depend on the picture and the camera that came with it, not on what the sliders say.
-    """
-    camera = view.given_camera
-    focal_low, focal_high = 0.2 * camera.width, 5.0 * camera.width
-    return {
-        "fx": Limits(min(focal_low, camera.fx), max(focal_high, camera.fx), 1.0),
-        "fy": Limits(min(focal_low, camera.fy), max(focal_high, camera.fy), 1.0),
-        "cx": Limits(min(0.0, camera.cx), max(camera.width - 1.0, camera.cx), 0.5),
-        "cy": Limits(min(0.0, camera.cy), max(camera.height - 1.0, camera.cy), 0.5),
-    }
-
-
-def diameter_limits_cm(view: View) -> Limits:
-    """Range of the dock's diameter in centimetres: 1 cm to 3 m, more where the given dock is larger."""
-    given = 100 * view.given_dock.diameter
-    return Limits(min(1.0, given), max(300.0, 2 * given), 0.1)
-
-
 def guess_camera(image: np.ndarray) -> Camera:
     """A camera for a picture of which nothing is known: 60 degrees wide, axis in the middle."""
     height, width = image.shape[:2]
@@ -289,14 +196,3 @@ def _view(
         truth=truth,
         note=note,
     )
-
-
-def _with_settings(view: View, **changes: Any) -> View:
-    return replace(view, settings=msgspec.structs.replace(view.settings, **changes))
-
-
-def checked_number(name: str, value: Any) -> float:
-    """Return a value from the page as a finite number; anything else is refused by the name of the value."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise UserError(f"{name} is {value!r}; it must be a number.")
-    return float(value)

@@ -12,7 +12,8 @@ from typing import Any, Protocol
 
 import viser
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.view import Limits, View
+from dockpose.app.state.parameters import Parameter
+from dockpose.app.state.view import View
 from dockpose.app.web.server.uploads import ClientUploads, Receiver
 
 YAML_FILES = ".yaml,.yml"
@@ -90,13 +91,42 @@ def add_file_button(
     uploads.receive(button, receiver)
 
 
-def add_slider(gui: viser.GuiApi, label: str, hint: str) -> viser.GuiSliderHandle[float]:
-    """Add a slider whose range is still to be set by :func:`set_slider`."""
-    return gui.add_slider(label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=hint)
+class Slider:
+    """A slider with a typed value that sets one parameter of the view.
 
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where to build it.
+    parameter : Parameter
+        What it sets; see :data:`dockpose.app.state.parameters.PARAMETERS`.
+    change : Change
+        Applies what a person does.
+    put : callable, optional
+        ``put(view, value)`` in place of the parameter's own.
+    reload : bool
+        Whether other controls follow.
+    """
 
-def set_slider(slider: viser.GuiSliderHandle[float], limits: Limits, value: float) -> None:
-    """Set range and value of a slider; its box shows as many decimals as its steps have, at least one."""
-    decimals = max(1, math.ceil(-math.log10(limits.step)))
-    slider.min, slider.max, slider.step, slider.precision = limits.low, limits.high, limits.step, decimals
-    slider.value = round(value, 4)
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        parameter: Parameter,
+        change: Change,
+        put: Callable[[View, Any], View] | None = None,
+        *,
+        reload: bool = False,
+    ) -> None:
+        self._parameter, put = parameter, put or parameter.put
+        self.handle = gui.add_slider(
+            parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
+        )
+        on_change(self.handle, change, lambda view: put(view, self.handle.value), reload=reload)
+
+    def load(self, view: View, *, with_value: bool = True) -> None:
+        """Set the range and, unless told otherwise, the value; the box shows the decimals of a step, at least one."""
+        limits, handle = self._parameter.range(view), self.handle
+        handle.min, handle.max, handle.step = limits.low, limits.high, limits.step
+        handle.precision = 0 if self._parameter.whole else max(1, math.ceil(-math.log10(limits.step)))
+        if with_value:
+            handle.value = round(self._parameter.get(view), 4)

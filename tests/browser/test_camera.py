@@ -1,7 +1,8 @@
 import pytest
 import yaml
 from dockpose import Camera
-from dockpose.app.state.camera import COEFFICIENTS, camera_file
+from dockpose.app.state.camera import camera_file
+from dockpose.app.state.parameters import DISTORTION
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER
 
 from tests.browser.test_source import send
@@ -32,7 +33,7 @@ def test_locked_focal_lengths_move_together(page):
 
 
 def test_distortion(page):
-    for index, name in enumerate(COEFFICIENTS):
+    for index, name in enumerate(DISTORTION):
         page.box(name).fill("0.05")
         page.until(lambda: page.app.view.camera.distortion[index : index + 1] == (0.05,))  # noqa: B023
 

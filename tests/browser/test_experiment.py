@@ -8,7 +8,7 @@ import pandas
 import pytest
 from dockpose.app.experiment import Measured, Session, session
 from dockpose.app.experiment.row import row_to_csv
-from dockpose.app.state.detection import with_measured
+from dockpose.app.state.poses import with_measured
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.experiment.panel import ALL, NEXT_FRAME, NO_SESSION, WHAT
 from dockpose.app.web.server.options import Options

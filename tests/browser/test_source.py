@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import yaml
 from dockpose.app.resources import sample_path, samples_folder
-from dockpose.app.state.scene import KNOBS
+from dockpose.app.state.parameters import SCENE
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE
 from dockpose.app.web.server.options import Options
@@ -44,11 +44,12 @@ def send(page, button, *files):
 
 
 def test_every_slider_of_the_scene_changes_it(page):
-    for name, knob in KNOBS.items():
-        share = knob.limits.low + 0.6 * (knob.limits.high - knob.limits.low)
-        value = {"z": 140, "light": 4, "surface": 40}.get(name, round(share))
-        page.box(knob.label).fill(f"{value:g}")
-        page.until(lambda: knob.get(scene_of(page)) == pytest.approx(value, abs=1e-6))  # noqa: B023
+    for name, parameter in SCENE.items():
+        limits = parameter.range(page.app.view)
+        share = limits.low + 0.6 * (limits.high - limits.low)
+        value = {"z_cm": 140, "light": 4, "surface_cm": 40}.get(name, round(share))
+        page.box(parameter.label).fill(f"{value:g}")
+        page.until(lambda: parameter.get(page.app.view) == pytest.approx(value, abs=1e-6))  # noqa: B023
     page.until(lambda: "simulated scene" in page.status and page.box("Sample scene").input_value() == OWN_PICTURE)
 
 

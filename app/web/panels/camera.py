@@ -3,59 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from html import escape
 from typing import Any
 
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.camera import (
-    COEFFICIENTS,
     OTHER_INDEX,
-    PORT_LIMITS,
     WATERS,
     WINDOWS,
     camera_file,
-    coefficient_limits,
-    coefficients_of,
     field_of_view_sentence,
     index_name,
     with_camera_file,
-    with_coefficient,
     with_default_values,
-    with_focal,
-    with_port,
-    with_port_value,
-)
-from dockpose.app.state.dock import angles_text, dropped_sentence, with_angles
-from dockpose.app.state.view import (
-    INTRINSICS,
-    MAX_LIGHTS,
-    View,
-    diameter_limits_cm,
-    intrinsic_limits,
-    with_diameter_cm,
     with_given_values,
-    with_intrinsic,
-    with_lights,
+    with_port,
 )
+from dockpose.app.state.dock import MAX_LIGHTS, angles_text, dropped_sentence, with_angles, with_lights
+from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, Parameter, put
+from dockpose.app.state.view import View
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Change, add_file_button, add_slider, on_change, on_click, set_slider
+from dockpose.app.web.widgets import Change, Slider, add_file_button, on_change, on_click
 from dockpose.camera.files import FORMATS
 
-_HINTS = {
-    "fx": "Focal length in pixels, horizontally. Larger: a narrower view, so the dock is taken to be further away.",
-    "fy": "Focal length in pixels, vertically. Nearly the same as fx in most cameras.",
-    "cx": "Where the optical axis meets the picture, in pixels from the left. Usually near the middle.",
-    "cy": "Where the optical axis meets the picture, in pixels from the top. Usually near the middle.",
-}
-_COEFFICIENT_HINTS = {
-    "k1": "Barrel (below 0) or pincushion (above 0) distortion; no unit.",
-    "k2": "Distortion that grows with the fourth power of the distance from the middle; no unit.",
-    "p1": "Lens tilted against the sensor, up and down; no unit.",
-    "p2": "Lens tilted against the sensor, sideways; no unit.",
-    "k3": "Distortion that grows with the sixth power of the distance from the middle; no unit.",
-}
 _SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
+_NAMED_INDICES = {"glass_index": WINDOWS, "water_index": WATERS}
+
+
+def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
+    """Set fx or fy in pixels, or both to the same number."""
+    for one in ("fx", "fy") if both else (name,):
+        view = put(view, one, value)
+    return view
 
 
 class CameraPanel:
@@ -63,18 +44,18 @@ class CameraPanel:
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
         self._change = change
+        self._sliders: dict[str, Slider] = {}
+        self._putters = {name: partial(self._with_focal, name) for name in ("fx", "fy")}
         self._area = gui.add_folder("Camera and dock")
         with self._area:
             self._add_dock(gui)
             self._add_intrinsics(gui)
             with gui.add_folder("Lens distortion", expand_by_default=False):
-                self._coefficients = [add_slider(gui, name, _COEFFICIENT_HINTS[name]) for name in COEFFICIENTS]
+                self._add_sliders(gui, DISTORTION)
             with gui.add_folder("Port and water", expand_by_default=False):
                 self._add_port(gui)
             self._field = gui.add_html("")
             self._add_buttons(gui)
-        for index, slider in enumerate(self._coefficients):
-            on_change(slider, change, _set(with_coefficient, index, slider))
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a camera file."""
@@ -87,15 +68,11 @@ class CameraPanel:
 
     def load(self, view: View) -> None:
         """Set the sliders' ranges and values."""
-        for name, limits in intrinsic_limits(view).items():
-            set_slider(self._intrinsics[name], limits, getattr(view.camera, name))
+        for slider in self._sliders.values():
+            slider.load(view)
         if view.camera.fx != view.camera.fy:
             self._lock.value = False
-        numbers = zip(self._coefficients, coefficient_limits(view), coefficients_of(view.camera), strict=True)
-        for slider, limits, number in numbers:
-            set_slider(slider, limits, number)
         self._load_port(view)
-        set_slider(self._diameter, diameter_limits_cm(view), 100 * view.dock.diameter)
         self._lights.value = view.dock.lights or 0
         self._angles.value = angles_text(view.dock)
 
@@ -103,10 +80,14 @@ class CameraPanel:
         """Say how much the camera sees."""
         self._field.content = f'<div style="{_SMALL}">{escape(field_of_view_sentence(analysis.view.camera))}</div>'
 
+    def _add_sliders(self, gui: viser.GuiApi, parameters: dict[str, Parameter]) -> None:
+        for name, parameter in parameters.items():
+            self._sliders[name] = Slider(
+                gui, parameter, self._change, self._putters.get(name), reload=name in _NAMED_INDICES
+            )
+
     def _add_dock(self, gui: viser.GuiApi) -> None:
-        self._diameter = add_slider(
-            gui, "Diameter (cm)", "Of the dock: the circle through the middles of the lights, measured on the dock."
-        )
+        self._add_sliders(gui, DOCK)
         self._lights = gui.add_number(
             "Number of lights",
             0,
@@ -126,7 +107,6 @@ class CameraPanel:
             set_angles = gui.add_button(
                 "Set the angles", icon=viser.Icon.CIRCLE_DOTTED, hint="Take over what is typed above."
             )
-        on_change(self._diameter, self._change, lambda view: with_diameter_cm(view, self._diameter.value))
         on_click(set_angles, lambda client: self._change(self._with_angles, client, reload=True))
 
         @self._lights.on_update
@@ -141,14 +121,10 @@ class CameraPanel:
                 self._change(self._with_angles, event.client, reload=True)
 
     def _add_intrinsics(self, gui: viser.GuiApi) -> None:
-        self._intrinsics = {name: add_slider(gui, f"{name} (px)", _HINTS[name]) for name in INTRINSICS}
+        self._add_sliders(gui, LENS)
         self._lock = gui.add_checkbox(
             "Lock fx = fy", False, hint="Pixels of nearly all cameras are square: moving one focal length moves both."
         )
-        for name in ("fx", "fy"):
-            on_change(self._intrinsics[name], self._change, self._with_focal(name))
-        for name in ("cx", "cy"):
-            on_change(self._intrinsics[name], self._change, _set(with_intrinsic, name, self._intrinsics[name]))
         on_change(self._lock, self._change, self._with_lock, reload=True)
 
     def _add_port(self, gui: viser.GuiApi) -> None:
@@ -158,24 +134,14 @@ class CameraPanel:
             hint="The camera was calibrated in air and looks through a flat window. Off: calibrated in the water, or "
             "behind a dome.",
         )
-        self._lengths = {
-            "air_gap_m": add_slider(gui, "Air gap (mm)", "From the lens's centre of projection to the window."),
-            "glass_m": add_slider(gui, "Window (mm)", "Thickness of the window."),
-        }
-        self._indices = {
-            "glass_index": (add_slider(gui, "Window index", "Refractive index of the window; no unit."), WINDOWS),
-            "water_index": (add_slider(gui, "Water index", "Refractive index of the water; no unit."), WATERS),
-        }
+        self._add_sliders(gui, PORT)
         self._names = {
             "glass_index": gui.add_dropdown("Window of", (*WINDOWS, OTHER_INDEX), hint="Sets the window's index."),
             "water_index": gui.add_dropdown("Water is", (*WATERS, OTHER_INDEX), hint="Sets the water's index."),
         }
         on_change(self._port, self._change, lambda view: with_port(view, self._port.value), reload=True)
-        for name, slider in self._lengths.items():
-            on_change(slider, self._change, _set(with_port_value, name, slider))
-        for name, (slider, _) in self._indices.items():
-            on_change(slider, self._change, _set(with_port_value, name, slider), reload=True)
-            on_change(self._names[name], self._change, self._with_named_index(name), reload=True)
+        for name, handle in self._names.items():
+            on_change(handle, self._change, self._with_named_index(name), reload=True)
 
     def _add_buttons(self, gui: viser.GuiApi) -> None:
         given = gui.add_button(
@@ -195,18 +161,11 @@ class CameraPanel:
         on_click(save, lambda client: self._change(self._saver(client), client))
 
     def _load_port(self, view: View) -> None:
-        port = view.camera.port
-        self._port.value = port is not None
-        handles = [*self._lengths.values(), *(slider for slider, _ in self._indices.values()), *self._names.values()]
-        for handle in handles:
-            handle.disabled = port is None
-        if port is None:
-            return
-        for name, slider in self._lengths.items():
-            set_slider(slider, PORT_LIMITS[name], 1000 * getattr(port, name))
-        for name, (slider, names) in self._indices.items():
-            set_slider(slider, PORT_LIMITS[name], getattr(port, name))
-            self._names[name].value = index_name(names, getattr(port, name))
+        self._port.value = has_port = view.camera.port is not None
+        for handle in (*(self._sliders[name].handle for name in PORT), *self._names.values()):
+            handle.disabled = not has_port
+        for name, handle in self._names.items():
+            handle.value = index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
     def _with_lights(self, view: View, client: viser.ClientHandle) -> View:
         changed = with_lights(view, self._lights.value)
@@ -219,24 +178,21 @@ class CameraPanel:
     def _with_angles(self, view: View) -> View:
         return with_angles(view, self._angles.value)
 
-    def _with_focal(self, name: str) -> Callable[[View], View]:
-        def set_focal(view: View) -> View:
-            changed = with_focal(view, name, self._intrinsics[name].value, both=bool(self._lock.value))
-            other = "fy" if name == "fx" else "fx"
-            value = round(getattr(changed.camera, other), 4)
-            if self._lock.value and self._intrinsics[other].value != value:
-                self._intrinsics[other].value = value
-            return changed
-
-        return set_focal
+    def _with_focal(self, name: str, view: View, value: Any) -> View:
+        changed = with_focal(view, name, value, both=bool(self._lock.value))
+        if self._lock.value:
+            for one in ("fx", "fy"):
+                if one != name:
+                    self._sliders[one].load(changed)
+        return changed
 
     def _with_lock(self, view: View) -> View:
         return with_focal(view, "fx", view.camera.fx, both=True) if self._lock.value else view
 
     def _with_named_index(self, name: str) -> Callable[[View], View]:
         def set_index(view: View) -> View:
-            index = self._indices[name][1].get(self._names[name].value)
-            return view if index is None or view.camera.port is None else with_port_value(view, name, index)
+            index = _NAMED_INDICES[name].get(self._names[name].value)
+            return view if index is None or view.camera.port is None else put(view, name, index)
 
         return set_index
 
@@ -247,7 +203,3 @@ class CameraPanel:
             return view
 
         return save
-
-
-def _set(function: Callable[[View, Any, Any], View], name: Any, slider: Any) -> Callable[[View], View]:
-    return lambda view: function(view, name, slider.value)

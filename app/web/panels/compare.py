@@ -16,7 +16,8 @@ from dockpose.app.export.words import short_method
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress, Task
 from dockpose.app.processing.comparison import compare_view, error_words, sweep_levels
-from dockpose.app.state.view import View, with_method
+from dockpose.app.state.detection import with_method
+from dockpose.app.state.view import View
 from dockpose.app.web.charts.sweep import SweepChart
 from dockpose.app.web.html import MISSING, SMALL, help_link, row, table
 from dockpose.app.web.widgets import Change

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from html import escape
+from typing import Any
 
 import viser
 from dockpose import Estimate
 from dockpose.app.drawing.thresholded import counts
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.detection import with_centroid
-from dockpose.app.state.view import MAX_AREA_PX, View, with_level, with_method, with_min_area
+from dockpose.app.state.detection import with_centroid, with_method
+from dockpose.app.state.parameters import DETECTION
+from dockpose.app.state.view import View
 from dockpose.app.web.charts.histogram import HistogramChart
 from dockpose.app.web.html import SMALL
-from dockpose.app.web.widgets import Change, on_change
+from dockpose.app.web.widgets import Change, Slider, on_change
 from dockpose.thresholds import LEVELS, METHODS
 
 _METHOD_NAMES = {
@@ -70,22 +72,8 @@ class DetectPanel:
             tuple(self._labels),
             hint="HATS finds the level from the picture's own histogram. Fixed level: you set it.",
         )
-        self._level = gui.add_slider(
-            "Level (0-255)",
-            min=0,
-            max=LEVELS - 1,
-            step=1,
-            initial_value=0,
-            hint="Pixels at least this bright count as light. It follows the method; move it and it stays fixed there.",
-        )
-        self._min_area = gui.add_slider(
-            "Min. area (px)",
-            min=1,
-            max=100,
-            step=1,
-            initial_value=1,
-            hint="Groups of fewer bright pixels than this are taken for noise.",
-        )
+        self._level = Slider(gui, DETECTION["level"], change, self._with_fixed_level)
+        self._min_area = Slider(gui, DETECTION["min_area_px"], change)
         self._centroid = gui.add_dropdown(
             "Centre of a light",
             tuple(_CENTROIDS),
@@ -94,17 +82,15 @@ class DetectPanel:
         self._chart = HistogramChart(gui)
         self._sentence = gui.add_html("")
         on_change(self._method, change, self._with_method)
-        on_change(self._level, change, self._with_fixed_level)
-        on_change(self._min_area, change, lambda view: with_min_area(view, self._min_area.value))
         on_change(self._centroid, change, self._with_centroid)
 
     def load(self, view: View) -> None:
         """Set the controls."""
         self._method.value = method_label(view.settings.method)
-        if view.settings.method == "fixed" and view.settings.level is not None:
-            self._level.value = view.settings.level
-        self._min_area.max = min(MAX_AREA_PX, max(100, view.settings.min_area_px))
-        self._min_area.value = view.settings.min_area_px
+        self._level.load(view, with_value=view.settings.method == "fixed")
+        self._min_area.load(view)
+        # Most groups are small: a longer slider would be too coarse for them.
+        self._min_area.handle.max = min(DETECTION["min_area_px"].range(view).high, max(100, view.settings.min_area_px))
         self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
 
     def show(self, analysis: Analysis) -> None:
@@ -120,15 +106,15 @@ class DetectPanel:
         self._chart.show(found.threshold)
         # A result of before the slider was moved must not move it back.
         if "fixed" not in (analysis.view.settings.method, self._labels.get(self._method.value)):
-            self._level.value = min(found.threshold.level, LEVELS - 1)
+            self._level.handle.value = min(found.threshold.level, LEVELS - 1)
 
     def _with_method(self, view: View) -> View:
         """Under "fixed" the level starts where the method before it left it."""
         method = self._labels.get(self._method.value, self._method.value)
-        return with_method(view, method, self._level.value)
+        return with_method(view, method, self._level.handle.value)
 
-    def _with_fixed_level(self, view: View) -> View:
-        changed = with_method(with_level(view, self._level.value), "fixed", self._level.value)
+    def _with_fixed_level(self, view: View, value: Any) -> View:
+        changed = with_method(view, "fixed", value)
         self._method.value = method_label("fixed")
         return changed
 

@@ -13,7 +13,7 @@ from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.peers import peer_poses
-from dockpose.app.state.detection import MEASURED_LIMITS, with_measured, with_pose_by_hand
+from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
 from dockpose.app.web.html import MISSING, pose_name, row, table, wide_row
 from dockpose.app.web.panels.detect import SMALL

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import msgspec
 import viser
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.state.parameters import SCENE_DISTURBANCES, SCENE_POSE, SCENE_WATER, Parameter
 from dockpose.app.state.scene import (
-    DISTURBANCE_KNOBS,
-    KNOBS,
-    POSE_KNOBS,
     PSF_MODELS,
-    WATER_KNOBS,
     preset_name,
     scene_of,
     with_camera_in_use,
-    with_knob,
     with_missing,
     with_psf,
     with_scene,
@@ -27,7 +22,7 @@ from dockpose.app.state.scene import (
 )
 from dockpose.app.state.view import View
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Change, add_file_button, on_change, on_click
+from dockpose.app.web.widgets import Change, Slider, add_file_button, on_change, on_click
 from dockpose.camera.files import to_yaml
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
@@ -40,11 +35,11 @@ class SimulatorPanel:
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
         self._change = change
-        self._sliders: dict[str, viser.GuiSliderHandle[float]] = {}
+        self._sliders: list[Slider] = []
         self._area = gui.add_folder("Simulated scene")
         with self._area:
             with gui.add_folder("Pose of the dock", expand_by_default=False):
-                self._add_sliders(gui, POSE_KNOBS)
+                self._add_sliders(gui, SCENE_POSE)
             with gui.add_folder("Water and light", expand_by_default=False):
                 self._add_water(gui)
             with gui.add_folder("Disturbances", expand_by_default=False):
@@ -59,8 +54,6 @@ class SimulatorPanel:
             )
         on_click(own, lambda client: change(with_camera_in_use, client, reload=True))
         on_click(save, lambda client: change(self._saver(client), client))
-        for name, slider in self._sliders.items():
-            on_change(slider, change, _turn(name, slider), reload=False)
         on_change(self._water, change, self._with_water, reload=True)
         on_change(self._psf, change, lambda view: with_psf(view, self._psf.value))
         on_change(self._missing, change, lambda view: with_missing(view, self._missing.value))
@@ -80,9 +73,8 @@ class SimulatorPanel:
     def load(self, view: View) -> None:
         """Set all controls to the scene that is shown, or the one to start from."""
         scene = scene_of(view)
-        for name, slider in self._sliders.items():
-            knob = KNOBS[name]
-            slider.value = round(knob.limits.clamp(knob.get(scene)), 3)
+        for slider in self._sliders:
+            slider.load(view)
         self._water.value = preset_name(scene.water) or _OTHER_WATER
         self._psf.value = scene.psf.model if scene.psf.model in PSF_MODELS else PSF_MODELS[0]
         self._missing.value = ", ".join(map(str, scene.lights.missing))
@@ -94,12 +86,8 @@ class SimulatorPanel:
         if self._water.value != name:
             self._water.value = name
 
-    def _add_sliders(self, gui: viser.GuiApi, knobs: dict[str, Any]) -> None:
-        for name, knob in knobs.items():
-            low, high, step = knob.limits.low, knob.limits.high, knob.limits.step
-            self._sliders[name] = gui.add_slider(
-                knob.label, min=float(low), max=float(high), step=float(step), initial_value=float(low), hint=knob.hint
-            )
+    def _add_sliders(self, gui: viser.GuiApi, parameters: dict[str, Parameter]) -> None:
+        self._sliders += [Slider(gui, parameter, self._change) for parameter in parameters.values()]
 
     def _add_water(self, gui: viser.GuiApi) -> None:
         self._water = gui.add_dropdown(
@@ -111,10 +99,10 @@ class SimulatorPanel:
             hint="Model of how water blurs a lamp. voss: measured phase functions; hou and hou_poisson: the paper's, "
             "valid near by only; gaussian: the simplest.",
         )
-        self._add_sliders(gui, WATER_KNOBS)
+        self._add_sliders(gui, SCENE_WATER)
 
     def _add_disturbances(self, gui: viser.GuiApi) -> None:
-        self._add_sliders(gui, DISTURBANCE_KNOBS)
+        self._add_sliders(gui, SCENE_DISTURBANCES)
         self._missing = gui.add_text(
             "Missing lights", "", hint="Numbers of the lights that are dead, counted from 0, as 0, 3, 7."
         )
@@ -134,7 +122,3 @@ class SimulatorPanel:
 def scene_bytes(scene: Scene) -> bytes:
     """A scene file that :func:`dockpose.simulate.load_scene` reads back to the same numbers."""
     return to_yaml(msgspec.to_builtins(scene)).encode()
-
-
-def _turn(name: str, slider: viser.GuiSliderHandle[float]) -> Callable[[View], View]:
-    return lambda view: with_knob(view, name, slider.value)

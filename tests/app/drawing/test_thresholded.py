@@ -3,8 +3,9 @@ import pytest
 from dockpose.app.drawing.annotated import DROPPED_COLOUR, LIGHT_COLOUR
 from dockpose.app.drawing.thresholded import counts, kept_pixels, threshold_picture
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_mask
-from dockpose.app.state.view import open_source, with_level, with_method, with_min_area, with_sample
+from dockpose.app.state.detection import with_mask, with_method
+from dockpose.app.state.parameters import put
+from dockpose.app.state.view import open_source, with_sample
 
 
 @pytest.fixture(scope="module")
@@ -39,12 +40,12 @@ def test_thrown_out_groups_are_orange_and_masks_keep_nothing(view):
 
 
 def test_small_groups_are_counted(view):
-    found = analyse(with_min_area(view, 900)).estimate
+    found = analyse(put(view, "min_area_px", 900)).estimate
     assert counts(found)[0] == 0
 
 
 def test_nothing_is_kept_above_every_pixel_and_all_at_level_0(view):
-    nothing = analyse(with_level(with_method(view, "fixed", 255), 255)).estimate
+    nothing = analyse(put(with_method(view, "fixed", 255), "level", 255)).estimate
     everything = analyse(with_method(view, "fixed", 0)).estimate
     assert not kept_pixels(view.image, nothing).any()
     assert kept_pixels(view.image, everything).all()

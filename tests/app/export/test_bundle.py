@@ -13,8 +13,9 @@ from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.export.bundle import bundle, picture_files
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress
-from dockpose.app.state.detection import MEASURED_LIMITS, with_measured
-from dockpose.app.state.view import open_source, with_min_area
+from dockpose.app.state.parameters import put
+from dockpose.app.state.poses import MEASURED_LIMITS, with_measured
+from dockpose.app.state.view import open_source
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def test_all_files_agree(analysis):
 
 
 def test_without_montage_and_without_a_dock(analysis):
-    nothing = analyse(with_min_area(analysis.view, 999))
+    nothing = analyse(put(analysis.view, "min_area_px", 999))
     files = files_of(nothing, with_montage=False)
     assert "montage.png" not in files
     assert "pose_ros.yaml" not in files

@@ -20,7 +20,8 @@ from dockpose.app.inputs.sequences import (
     simulated,
 )
 from dockpose.app.processing.following import FrameFollower, chosen_by_track
-from dockpose.app.state.view import DEFAULT_DOCK, open_source, with_diameter_cm, with_frame
+from dockpose.app.state.parameters import put
+from dockpose.app.state.view import DEFAULT_DOCK, open_source, with_frame
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
@@ -173,7 +174,7 @@ def test_a_leap_and_another_dock_begin_a_new_track(follower, view):
         view, analysis = read(follower, view, index)
     view, analysis = read(follower, view, 10)
     assert analysis.tracked_frame.tracked.track.age == 1
-    view, analysis = read(follower, with_diameter_cm(view, 40), 11)
+    view, analysis = read(follower, put(view, "diameter_cm", 40), 11)
     assert analysis.tracked_frame.tracked.track.age == 1
     assert analysis.estimate.selected.position_m[2] == pytest.approx((1.2 - 0.2 * 11 / 19) * 40 / 30, abs=0.02)
     view, analysis = read(follower, view, 12)

@@ -7,7 +7,8 @@ from dockpose.app.commands.compare import COMPARED
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress, Task
 from dockpose.app.processing.comparison import LevelSweep, compare_view, error_words, sweep_levels
-from dockpose.app.state.view import open_source, with_min_area
+from dockpose.app.state.parameters import put
+from dockpose.app.state.view import open_source
 from dockpose.app.web.charts.sweep import sweep_data, sweep_sentence, sweep_top_px, swept_so_far
 from dockpose.app.web.panels.compare import COLUMNS, compare_html, method_cells
 
@@ -23,7 +24,7 @@ def quiet():
 
 def test_every_method_with_the_settings_of_the_view(view):
     told = []
-    found = compare_view(with_min_area(view, 3), Progress(told.append))
+    found = compare_view(put(view, "min_area_px", 3), Progress(told.append))
     assert tuple(found) == COMPARED
     assert all(one.settings.method == name and one.settings.min_area_px == 3 for name, one in found.items())
     assert told == sorted(told)
@@ -36,7 +37,7 @@ def test_table_has_a_row_a_method_and_the_error_where_the_truth_is_known(view):
     assert "cm" in method_cells(found["hats"], view)[-1]
     assert "Kapur" in compare_html(found, view)
     assert error_words(found["hats"], replace(view, truth=None)) == ""
-    nothing = analyse(with_min_area(view, 999)).estimate
+    nothing = analyse(put(view, "min_area_px", 999)).estimate
     assert method_cells(nothing, view)[3] in ("no lights", "not a ring", "too few markers")
 
 

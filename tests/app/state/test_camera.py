@@ -1,11 +1,11 @@
-import math
-
 import pytest
 from dockpose import Camera
 from dockpose.app.errors import UserError
 from dockpose.app.state import camera as optics
 from dockpose.app.state import view as state
-from dockpose.app.state.camera import with_camera_file, with_coefficient, with_port, with_port_value
+from dockpose.app.state.camera import with_camera_file, with_given_values, with_port
+from dockpose.app.state.dock import with_lights
+from dockpose.app.state.parameters import put
 from dockpose.camera.files import FORMATS
 from dockpose.camera.port import SEA_WATER, FlatPort
 
@@ -15,36 +15,12 @@ def view():
     return state.open_source(None, None, None)
 
 
-def test_one_focal_length_or_both(view):
-    assert optics.with_focal(view, "fx", 800, both=False).camera.fy == view.camera.fy
-    both = optics.with_focal(view, "fy", 800, both=True).camera
-    assert (both.fx, both.fy) == (800, 800)
-
-
-def test_coefficients_come_and_go(view):
-    bent = with_coefficient(view, 0, -0.2)
-    assert bent.camera.distortion == (-0.2, 0, 0, 0, 0)
-    assert with_coefficient(bent, 0, 0).camera.distortion == ()
-    assert with_coefficient(view, 2, 9).camera.distortion[2] == 0.1
-    with pytest.raises(UserError, match="k2 is nan"):
-        with_coefficient(view, 1, math.nan)
-
-
-def test_other_lenses_keep_their_number_of_coefficients(view):
-    eight = state.open_source(None, Camera(700, 700, 319.5, 239.5, 640, 480, (0.1,) * 8), None)
-    assert with_coefficient(eight, 1, 0).camera.distortion == (0.1, 0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1)
-    fisheye = state.open_source(None, Camera(300, 300, 319.5, 239.5, 640, 480, (0.1,) * 4, fisheye=True), None)
-    assert with_coefficient(fisheye, 3, 0.05).camera.distortion == (0.1, 0.1, 0.1, 0.05)
-    with pytest.raises(UserError, match="four coefficients"):
-        with_coefficient(fisheye, 4, 0.1)
-
-
 def test_port_is_put_on_set_and_taken_off(view):
     through = with_port(view, True)
     assert through.camera.port == optics.DEFAULT_PORT
-    changed = with_port_value(with_port_value(through, "air_gap_m", 35), "water_index", SEA_WATER)
+    changed = put(put(through, "air_gap_mm", 35), "water_index", SEA_WATER)
     assert changed.camera.port == FlatPort(0.035, 0.010, water_index=SEA_WATER)
-    dense = with_port_value(through, "glass_index", 99).camera.port
+    dense = put(through, "glass_index", 99).camera.port
     assert dense is not None
     assert dense.glass_index == 2.0
     assert with_port(changed, False).camera.port is None
@@ -64,7 +40,7 @@ def test_names_of_indices():
 
 @pytest.mark.parametrize("file_format", FORMATS)
 def test_camera_files_are_saved_and_loaded(view, file_format):
-    changed = with_coefficient(state.with_intrinsic(view, "fx", 812.5), 0, -0.1)
+    changed = put(put(view, "fx", 812.5), "k1", -0.1)
     loaded = with_camera_file(view, optics.camera_file(changed.camera, file_format), "mine.yaml")
     assert loaded.camera == changed.camera == loaded.given_camera
     assert loaded.note == ""
@@ -99,5 +75,11 @@ def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):
 
 
 def test_default_values(view):
-    back = optics.with_default_values(with_port(state.with_diameter_cm(view, 99), True))
+    back = optics.with_default_values(with_port(put(view, "diameter_cm", 99), True))
     assert (back.camera, back.dock) == (state.guess_camera(view.image), state.DEFAULT_DOCK)
+
+
+def test_back_to_the_given_values(view):
+    changed = with_lights(put(put(view, "cy", 1), "diameter_cm", 99), 0)
+    back = with_given_values(changed)
+    assert (back.camera, back.dock) == (view.camera, view.dock)

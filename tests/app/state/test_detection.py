@@ -2,7 +2,6 @@ import math
 
 import pytest
 from dockpose.app.errors import UserError
-from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import detection as choices
 from dockpose.app.state.view import open_source
 
@@ -48,21 +47,12 @@ def test_number_of_masks_is_limited(view):
         choices.with_mask(view, 0, 0, 1, 1)
 
 
-def test_pose_by_hand_is_used_and_said(view):
-    other = analyse(view).estimate.candidates[1]
-    found = analyse(choices.with_pose_by_hand(view, other)).estimate
-    assert found.choice is not None
-    assert (found.choice.selected, found.choice.selected_by) == (1, "hand")
-    assert "by hand" in found.message
-    again = analyse(choices.with_pose_by_hand(choices.with_pose_by_hand(view, other), None)).estimate
-    assert again.choice is not None
-    assert (again.choice.selected, again.choice.selected_by) == (0, "spacing")
+def test_method_takes_the_level_it_starts_from(view):
+    settings = choices.with_method(view, "fixed", 166).settings
+    assert (settings.method, settings.level) == ("fixed", 166)
 
 
-def test_measured_pose(view):
-    values = dict(zip(choices.MEASURED_LIMITS, (10, -20, 9e9, 5, -100), strict=True))
-    measured = choices.with_measured(view, values).measured
-    assert measured == {"position_m": [0.1, -0.2, 50.0], "theta_x_deg": 5, "theta_y_deg": -90}
-    assert choices.with_measured(view, None).measured is None
-    with pytest.raises(UserError, match="measured z"):
-        choices.with_measured(view, values | {"z (cm)": None})
+@pytest.mark.parametrize("method", ["otsus", "", None, 1, ["hats"]])
+def test_unknown_method_is_refused(view, method):
+    with pytest.raises(UserError, match="no threshold method"):
+        choices.with_method(view, method, 100)

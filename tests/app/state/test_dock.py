@@ -1,10 +1,12 @@
+import math
 from dataclasses import replace
 
 import pytest
 from dockpose import Dock
+from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.dock import angles_text, dropped_sentence, with_angles
-from dockpose.app.state.view import open_source, with_lights
+from dockpose.app.state.dock import angles_text, dropped_sentence, with_angles, with_lights
+from dockpose.app.state.view import open_source
 
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
 
@@ -12,6 +14,12 @@ UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
 @pytest.fixture(scope="module")
 def view():
     return open_source(None, None, None)
+
+
+@pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])
+def test_number_of_lights_that_is_no_number_is_refused(view, value):
+    with pytest.raises(UserError, match="must be a number"):
+        with_lights(view, value)
 
 
 def with_dock(view, **values):
@@ -87,3 +95,8 @@ def test_even_spacing_written_out_gives_the_same_pose(view):
     assert even.selected is not None
     assert given.selected is not None
     assert given.selected.position_m == pytest.approx(even.selected.position_m, abs=1e-4)
+
+
+@pytest.mark.parametrize(("value", "lights"), [(0, None), (-2, None), (1, 3), (8, 8), (8.4, 8), (1000, 60)])
+def test_number_of_lights(view, value, lights):
+    assert with_lights(view, value).dock.lights == lights

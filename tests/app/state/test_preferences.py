@@ -6,6 +6,8 @@ from dockpose import Camera, Settings
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import preferences as memory
 from dockpose.app.state import view as state
+from dockpose.app.state.detection import with_method
+from dockpose.app.state.parameters import put
 from dockpose.app.state.preferences import Memory, Remembered, settings_file, with_last_settings, with_settings_file
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
@@ -17,7 +19,7 @@ def view():
 
 
 def test_settings_file_is_read_back(view):
-    changed = state.with_level(state.with_diameter_cm(state.with_intrinsic(view, "fx", 812.5), 45), 99)
+    changed = put(put(put(view, "fx", 812.5), "diameter_cm", 45), "level", 99)
     back = with_settings_file(view, settings_file(changed), "mine.yaml")
     assert (back.camera, back.dock, back.settings) == (changed.camera, changed.dock, changed.settings)
 
@@ -83,7 +85,7 @@ def test_folder_for_settings(monkeypatch, platform, end):
 def test_app_starts_with_the_last_settings(tmp_path):
     options = Options(remember_in=tmp_path)
     app = App.build(options=options)
-    app.change(lambda view: state.with_method(view, "otsu", 0))
+    app.change(lambda view: with_method(view, "otsu", 0))
     assert app.wait_until_idle(10)
     app.stop()
     app = App.build(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options)

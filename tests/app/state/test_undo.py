@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose.app.state import view as state
-from dockpose.app.state.scene import with_knob
+from dockpose.app.state.parameters import put
 from dockpose.app.state.undo import History, changed_names
 
 
@@ -39,16 +39,16 @@ def walk(history, clock, view, *steps, pause_s=1.0):
 
 
 def fx(value):
-    return lambda view: state.with_intrinsic(view, "fx", value)
+    return lambda view: put(view, "fx", value)
 
 
 def test_undo_and_redo_go_back_and_forth(history, clock, view):
-    last = walk(history, clock, view, fx(710), fx(720), lambda one: state.with_level(one, 90))
+    last = walk(history, clock, view, fx(710), fx(720), lambda one: put(one, "level", 90))
     back = history.undo(last)
     assert (back.camera.fx, back.settings) == (720, view.settings)
     history.note(last, back)  # as the app does with every change
     assert history.undo(back).camera.fx == 710
-    assert history.redo(history.redo(state.with_intrinsic(view, "fx", 710))) is last
+    assert history.redo(history.redo(put(view, "fx", 710))) is last
     assert history.redo(last) is last
 
 
@@ -59,7 +59,7 @@ def test_a_drag_is_one_step(history, clock, view):
 
 
 def test_other_numbers_moved_at_once_are_steps_of_their_own(history, clock, view):
-    last = walk(history, clock, view, fx(710), lambda one: state.with_diameter_cm(one, 50), pause_s=0.05)
+    last = walk(history, clock, view, fx(710), lambda one: put(one, "diameter_cm", 50), pause_s=0.05)
     assert history.undo(last).camera.fx == 710
 
 
@@ -72,7 +72,7 @@ def test_a_new_change_ends_what_could_be_redone(history, clock, view):
 
 
 def test_scenes_are_undone_but_other_pictures_are_not(history, clock, view):
-    turned = walk(history, clock, view, lambda one: with_knob(one, "z", 90))
+    turned = walk(history, clock, view, lambda one: put(one, "z_cm", 90))
     assert history.undo(turned) is view
     other = walk(history, clock, view, lambda one: replace(one, image=np.zeros((4, 4), np.uint8)))
     assert history.undo(other) is other
@@ -85,4 +85,4 @@ def test_what_changed_nothing_is_no_step(history, clock, view):
 
 def test_changes_are_named(view):
     assert changed_names(view, fx(710)(view)) == {"camera.fx"}
-    assert changed_names(view, with_knob(view, "theta_x", 3)) == {"scene.pose.theta_x_deg"}
+    assert changed_names(view, put(view, "theta_x_deg", 3)) == {"scene.pose.theta_x_deg"}

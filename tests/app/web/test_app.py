@@ -2,8 +2,8 @@ import socket
 from urllib.request import urlopen
 
 import pytest
-from dockpose.app.state.scene import with_knob, with_psf, with_water
-from dockpose.app.state.view import with_diameter_cm, with_intrinsic
+from dockpose.app.state.parameters import put
+from dockpose.app.state.scene import with_psf, with_water
 from dockpose.app.web import app as server
 from dockpose.app.web.app import App
 from dockpose.app.web.notifications import together
@@ -105,7 +105,7 @@ def test_no_browser_can_open_a_tunnel_or_upload_to_a_shared_control(app):
 
 
 def test_change_is_worked_on(app):
-    app.change(lambda view: with_diameter_cm(view, 60))
+    app.change(lambda view: put(view, "diameter_cm", 60))
     assert app.wait_until_idle(10)
     assert app.view.dock.diameter == pytest.approx(0.6)
     assert app._scene.extent.high[2] > 2
@@ -113,7 +113,7 @@ def test_change_is_worked_on(app):
 
 def test_refused_change_keeps_the_view(app):
     before = app.view
-    app.change(lambda view: with_intrinsic(view, "fx", float("nan")))
+    app.change(lambda view: put(view, "fx", float("nan")))
     assert app.view is before
 
 
@@ -125,7 +125,7 @@ def test_notices_in_a_rush_are_one_text():
 def test_scene_that_cannot_be_rendered_leaves_what_was_shown(app):
     assert app.wait_until_idle(10)
     before = app.view
-    far = with_knob(before, "z", 2000)
+    far = put(before, "z_cm", 2000)
     app.change(lambda _: with_psf(with_water(far, "harbour"), "hou"))
     assert app.wait_until_idle(10)
     assert app.view is before
@@ -137,10 +137,10 @@ def test_error_in_a_panel_is_told_and_the_next_view_is_worked_on(app, monkeypatc
 
     assert app.wait_until_idle(10)
     monkeypatch.setattr(app._panels[-1], "show", fail)
-    app.change(lambda view: with_diameter_cm(view, 40))
+    app.change(lambda view: put(view, "diameter_cm", 40))
     assert app.wait_until_idle(10)
     assert "the panel broke" in capsys.readouterr().err
     monkeypatch.undo()
-    app.change(lambda view: with_diameter_cm(view, 60))
+    app.change(lambda view: put(view, "diameter_cm", 60))
     assert app.wait_until_idle(10)
     assert app._scene.extent.high[2] > 2

@@ -4,8 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_mask
-from dockpose.app.state.view import open_source, with_lights, with_method, with_sample
+from dockpose.app.state.detection import with_mask, with_method
+from dockpose.app.state.dock import with_lights
+from dockpose.app.state.view import open_source, with_sample
 from dockpose.app.web.charts.histogram import groups_top, histogram_data, histogram_top, labelled_peaks, peaks_html
 from dockpose.app.web.panels.detect import method_label, threshold_sentence, thrown_out_sentence
 from dockpose.app.web.panels.picture import widen

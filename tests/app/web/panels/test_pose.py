@@ -4,8 +4,10 @@ import pytest
 from dockpose.app.export.words import advice, status_line, why_this_one
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.peers import peer_poses
-from dockpose.app.state.detection import MEASURED_LIMITS, with_measured, with_pose_by_hand
-from dockpose.app.state.view import open_source, with_method, with_min_area, with_sample
+from dockpose.app.state.detection import with_method
+from dockpose.app.state.parameters import put
+from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
+from dockpose.app.state.view import open_source, with_sample
 from dockpose.app.web.panels.pose import details_html, error_cells, errors_html, peers_html
 
 
@@ -67,7 +69,7 @@ def test_peers_agree_on_coloured_lights(coloured, analysis):
     assert all(not isinstance(pose, str) and abs(pose.position_m[2] - z) < 0.02 * z for pose in poses.values())
     assert "EPnP" in peers_html(coloured.estimate)
     assert peers_html(analysis.estimate) == ""
-    assert peer_poses(analyse(with_min_area(coloured.view, 900)).estimate) == {}
+    assert peer_poses(analyse(put(coloured.view, "min_area_px", 900)).estimate) == {}
 
 
 def test_errors_against_a_measured_pose(analysis):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.view import open_source, with_method
+from dockpose.app.state.detection import with_method
+from dockpose.app.state.view import open_source
 from dockpose.app.web.scene.known_poses import known_pose
 from dockpose.app.web.scene.scene import (
     extent_of,

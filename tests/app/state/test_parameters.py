@@ -1,0 +1,136 @@
+import math
+
+import pytest
+from dockpose import Camera, Dock
+from dockpose.app.errors import UserError
+from dockpose.app.state.parameters import DISTORTION, LENS, PARAMETERS, PORT, SCENE, put
+from dockpose.app.state.scene import SOURCE_NAME
+from dockpose.app.state.view import open_source
+
+NO_NUMBERS = [math.nan, math.inf, -math.inf, "700", None, True, [700], b"7"]
+
+
+@pytest.fixture(scope="module")
+def view():
+    return open_source(None, None, None)
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+@pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
+def test_what_is_no_number_is_refused_in_a_sentence(view, name, value):
+    with pytest.raises(UserError, match="must be a number"):
+        put(view, name, value)
+
+
+def test_unknown_number_is_refused(view):
+    with pytest.raises(UserError, match="width"):
+        put(view, "width", 3)
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_every_number_reads_back_what_was_put(view, name):
+    parameter = PARAMETERS[name]
+    limits = parameter.range(view)
+    for share in (0.25, 0.6):
+        value = round((limits.low + share * (limits.high - limits.low)) / limits.step) * limits.step
+        changed = put(view, name, value)
+        assert parameter.get(changed) == pytest.approx(value, abs=1e-6)
+        assert parameter.range(changed) == limits
+        assert changed.image is view.image
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_numbers_out_of_range_are_brought_into_it(view, name):
+    parameter = PARAMETERS[name]
+    limits = parameter.range(view)
+    for value, end in ((-1e300, limits.low), (1e300, limits.high)):
+        assert parameter.get(put(view, name, value)) == pytest.approx(end)
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_labels_and_hints_are_there(name):
+    parameter = PARAMETERS[name]
+    assert parameter.label
+    assert parameter.hint.endswith(".")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [("fx", 900.5, 900.5), ("fx", -5, 128), ("fy", 1e300, 3200), ("cx", -1, 0), ("cy", 9e9, 479)],
+)
+def test_intrinsics_are_brought_into_range(view, name, value, expected):
+    changed = put(view, name, value)
+    assert getattr(changed.camera, name) == expected
+    assert changed.given_camera == view.camera
+    assert changed.image is view.image
+
+
+def test_limits_hold_still_while_a_slider_moves_and_include_what_was_given():
+    odd = Camera(5000, 60, -20, 600, 640, 480)
+    view = open_source(None, odd, Dock(4.0))
+    diameter = PARAMETERS["diameter_cm"]
+    limits = {name: parameter.range(view) for name, parameter in LENS.items()}
+    assert all(limits[name].clamp(getattr(odd, name)) == getattr(odd, name) for name in LENS)
+    assert diameter.range(view).high == 800
+    moved = put(put(view, "fx", 300), "diameter_cm", 20)
+    assert {name: parameter.range(moved) for name, parameter in LENS.items()} == limits
+    assert diameter.range(moved) == diameter.range(view)
+
+
+@pytest.mark.parametrize(("centimetres", "metres"), [(45, 0.45), (0, 0.01), (-3, 0.01), (1e9, 3.0)])
+def test_diameter_is_typed_in_centimetres(view, centimetres, metres):
+    assert put(view, "diameter_cm", centimetres).dock == Dock(metres, view.dock.lights)
+
+
+@pytest.mark.parametrize(("value", "level"), [(100, 100), (-1, 0), (256, 255), (99.6, 100)])
+def test_level(view, value, level):
+    assert put(view, "level", value).settings.level == level
+
+
+def test_coefficients_come_and_go(view):
+    bent = put(view, "k1", -0.2)
+    assert bent.camera.distortion == (-0.2, 0, 0, 0, 0)
+    assert put(bent, "k1", 0).camera.distortion == ()
+    assert put(view, "p1", 9).camera.distortion[2] == 0.1
+    with pytest.raises(UserError, match="k2 is nan"):
+        put(view, "k2", math.nan)
+
+
+def test_other_lenses_keep_their_number_of_coefficients():
+    eight = open_source(None, Camera(700, 700, 319.5, 239.5, 640, 480, (0.1,) * 8), None)
+    assert put(eight, "k2", 0).camera.distortion == (0.1, 0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1)
+    fisheye = open_source(None, Camera(300, 300, 319.5, 239.5, 640, 480, (0.1,) * 4, fisheye=True), None)
+    assert put(fisheye, "p2", 0.05).camera.distortion == (0.1, 0.1, 0.1, 0.05)
+    with pytest.raises(UserError, match="four coefficients"):
+        put(fisheye, "k3", 0.1)
+
+
+def test_given_distortion_is_within_the_limits():
+    strong = open_source(None, Camera(700, 700, 319.5, 239.5, 640, 480, (3.0, -5.0, 0.2, -0.3, 9.0)), None)
+    assert all(abs(one.get(strong)) <= one.range(strong).high for one in DISTORTION.values())
+
+
+@pytest.mark.parametrize("name", PORT)
+def test_a_number_of_the_port_puts_a_port_on(view, name):
+    limits = PORT[name].range(view)
+    port = put(view, name, limits.high).camera.port
+    assert port is not None
+    assert PORT[name].get(put(view, name, limits.high)) == limits.high
+
+
+@pytest.mark.parametrize("name", SCENE)
+def test_numbers_of_the_scene_show_the_scene(view, name):
+    turned = put(view, name, SCENE[name].range(view).high)
+    assert (turned.is_stale, turned.sample, turned.source) == (True, None, SOURCE_NAME)
+    assert turned.camera == view.camera
+
+
+def test_the_ends_of_the_scene_s_numbers(view):
+    def scene_of(view):
+        assert view.scene is not None
+        return view.scene
+
+    assert scene_of(put(view, "z_cm", 1e9)).pose.position_m[2] == 20
+    assert scene_of(put(view, "z_cm", -5)).pose.position_m[2] == 0.1
+    assert scene_of(put(view, "snow", 0)).snow is None
+    assert scene_of(put(view, "surface_cm", 0)).mirror is None

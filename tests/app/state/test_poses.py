@@ -1,0 +1,30 @@
+import pytest
+from dockpose.app.errors import UserError
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
+from dockpose.app.state.view import open_source
+
+
+@pytest.fixture(scope="module")
+def view():
+    return open_source(None, None, None)
+
+
+def test_pose_by_hand_is_used_and_said(view):
+    other = analyse(view).estimate.candidates[1]
+    found = analyse(with_pose_by_hand(view, other)).estimate
+    assert found.choice is not None
+    assert (found.choice.selected, found.choice.selected_by) == (1, "hand")
+    assert "by hand" in found.message
+    again = analyse(with_pose_by_hand(with_pose_by_hand(view, other), None)).estimate
+    assert again.choice is not None
+    assert (again.choice.selected, again.choice.selected_by) == (0, "spacing")
+
+
+def test_measured_pose(view):
+    values = dict(zip(MEASURED_LIMITS, (10, -20, 9e9, 5, -100), strict=True))
+    measured = with_measured(view, values).measured
+    assert measured == {"position_m": [0.1, -0.2, 50.0], "theta_x_deg": 5, "theta_y_deg": -90}
+    assert with_measured(view, None).measured is None
+    with pytest.raises(UserError, match="measured z"):
+        with_measured(view, values | {"z (cm)": None})

@@ -17,11 +17,11 @@ from msgspec.structs import replace as changed
 MAX_MASKS = 40
 
 
-def with_method(view: View, method: Any, level: Any) -> View:
-    """Set the threshold method, and the level that the method "fixed" starts from."""
+def with_method(view: View, method: Any, level: Any = None) -> View:
+    """Set the threshold method, and the level that the method "fixed" starts from; None keeps the level."""
     if not isinstance(method, str) or method not in METHODS:
         raise UserError(f"There is no threshold method called {method!r}.")
-    return _with_settings(put(view, "level", level), method=method)
+    return _with_settings(view if level is None else put(view, "level", level), method=method)
 
 
 def with_centroid(view: View, centroid: Any) -> View:

@@ -15,7 +15,7 @@ from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.sidecar import read_sidecar
 from dockpose.camera.files import FileError
 from dockpose.lights.masks import Mask
-from dockpose.pose.known import pose_error
+from dockpose.pose.known import KnownPose, pose_error
 from dockpose.thresholds import METHODS
 
 # A fixed level is no method: somebody chose it.
@@ -88,7 +88,7 @@ def to_line(picture: Picture, found: Mapping[str, Estimate]) -> dict[str, Any]:
     }
 
 
-def table(title: str, found: Mapping[str, Estimate], truth: Any = None) -> str:
+def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = None) -> str:
     """Return a table in plain text, a row a method, under a title; where no pose came out, the row says why.
 
     Where the truth is known, the last column says how far off the pose is.
@@ -127,7 +127,7 @@ def _cells(name: str, found: Estimate) -> tuple[str, ...]:
     return (name, *counts, *numbers, f"{found.elapsed_ms:.1f}")
 
 
-def _remark(found: Estimate, truth: Any) -> str:
+def _remark(found: Estimate, truth: KnownPose | None) -> str:
     if found.selected is None:
         return found.message
     error = pose_error(found.selected, truth)
@@ -136,7 +136,7 @@ def _remark(found: Estimate, truth: Any) -> str:
     return f"{'right' if error.agrees else 'wrong'}: {error}"
 
 
-def _truth(path: Path) -> Any:
+def _truth(path: Path) -> KnownPose | None:
     """What the YAML beside a picture tells of the truth; None where there is none or it cannot be read."""
     try:
         return read_sidecar(path).truth

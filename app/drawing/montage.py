@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing.annotated import annotate
-from dockpose.pose.known import pose_error
+from dockpose.pose.known import KnownPose, pose_error
 
 WIDTH_PX = 1600
 _GAP_PX = 8
@@ -26,14 +26,14 @@ _RIGHT, _WRONG = (170, 215, 90), (90, 160, 245)
 Line = tuple[str, tuple[int, int, int]]
 
 
-def montage(image: Any, estimates: Mapping[str, Estimate], truth: Any = None) -> np.ndarray:
+def montage(image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None) -> np.ndarray:
     """Put what every method found in a picture side by side.
 
     Parameters
     ----------
     image : the picture that was estimated, 8 or 16 bit, grey or BGR.
     estimates : what each method found in it, by the method's name; at least one.
-    truth : what a sidecar calls the truth, to say how far off each pose is; None where it is not known.
+    truth : to say how far off each pose is; None where it is not known.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def montage(image: Any, estimates: Mapping[str, Estimate], truth: Any = None) ->
     return sheet
 
 
-def caption(name: str, found: Estimate, truth: Any = None) -> list[Line]:
+def caption(name: str, found: Estimate, truth: KnownPose | None = None) -> list[Line]:
     """Lines of a tile's strip, each with its colour: method and counts; the pose or why there is none; its error."""
     level = "no level" if found.threshold is None or found.threshold.level > 255 else f"level {found.threshold.level}"
     groups = 0 if found.markers is None else len(found.markers)
@@ -84,7 +84,7 @@ def caption(name: str, found: Estimate, truth: Any = None) -> list[Line]:
     return lines
 
 
-def _tile(image: Any, name: str, found: Estimate, truth: Any, width: int) -> np.ndarray:
+def _tile(image: Any, name: str, found: Estimate, truth: KnownPose | None, width: int) -> np.ndarray:
     picture = _fitted(annotate(image, found, words=False), width)
     strip = np.full((_LINES * _STEP_PX + _MARGIN_PX, width, 3), _STRIP, dtype=np.uint8)
     wrapped = [piece for line in caption(name, found, truth) for piece in _wrap(line, width - 2 * _MARGIN_PX)]

@@ -14,6 +14,7 @@ from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.checks import check_number
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 
 LONGEST_TEXT = 10_000
 POSE_COLUMNS = ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")
@@ -52,12 +53,12 @@ class Measured(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 check_number(name, value)
 
     @classmethod
-    def of_pose(cls, known: dict[str, Any] | None) -> Measured:
-        """From a measured or true pose with position_m, theta_x_deg and theta_y_deg; nothing measured for None."""
+    def of_pose(cls, known: KnownPose | None) -> Measured:
+        """The numbers of a measured or true pose; nothing measured for None."""
         if known is None:
             return cls()
-        x, y, z = (round(100 * value, _DECIMALS) for value in known["position_m"])
-        return cls(x, y, z, known["theta_x_deg"], known["theta_y_deg"])
+        x, y, z = (round(100 * value, _DECIMALS) for value in known.position_m)
+        return cls(x, y, z, known.theta_x_deg, known.theta_y_deg)
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):

@@ -80,9 +80,8 @@ def picture_files(
     if found.selected is not None:
         files["pose_ros.yaml"] = lambda: (pose_yaml(found) or "").encode()
     if with_montage:
-        known = view.truth if view.truth is not None else view.measured
         heard = progress or Progress(lambda share: None)
-        files["montage.png"] = lambda: to_png(montage(view.image, compare_view(view, heard), known))
+        files["montage.png"] = lambda: to_png(montage(view.image, compare_view(view, heard), view.known_pose))
     return files
 
 

@@ -46,7 +46,7 @@ def settings_yaml(analysis: Analysis) -> str:
         "camera": _plain(view.camera),
     }
     if view.measured is not None:
-        content["measured"] = view.measured
+        content["measured"] = _plain(view.measured)
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
 
 

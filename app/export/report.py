@@ -82,8 +82,7 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
     view, found = analysis.view, analysis.estimate
     facts = {"Source": view.source, "Result": found.message, "Choice": why_this_one(found)}
     facts |= {"SHA-256 of the file": sha256} if sha256 else {}
-    known = view.truth if view.truth is not None else view.measured
-    error = None if found.selected is None or known is None else pose_error(found.selected, known)
+    error = pose_error(found.selected, view.known_pose)
     facts |= {"Against the known pose": str(error)} if error is not None else {}
     plots = []
     if found.threshold is not None:

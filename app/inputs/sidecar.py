@@ -12,21 +12,18 @@ from dockpose import Camera, Dock
 from dockpose.app.resources import sample_path
 from dockpose.camera.files import FileError, load_camera, read_yaml
 from dockpose.camera.image import read
+from dockpose.pose.known import KnownPose, read_known_pose
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A picture, what it was taken with, and what it really shows.
-
-    ``truth`` has position_m, normal, theta_x_deg, theta_y_deg, roll_deg, lights_px, visible and centre_px; None where
-    it is not known.
-    """
+    """A picture, what it was taken with, and where the dock really is; None where that is not known."""
 
     name: str
     image: np.ndarray
     camera: Camera
     dock: Dock
-    truth: dict[str, Any] | None
+    truth: KnownPose | None
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,7 @@ class Sidecar:
 
     camera: Camera | None = None
     dock: Dock | None = None
-    truth: dict[str, Any] | None = None
+    truth: KnownPose | None = None
 
 
 def load_sample(name: str) -> Sample:
@@ -57,7 +54,7 @@ def read_sidecar(picture: Path) -> Sidecar:
     return Sidecar(
         camera=load_camera(path) if has_camera else None,
         dock=_dock(content["dock"], path) if "dock" in content else None,
-        truth=content.get("truth"),
+        truth=read_known_pose(content.get("truth")),
     )
 
 

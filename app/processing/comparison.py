@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -47,8 +46,7 @@ def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
 
 def error_words(found: Estimate, view: View) -> str:
     """How far the chosen pose is from the truth, or from the measured pose; empty where neither is known."""
-    known = view.truth if view.truth is not None else view.measured
-    error = None if found.selected is None else pose_error(found.selected, known)
+    error = pose_error(found.selected, view.known_pose)
     return (
         ""
         if error is None
@@ -90,22 +88,13 @@ def _estimate(view: View, settings: Settings) -> Estimate:
 
 def _reference(view: View, present: Estimate) -> tuple[np.ndarray | None, str]:
     for known, words in ((view.truth, "the true centre"), (view.measured, "the measured centre")):
-        position = _position_m(known)
-        if position is not None:
+        if known is not None and known.position_m[2] > 0:
             camera = view.camera
-            x, y, z = position
+            x, y, z = known.position_m
             return np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]), words
     if present.selected is not None:
         return present.selected.centre_px, "the centre found with the present settings"
     return None, "nothing: no dock was found with the present settings"
-
-
-def _position_m(known: dict[str, Any] | None) -> tuple[float, float, float] | None:
-    try:
-        x, y, z = (known or {})["position_m"]
-    except (KeyError, TypeError, ValueError):
-        return None
-    return (x, y, z) if z > 0 else None
 
 
 def _errors_px(found: Estimate, centre_px: np.ndarray) -> np.ndarray | float:

@@ -9,6 +9,7 @@ from typing import Any
 from dockpose.app.state.parameters import checked_number
 from dockpose.app.state.view import View
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 
 # Name and unit of a measured pose's numbers, and how far to either side they may be.
 MEASURED_LIMITS = {
@@ -40,5 +41,4 @@ def with_measured(view: View, values: Mapping[str, Any] | None) -> View:
         number = checked_number(f"The measured {name}", values.get(name))
         numbers.append(min(max(number, -limit), limit))
     x, y, z, theta_x, theta_y = numbers
-    measured = {"position_m": [x / 100, y / 100, z / 100], "theta_x_deg": theta_x, "theta_y_deg": theta_y}
-    return replace(view, measured=measured)
+    return replace(view, measured=KnownPose((x / 100, y / 100, z / 100), theta_x, theta_y))

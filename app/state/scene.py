@@ -10,7 +10,8 @@ import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.state.view import View
-from dockpose.simulate import Lights, Pose, Scene, render, truth_dict, truth_of
+from dockpose.pose.known import KnownPose
+from dockpose.simulate import Lights, Pose, Scene, render
 from dockpose.simulate.optics.psf import MODELS
 from dockpose.simulate.optics.water import PRESETS, Water, preset
 from dockpose.simulate.scene import Background, Text
@@ -47,7 +48,7 @@ def with_scene(view: View, scene: Scene, *, keep: bool = True) -> View:
         view,
         scene=scene,
         is_stale=True,
-        truth=truth_dict(scene, truth_of(scene)),
+        truth=KnownPose(scene.pose.position_m, scene.pose.theta_x_deg, scene.pose.theta_y_deg),
         source=SOURCE_NAME,
         sample=None,
         note="",

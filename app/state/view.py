@@ -13,6 +13,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.sidecar import Sidecar, load_sample, read_sidecar
 from dockpose.app.resources import sample_names, sample_path
 from dockpose.camera.image import decode, read
+from dockpose.pose.known import KnownPose
 from dockpose.simulate import Scene, load_scene
 
 DEFAULT_DOCK = Dock(diameter=0.30)
@@ -31,13 +32,13 @@ class View:
     dock, settings : what is looked for and how.
     given_camera, given_dock : those that came with the picture, to go back to.
     sample : name of the sample scene that this is; None for any other picture.
-    truth : what a simulated picture really shows, as in the YAML beside it; None where it is not known.
+    truth : where the dock of a simulated picture really is, as in the YAML beside it; None where it is not known.
     note : a sentence about what had to be assumed; empty where nothing had to be.
     by_hand : normal of the pose that the operator chose; None leaves the choice to the program.
     scene : what is simulated; None for a picture that is not, or not known to be.
     is_stale : whether ``image`` is still to be rendered from ``scene``.
     list_name, item : the list of pictures that this one is in ("samples", "uploads", "folder"), and its name there.
-    measured : pose that the operator measured, with the keys of ``truth``; None where there is none.
+    measured : pose that the operator measured; None where there is none.
     """
 
     image: np.ndarray
@@ -48,14 +49,19 @@ class View:
     given_camera: Camera
     given_dock: Dock
     sample: str | None = None
-    truth: dict[str, Any] | None = None
+    truth: KnownPose | None = None
     note: str = ""
     by_hand: tuple[float, float, float] | None = None
-    measured: dict[str, Any] | None = None
+    measured: KnownPose | None = None
     scene: Scene | None = None
     is_stale: bool = False
     list_name: str = ""
     item: str = ""
+
+    @property
+    def known_pose(self) -> KnownPose | None:
+        """The truth, or else the measured pose; None where neither is known."""
+        return self.measured if self.truth is None else self.truth
 
 
 def open_source(source: str | None, camera: Camera | None, dock: Dock | None) -> View:
@@ -179,7 +185,7 @@ def _view(
     *,
     settings: Settings | None = None,
     sample: str | None = None,
-    truth: dict[str, Any] | None = None,
+    truth: KnownPose | None = None,
     note: str = "",
 ) -> View:
     height, width = image.shape[:2]

@@ -1,4 +1,4 @@
-"""How far a pose is from the truth, where the YAML beside a picture tells it."""
+"""Poses that are known without an estimate, and how far estimates are from them."""
 
 from __future__ import annotations
 
@@ -8,27 +8,63 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from dockpose.checks import check_number
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 
 AGREES_SHARE = 0.02  # of the distance, by which a position that agrees with the truth may be off
 AGREES_RAD = math.radians(3.0)
 
 
-class _Truth(msgspec.Struct, frozen=True):
+class KnownPose(msgspec.Struct, frozen=True):
+    """The pose of a dock, known without an estimate.
+
+    Parameters
+    ----------
+    position_m : tuple of three float
+        Centre of the dock in the camera's frame.
+    theta_x_deg, theta_y_deg : float
+        Pitch and yaw of its face.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    """
+
     position_m: tuple[float, float, float]
     theta_x_deg: float
     theta_y_deg: float
 
+    def __post_init__(self) -> None:
+        for value in (*self.position_m, self.theta_x_deg, self.theta_y_deg):
+            check_number("a known pose", value)
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """Rotation (3, 3) from the dock's frame to the camera's, without roll."""
+        return rotation_from_angles(math.radians(self.theta_x_deg), math.radians(self.theta_y_deg))
+
+
+def read_known_pose(content: Any) -> KnownPose | None:
+    """Read the pose from the ``truth`` of a YAML file, other keys aside; None where it lacks position or angles."""
+    try:
+        return msgspec.convert(content, KnownPose)
+    except msgspec.ValidationError:
+        return None
+
 
 @dataclass(frozen=True)
 class PoseError:
-    """How far a pose is from the truth.
+    """How far an estimated pose is from a known one.
 
     Attributes
     ----------
-    distance_m : between the two positions.
-    angle_rad : between the two normals.
-    agrees : within 2 % of the distance and 3 degrees.
+    distance_m : float
+        Between the two positions.
+    angle_rad : float
+        Between the two normals.
+    agrees : bool
+        Within 2 % of the distance and 3 degrees.
     """
 
     distance_m: float
@@ -36,20 +72,16 @@ class PoseError:
     agrees: bool
 
     def __str__(self) -> str:
-        """Say it as people read it."""
         return f"off by {100 * self.distance_m:.1f} cm, {math.degrees(self.angle_rad):.1f} deg"
 
 
-def pose_error(pose: CirclePose, truth: Any) -> PoseError | None:
-    """Compare a pose with what a sidecar calls the truth; None where that does not tell position and angles."""
-    try:
-        known = msgspec.convert(truth, _Truth)
-    except msgspec.ValidationError:
+def pose_error(pose: CirclePose | None, known: KnownPose | None) -> PoseError | None:
+    """Compare an estimated pose with a known one; None where either is missing."""
+    if pose is None or known is None:
         return None
     position = np.array(known.position_m)
     distance = float(np.linalg.norm(pose.position_m - position))
-    theta = math.radians(known.theta_x_deg), math.radians(known.theta_y_deg)
-    normal = -rotation_from_angles(*theta)[:, 2]
+    normal = -known.rotation[:, 2]
     # The arc cosine of nearly 1 would lose half the digits.
     angle = 2 * math.asin(min(1.0, float(np.linalg.norm(pose.normal - normal)) / 2))
     agrees = distance <= AGREES_SHARE * float(np.linalg.norm(position)) and angle <= AGREES_RAD

@@ -8,7 +8,7 @@ pytestmark = pytest.mark.browser
 def true_z_cm(name):
     truth = load_sample(name).truth
     assert truth is not None
-    return 100 * truth["position_m"][2]
+    return 100 * truth.position_m[2]
 
 
 def test_opens_with_a_result(page):

@@ -141,8 +141,7 @@ class ComparePanel:
     def _do_compare(self, analysis: Analysis, progress: Progress) -> None:
         view = analysis.view
         found = compare_view(view, progress)
-        known = view.truth if view.truth is not None else view.measured
-        self._montage.image = montage(view.image, found, known)[:, :, ::-1]
+        self._montage.image = montage(view.image, found, view.known_pose)[:, :, ::-1]
         self._table.content = compare_html(found, view)
         for handle in (self._montage, *self._take_over):
             handle.visible = True

@@ -20,7 +20,7 @@ from dockpose.app.web.panels.detect import SMALL
 from dockpose.app.web.panels.result import candidate_row
 from dockpose.app.web.widgets import Change, on_change
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.known import pose_error
+from dockpose.pose.known import KnownPose, pose_error
 
 PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
 ERROR_COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
@@ -56,7 +56,7 @@ def peers_html(found: Estimate) -> str:
     return table("peers", (*ERROR_COLUMNS, "error (px)"), rows, "Point by point, since the lights' colours name them.")
 
 
-def errors_html(found: Estimate, known: dict[str, Any] | None, name: str) -> str:
+def errors_html(found: Estimate, known: KnownPose | None, name: str) -> str:
     """How far both candidates and the peers are from a known pose; empty where there is none."""
     if known is None:
         return ""
@@ -68,7 +68,7 @@ def errors_html(found: Estimate, known: dict[str, Any] | None, name: str) -> str
         if not isinstance(pose, str):
             rows.append(row(escape(peer), error_cells(pose, known)))
     words = ""
-    error = None if found.selected is None else pose_error(found.selected, known)
+    error = pose_error(found.selected, known)
     if error is not None:
         words = f"The chosen pose is {escape(str(error))}."
     if not rows:
@@ -76,14 +76,14 @@ def errors_html(found: Estimate, known: dict[str, Any] | None, name: str) -> str
     return table(f"errors-{name}", ERROR_COLUMNS, rows, f"Estimated minus {name}. {words}")
 
 
-def error_cells(pose: CirclePose, known: dict[str, Any]) -> list[str]:
+def error_cells(pose: CirclePose, known: KnownPose) -> list[str]:
     """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees."""
-    offsets = [100 * (found - true) for found, true in zip(pose.position_m, known["position_m"], strict=True)]
+    offsets = [100 * (found - true) for found, true in zip(pose.position_m, known.position_m, strict=True)]
     turns = [
         (math.degrees(found) - true + 180) % 360 - 180
         for found, true in (
-            (pose.theta_x_rad, known["theta_x_deg"]),
-            (pose.theta_y_rad, known["theta_y_deg"]),
+            (pose.theta_x_rad, known.theta_x_deg),
+            (pose.theta_y_rad, known.theta_y_deg),
         )
     ]
     return [f"{round(value, 1) + 0.0:+.1f}" for value in (*offsets, *turns)]  # + 0.0: no minus before nothing
@@ -169,8 +169,8 @@ class PosePanel:
         for number in self._measured.values():
             number.visible = measured is not None
         if measured is not None:
-            values = [100 * value for value in measured["position_m"]]
-            values += [measured["theta_x_deg"], measured["theta_y_deg"]]
+            values = [100 * value for value in measured.position_m]
+            values += [measured.theta_x_deg, measured.theta_y_deg]
             for number, value in zip(self._measured.values(), values, strict=True):
                 number.value = round(value, 6)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from html import escape
-from typing import Any
 
 import viser
 from dockpose.app.export.words import status_line
@@ -12,6 +11,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
 from dockpose.app.web.html import MISSING, pose_name, row, table, wide_row
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 
 COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "likely (%)", "error (px)")
 EXPLANATION = (
@@ -40,17 +40,10 @@ def candidate_row(pose: CirclePose) -> list[str]:
     ]
 
 
-def truth_row(truth: dict[str, Any] | None) -> list[str] | None:
-    """A known pose in the same columns, as that of a simulated picture; None where it is not known."""
-    if truth is None or not {"position_m", "theta_x_deg", "theta_y_deg"} <= truth.keys():
-        return None
-    return [
-        *(f"{100 * value:.1f}" for value in truth["position_m"]),
-        f"{truth['theta_x_deg']:.1f}",
-        f"{truth['theta_y_deg']:.1f}",
-        MISSING,
-        MISSING,
-    ]
+def known_row(known: KnownPose) -> list[str]:
+    """A known pose in the same columns."""
+    numbers = (*(100 * value for value in known.position_m), known.theta_x_deg, known.theta_y_deg)
+    return [*(f"{number:.1f}" for number in numbers), MISSING, MISSING]
 
 
 def status_html(analysis: Analysis) -> str:
@@ -75,9 +68,8 @@ def table_html(analysis: Analysis) -> str:
         is_chosen = pose is found.selected
         rows.append(row(pose_name(index, is_chosen), candidate_row(pose), bold=is_chosen))
     for name, known in (("Truth", analysis.view.truth), ("Measured", analysis.view.measured)):
-        cells = truth_row(known)
-        if cells is not None:
-            rows.append(row(name, cells))
+        if known is not None:
+            rows.append(row(name, known_row(known)))
     if not rows:
         rows.append(wide_row("No pose to show.", len(COLUMNS) + 1))
     return table("candidates", COLUMNS, rows, EXPLANATION)

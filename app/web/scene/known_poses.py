@@ -2,21 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
 import viser
-from dockpose.pose.circle import rotation_from_angles
+from dockpose.pose.known import KnownPose
 from viser import transforms
-
-
-def known_pose(known: dict[str, Any] | None) -> tuple[np.ndarray, np.ndarray] | None:
-    """Position (3,) in metres and rotation (3, 3) of a known pose; None where it is not told."""
-    if known is None or not {"position_m", "theta_x_deg", "theta_y_deg"} <= known.keys():
-        return None
-    angles = math.radians(known["theta_x_deg"]), math.radians(known["theta_y_deg"])
-    return np.array(known["position_m"], dtype=float), rotation_from_angles(*angles)
 
 
 def cross_and_ring() -> np.ndarray:
@@ -39,14 +28,12 @@ class KnownDock:
         )
         self._label = scene.add_label(f"{path}/label", name, anchor="center-left", font_screen_scale=0.8)
 
-    def show(self, known: dict[str, Any] | None, radius_m: float) -> None:
+    def show(self, known: KnownPose | None, radius_m: float) -> None:
         """Draw the pose with the dock's radius."""
-        pose = known_pose(known)
-        self._frame.visible = pose is not None
-        if pose is None:
+        self._frame.visible = known is not None
+        if known is None:
             return
-        position, rotation = pose
-        self._frame.position = position
-        self._frame.wxyz = transforms.SO3.from_matrix(rotation).wxyz
+        self._frame.position = known.position_m
+        self._frame.wxyz = transforms.SO3.from_matrix(known.rotation).wxyz
         self._lines.scale = radius_m
         self._label.position = (radius_m, 0.0, 0.0)

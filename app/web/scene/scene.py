@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import msgspec
@@ -16,9 +15,10 @@ from dockpose.app.drawing.annotated import to_bgr8
 from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLOURS, POSE_NAMES, TRUTH_COLOUR, rgb
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
-from dockpose.app.web.scene.known_poses import KnownDock, known_pose
+from dockpose.app.web.scene.known_poses import KnownDock
 from dockpose.app.web.scene.viewpoints import OVERVIEW, Extent, viewpoint
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 from viser import transforms
 
 PLANE_AT = 0.3  # of the way to the dock: near enough to the camera to belong to it, large enough to be seen
@@ -89,14 +89,13 @@ def pose_label(name: str, pose: CirclePose) -> str:
     return name if pose.probability is None else f"{name} {100 * pose.probability:.0f} %"
 
 
-def extent_of(found: Estimate, *known: dict[str, Any] | None) -> Extent:
+def extent_of(found: Estimate, *known: KnownPose | None) -> Extent:
     """The box around the camera and all docks, estimated and known; a metre of water where there is no dock."""
     radius = found.dock.radius
     points = [np.zeros(3)]
-    for pose in filter(None, map(known_pose, known)):
-        points += [pose[0] - radius, pose[0] + radius]
-    for pose in found.candidates:
-        points += [pose.position_m - radius, pose.position_m + radius]
+    for pose in (*filter(None, known), *found.candidates):
+        position = np.asarray(pose.position_m)
+        points += [position - radius, position + radius]
     if len(points) == 1:
         points.append(np.array([0.0, 0.0, 1.0]))
     return Extent(np.min(points, axis=0), np.max(points, axis=0))

@@ -42,15 +42,16 @@ def lines(text):
 @pytest.mark.parametrize("name", sample_names())
 def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, capsys):
     truth = load_sample(name).truth
+    assert truth is not None
     assert main(["estimate", str(sample_path(name)), "--json", "-"]) == 0
     (line,) = lines(capsys.readouterr().out)
     assert line["status"] == "ok"
 
     def angle_error(pose):
-        return max(abs(pose[key] - truth[key]) for key in ("theta_x_deg", "theta_y_deg"))
+        return max(abs(pose[key] - getattr(truth, key)) for key in ("theta_x_deg", "theta_y_deg"))
 
     best = min(line["candidates"], key=angle_error)
-    assert abs(best["position_m"][2] / truth["position_m"][2] - 1) < 0.01
+    assert abs(best["position_m"][2] / truth.position_m[2] - 1) < 0.01
     assert angle_error(best) < 2
 
 

@@ -1,18 +1,15 @@
-import math
-
 import cv2
 import numpy as np
 import pytest
 from dockpose import Estimate, Settings, estimate
 from dockpose.app.drawing.annotated import MASK_COLOUR, annotate
 from dockpose.app.drawing.montage import WIDTH_PX, caption, montage
-from dockpose.pose.circle import CirclePose
-from dockpose.pose.known import pose_error
+from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
-POSE = {"position_m": [0.0, 0.05, 0.9], "theta_x_deg": 25.0, "theta_y_deg": -20.0}
+POSE = KnownPose((0.0, 0.05, 0.9), 25.0, -20.0)
 
 
 @pytest.fixture(scope="module")
@@ -79,41 +76,12 @@ def test_the_caption_says_counts_pose_and_error(scene):
     assert words[1].startswith("z 90.0 cm, theta x 2")
     assert words[2].startswith("Agrees with the truth: off by 0.")
     assert len(caption("hats", hats)) == 2
-    turned = POSE | {"theta_y_deg": 20.0}
+    turned = KnownPose(POSE.position_m, 25.0, 20.0)
     assert caption("hats", hats, turned)[2][0].startswith("Not the truth: off by 0.")
     failed = caption("fixed", none, POSE)
     assert failed[0][0] == "fixed: level 255, 0 groups, 0 on the ring"
     assert failed[1][0].startswith("No pose. No lights: ")
     assert len(failed) == 2
-
-
-def pose(position_m, theta_x_deg, theta_y_deg):
-    tx, ty = math.radians(theta_x_deg), math.radians(theta_y_deg)
-    normal = np.array([-math.cos(tx) * math.sin(ty), math.sin(tx), -math.cos(tx) * math.cos(ty)])
-    return CirclePose(position_m=np.array(position_m), normal=normal, centre_px=np.zeros(2))
-
-
-@pytest.mark.parametrize(
-    ("found", "distance_cm", "angle_deg", "agrees"),
-    [
-        (pose([0.0, 0.05, 0.9], 25.0, -20.0), 0.0, 0.0, True),
-        (pose([0.01, 0.05, 0.9], 27.9, -20.0), 1.0, 2.9, True),
-        (pose([0.03, 0.05, 0.94], 25.0, -20.0), 5.0, 0.0, False),
-        (pose([0.0, 0.05, 0.9], 21.0, -20.0), 0.0, 4.0, False),
-    ],
-)
-def test_the_error_of_a_pose(found, distance_cm, angle_deg, agrees):
-    error = pose_error(found, POSE)
-    assert error is not None
-    assert 100 * error.distance_m == pytest.approx(distance_cm, abs=1e-9)
-    assert math.degrees(error.angle_rad) == pytest.approx(angle_deg, abs=1e-6)
-    assert error.agrees is agrees
-    assert str(error) == f"off by {distance_cm:.1f} cm, {angle_deg:.1f} deg"
-
-
-@pytest.mark.parametrize("truth", [None, "here", {}, {"position_m": [0, 1]}, POSE | {"position_m": ["a", 1, 2]}])
-def test_what_is_no_truth_tells_no_error(truth):
-    assert pose_error(pose([0.0, 0.05, 0.9], 25.0, -20.0), truth) is None
 
 
 def test_a_mask_is_outlined_and_hatched():

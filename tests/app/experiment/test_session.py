@@ -15,6 +15,7 @@ import yaml
 from dockpose import Camera, Settings, estimate
 from dockpose.app.experiment import Measured, Row, Session, SessionError, read_session
 from dockpose.camera.files import FileError
+from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -137,7 +138,7 @@ def test_angles_differ_by_the_shorter_way_round():
 
 
 def test_measured_of_a_pose_of_the_page():
-    known = {"position_m": [0.01, -0.02, 1.5], "theta_x_deg": 3.0, "theta_y_deg": 4.0, "normal": [0, 0, -1]}
+    known = KnownPose((0.01, -0.02, 1.5), 3.0, 4.0)
     assert Measured.of_pose(known) == Measured(1.0, -2.0, 150.0, 3.0, 4.0)
     assert Measured.of_pose(None) == Measured()
 

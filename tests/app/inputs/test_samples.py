@@ -1,5 +1,5 @@
 # A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalSubscript=false
+# pyright: reportOptionalMemberAccess=false
 """The sample scenes: what each is there to show, measured in its picture."""
 
 import math
@@ -26,10 +26,8 @@ def levels_at_lights(name):
     sample = load_sample(name)
     image = sample.image if sample.image.ndim == 2 else sample.image.max(axis=2)
     largest = 255 if image.dtype == np.uint8 else (1 << scene_of(name).sensor.bits) - 1
-    truth = sample.truth
-    places = [point for point, seen in zip(truth["lights_px"], truth["visible"], strict=True) if seen]
-    found = []
-    for x, y in np.rint(places).astype(int):
+    truth, found = truth_of(scene_of(name)), []
+    for x, y in np.rint(truth.lights_px[truth.visible]).astype(int):
         found.append(image[max(0, y - 3) : y + 4, max(0, x - 3) : x + 4].max() / largest)
     return np.array(found)
 
@@ -59,7 +57,7 @@ def test_the_lights_stand_out_where_the_truth_says(name):
 
 
 def test_tilted_is_tilted():
-    normal = np.array(load_sample("tilted").truth["normal"])
+    normal = truth_of(scene_of("tilted")).normal
     assert math.degrees(math.acos(-normal[2])) == pytest.approx(30, abs=1)
 
 
@@ -82,7 +80,7 @@ def test_green_haze_is_green_and_its_lights_unequal():
 def test_bright_background_outshines_its_panel_unevenly():
     sample = load_sample("bright_background")
     assert sample.image.shape == (720, 1280, 3)
-    x, y = np.rint(sample.truth["centre_px"]).astype(int)
+    x, y = np.rint(truth_of(scene_of("bright_background")).centre_px).astype(int)
     panel = sample.image[y - 20 : y + 20, x - 20 : x + 20].max()
     green = sample.image[:, :, 1]
     assert panel < 30
@@ -106,7 +104,7 @@ def test_snow_adds_more_specks_than_there_are_lights():
 
 def test_missing_lacks_three_lights_and_hides_another():
     assert len(scene_of("missing").lights.missing) == 3
-    assert sum(load_sample("missing").truth["visible"]) == 6
+    assert truth_of(scene_of("missing")).visible.sum() == 6
 
 
 def test_flat_port_moves_the_lights_from_where_a_plain_camera_sees_them():
@@ -121,13 +119,13 @@ def test_flat_port_moves_the_lights_from_where_a_plain_camera_sees_them():
 
 def test_colour_ring_has_red_and_blue_lights():
     sample, scene = load_sample("colour_ring"), scene_of("colour_ring")
-    for (x, y), colour in zip(np.rint(sample.truth["lights_px"]).astype(int), scene.light_colours, strict=True):
+    for (x, y), colour in zip(np.rint(truth_of(scene).lights_px).astype(int), scene.light_colours, strict=True):
         blue, _, red = sample.image[y, x].astype(int)
         assert (red > blue + 50) if colour == "red" else (blue > red + 50)
 
 
 def test_far_is_6_m_away_and_deep():
     sample = load_sample("far")
-    assert sample.truth["position_m"][2] == 6
+    assert sample.truth.position_m[2] == 6
     assert sample.image.dtype == np.uint16
     assert 255 < sample.image.max() <= 4095

@@ -3,6 +3,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import open_source
+from dockpose.pose.known import KnownPose
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +25,7 @@ def test_pose_by_hand_is_used_and_said(view):
 def test_measured_pose(view):
     values = dict(zip(MEASURED_LIMITS, (10, -20, 9e9, 5, -100), strict=True))
     measured = with_measured(view, values).measured
-    assert measured == {"position_m": [0.1, -0.2, 50.0], "theta_x_deg": 5, "theta_y_deg": -90}
+    assert measured == KnownPose((0.1, -0.2, 50.0), 5, -90)
     assert with_measured(view, None).measured is None
     with pytest.raises(UserError, match="measured z"):
         with_measured(view, values | {"z (cm)": None})

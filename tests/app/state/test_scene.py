@@ -30,7 +30,7 @@ def test_moved_dock_is_rendered_and_found_where_it_is(view):
     moved = put(put(view, "z_cm", 150), "theta_x_deg", 20)
     analysis = analyse(moved)
     assert analysis.view.truth is not None
-    assert analysis.view.truth["position_m"][2] == 1.5
+    assert analysis.view.truth.position_m[2] == 1.5
     assert analysis.estimate.selected is not None
     assert analysis.estimate.selected.position_m[2] == pytest.approx(1.5, abs=0.02)
     assert not analysis.view.is_stale

@@ -8,6 +8,7 @@ from typing import Any
 import viser
 from dockpose.app.experiment import Measured, Row
 from dockpose.app.experiment.row import EDITABLE, MEASURED_COLUMNS
+from dockpose.pose.known import KnownPose
 
 LABELS = dict(zip(MEASURED_COLUMNS, ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "Distance (cm)"), strict=True))
 _HINTS = {
@@ -26,7 +27,7 @@ def texts_of(row: Row) -> Texts:
     return measured_texts([getattr(row, name) for name in MEASURED_COLUMNS]) | {"notes": row.notes}
 
 
-def texts_of_pose(known: dict[str, Any]) -> Texts:
+def texts_of_pose(known: KnownPose) -> Texts:
     """The same for a measured pose as :attr:`View.measured` holds it; distance and notes are blank."""
     pose = Measured.of_pose(known)
     return measured_texts([pose.x_cm, pose.y_cm, pose.z_cm, pose.theta_x_deg, pose.theta_y_deg, None]) | {"notes": ""}

@@ -30,6 +30,7 @@ from dockpose.app.web.panels.experiment.measured import (
 from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.saving import Saver
 from dockpose.app.web.widgets import on_click
+from dockpose.pose.known import KnownPose
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
 WHAT = {
@@ -74,7 +75,7 @@ class ExperimentPanel:
         self._session: Session | None = None
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, Texts] = {}
-        self._known_pose: dict[str, Any] | None = None
+        self._known_pose: KnownPose | None = None
         self._page_number, self._said = 1, ""
         self._add_session(gui)
         self._add_fields(gui)

@@ -10,7 +10,7 @@ from dockpose.app.state.view import open_source, with_sample
 from dockpose.app.web.charts.histogram import groups_top, histogram_data, histogram_top, labelled_peaks, peaks_html
 from dockpose.app.web.panels.detect import method_label, threshold_sentence, thrown_out_sentence
 from dockpose.app.web.panels.picture import widen
-from dockpose.app.web.panels.result import COLUMNS, candidate_row, status_html, table_html, truth_row
+from dockpose.app.web.panels.result import COLUMNS, candidate_row, known_row, status_html, table_html
 from dockpose.app.web.server.uploads import clean_name
 from dockpose.thresholds import Threshold
 
@@ -27,9 +27,7 @@ def empty():
 
 def test_row_of_the_likelier_candidate_agrees_with_the_truth(analysis):
     found = [float(cell) for cell in candidate_row(analysis.estimate.candidates[0])[:5]]
-    truth = truth_row(analysis.view.truth)
-    assert truth is not None
-    true = [float(cell) for cell in truth[:5]]
+    true = [float(cell) for cell in known_row(analysis.view.truth)[:5]]
     assert found == pytest.approx(true, abs=0.3)
     assert len(candidate_row(analysis.estimate.candidates[0])) == len(COLUMNS)
 
@@ -37,11 +35,6 @@ def test_row_of_the_likelier_candidate_agrees_with_the_truth(analysis):
 def test_unknown_values_are_a_dash():
     pose = replace(analyse(open_source(None, None, None)).estimate.candidates[0], probability=None, rms_px=None)
     assert candidate_row(pose)[-2:] == ["–", "–"]
-
-
-@pytest.mark.parametrize("truth", [None, {}, {"position_m": [1, 2, 3]}])
-def test_no_truth_row_without_the_truth(truth):
-    assert truth_row(truth) is None
 
 
 def test_table_names_the_chosen_one(analysis, empty):

@@ -9,6 +9,7 @@ from dockpose.app.state.parameters import put
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import open_source, with_sample
 from dockpose.app.web.panels.pose import details_html, error_cells, errors_html, peers_html
+from dockpose.pose.known import KnownPose
 
 
 @pytest.fixture(scope="module")
@@ -85,9 +86,6 @@ def test_errors_against_a_measured_pose(analysis):
 
 def test_angles_that_differ_by_a_whole_turn_are_the_same(analysis):
     pose = analysis.estimate.selected
-    known = {
-        "position_m": [0, 0, 1],
-        "theta_x_deg": pose.to_dict()["theta_x_deg"],
-        "theta_y_deg": pose.to_dict()["theta_y_deg"] - 360,
-    }
+    told = pose.to_dict()
+    known = KnownPose((0, 0, 1), told["theta_x_deg"], told["theta_y_deg"] - 360)
     assert [float(cell) for cell in error_cells(pose, known)[3:]] == [0, 0]

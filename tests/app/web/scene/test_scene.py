@@ -6,7 +6,6 @@ from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.view import open_source
-from dockpose.app.web.scene.known_poses import known_pose
 from dockpose.app.web.scene.scene import (
     extent_of,
     grid_cell_m,
@@ -18,6 +17,7 @@ from dockpose.app.web.scene.scene import (
 )
 from dockpose.app.web.scene.viewpoints import NAMES, OVERVIEW, Extent, viewpoint
 from dockpose.camera.port import FlatPort
+from dockpose.pose.known import KnownPose
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
 
@@ -132,7 +132,7 @@ def test_grid_squares_suit_the_distance(depth, cell):
 
 
 def test_extent_holds_known_docks_too(found):
-    far = {"position_m": [0.0, 0.0, 9.0], "theta_x_deg": 0.0, "theta_y_deg": 0.0}
+    far = KnownPose((0.0, 0.0, 9.0), 0.0, 0.0)
     assert extent_of(found, far).depth_m == pytest.approx(9 + found.dock.radius)
     assert extent_of(found, None).depth_m < 3
 
@@ -140,10 +140,6 @@ def test_extent_holds_known_docks_too(found):
 def test_known_pose_faces_as_an_estimated_one_does(found):
     pose = found.selected
     told = pose.to_dict()
-    known = known_pose({key: told[key] for key in ("position_m", "theta_x_deg", "theta_y_deg")})
-    assert known is not None
-    position, rotation = known
-    np.testing.assert_allclose(position, pose.position_m)
-    np.testing.assert_allclose(-rotation[:, 2], pose.normal, atol=1e-9)
-    assert known_pose(None) is None
-    assert known_pose({"position_m": [0, 0, 1]}) is None
+    known = KnownPose(tuple(told["position_m"]), told["theta_x_deg"], told["theta_y_deg"])
+    np.testing.assert_allclose(known.position_m, pose.position_m)
+    np.testing.assert_allclose(-known.rotation[:, 2], pose.normal, atol=1e-9)

@@ -25,6 +25,7 @@ from dockpose.app.web.panels.experiment.measured import BLANK, measured_of, text
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.start import silence
+from dockpose.pose.known import KnownPose
 from dockpose.simulate import Pose, Scene, render
 from dockpose.tracking.tracker import Tracker
 
@@ -64,7 +65,7 @@ def test_boxes_show_what_a_row_has():
     texts = texts_of(changed(measured_z_cm=110.25, distance_cm=120.0, notes="n"))
     assert (texts["measured_x_cm"], texts["measured_z_cm"], texts["distance_cm"]) == ("", "110.25", "120")
     assert values_of(texts)["measured_z_cm"] == 110.25
-    pose = texts_of_pose({"position_m": [0.01, -0.02, 1.1], "theta_x_deg": 0, "theta_y_deg": -5})
+    pose = texts_of_pose(KnownPose((0.01, -0.02, 1.1), 0, -5))
     assert list(pose.values()) == ["1", "-2", "110", "0", "-5", "", ""]
 
 
@@ -204,7 +205,7 @@ def test_what_is_taken_is_what_is_shown(panel):
 
 def test_measured_pose_fills_boxes_once_and_distance_stays(panel):
     analysis = analyse(open_source(None, None, None))
-    pose = {"position_m": [0.0, 0.0, 1.2], "theta_x_deg": 1.0, "theta_y_deg": 2.0}
+    pose = KnownPose((0.0, 0.0, 1.2), 1.0, 2.0)
     fields = panel.panel._fields
     fields.texts = BLANK | {"distance_cm": "99"}
     known = replace(analysis, view=replace(analysis.view, measured=pose))

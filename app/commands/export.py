@@ -9,7 +9,7 @@ from pathlib import Path
 
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import add_camera_and_dock, camera_of, dock_of
-from dockpose.app.drawing.annotated import LAYERS, check_layers
+from dockpose.app.drawing.overlay import LAYERS, check_layers
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.durable_files import why, write_whole
@@ -57,7 +57,7 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
     source : a picture, a session's folder, or a file of JSON lines.
     camera, dock : for a picture; where None, its own, from the YAML beside it.
     out : a folder, which is made if need be, or one file whose ending says what it is to be.
-    layers : names of ``dockpose.app.drawing.annotated.LAYERS`` with commas between them.
+    layers : names of ``dockpose.app.drawing.overlay.LAYERS`` with commas between them.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Pictures of a result: annotated, thresholded, side by side, as pixels or as vectors, with one table of colours.
+"""Pictures of a result: annotated, thresholded or side by side, as pixels or as vectors.
 
-May import inputs and the library only.
+Holds the one table of colours and the one set of number formats. May import inputs and the library only.
 """

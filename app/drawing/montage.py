@@ -1,4 +1,4 @@
-"""One picture, a tile a method: what each threshold method saw, and the pose that it leads to."""
+"""One picture, a tile a method: what each threshold method finds in it, and the pose that follows."""
 
 from __future__ import annotations
 
@@ -10,41 +10,43 @@ import cv2
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.numbers import chance, count, level_words, pose_cells
 from dockpose.pose.known import KnownPose, pose_error
 
 WIDTH_PX = 1600
-_GAP_PX = 8
-_HIGHEST = 1.2  # a tile's picture, as a share of its width; taller ones get margins at their sides
-_MARGIN_PX, _STEP_PX = 8, 21
-_LINES = 4
+_GAP_PX, _MARGIN_PX, _STEP_PX, _LINES = 8, 8, 21, 4
+_HIGHEST = 1.2  # height of a tile's picture as a share of its width; taller pictures get margins at their sides
 _FONT, _SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
 _PAPER, _STRIP, _NOTHING = (255, 255, 255), (38, 34, 30), (70, 64, 58)
 _WHITE, _GREY = (255, 255, 255), (200, 200, 200)
-# Okabe and Ito's bluish green and vermillion, lightened to be read on dark; words say the same.
+# Bluish green and vermillion in BGR, lightened to be read on the dark strip; the words say the same.
 _RIGHT, _WRONG = (170, 215, 90), (90, 160, 245)
 
 Line = tuple[str, tuple[int, int, int]]
 
 
 def montage(image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None) -> np.ndarray:
-    """Put what every method found in a picture side by side.
+    """Put side by side what every method found in a picture.
 
     Parameters
     ----------
-    image : the picture that was estimated, 8 or 16 bit, grey or BGR.
-    estimates : what each method found in it, by the method's name; at least one.
-    truth : to say how far off each pose is; None where it is not known.
+    image : array_like
+        The picture that was estimated, 8 or 16 bit, grey or BGR.
+    estimates : mapping of str to Estimate
+        What each method found in it, by the method's name; at least one.
+    truth : KnownPose or None
+        The known pose, against which each pose is judged; None where there is none.
 
     Returns
     -------
-    (H, 1600, 3) uint8 BGR: a tile a method, in the order given: the annotated picture, scaled to fit, above a strip
-    with the method's name, its level, how many groups it leaves, how many of them are lights on the ring, and the pose
-    or why there is none.
+    numpy.ndarray
+        (H, 1600, 3) uint8 BGR: a tile a method, in the given order. Each is the annotated picture, scaled to fit, above
+        a strip with the method's name, its level, its groups and lights, and the pose or why there is none.
 
     Raises
     ------
     ValueError
-        if there are no estimates.
+        If there are no estimates.
     """
     if not estimates:
         raise ValueError("estimates is empty; a montage needs at least one")
@@ -62,21 +64,16 @@ def montage(image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | No
 
 
 def caption(name: str, found: Estimate, truth: KnownPose | None = None) -> list[Line]:
-    """Lines of a tile's strip, each with its colour: method and counts; the pose or why there is none; its error."""
-    level = "no level" if found.threshold is None or found.threshold.level > 255 else f"level {found.threshold.level}"
-    groups = 0 if found.markers is None else len(found.markers)
+    """Return the lines of a tile's strip, each with its colour in BGR."""
+    groups = count(0 if found.markers is None else len(found.markers), "group")
     lines: list[Line] = [
-        (
-            f"{name}: {level}, {groups} group{'' if groups == 1 else 's'}, {found.lights_on_ring or 0} on the ring",
-            _WHITE,
-        )
+        (f"{name}: {level_words(found.threshold)}, {groups}, {found.lights_on_ring or 0} on the ring", _WHITE)
     ]
     pose = found.selected
     if pose is None:
         return [*lines, (f"No pose. {found.message}", _WRONG)]
-    angles = (math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad))
-    chance = "" if pose.probability is None else f", {100 * pose.probability:.0f} %"
-    lines.append((f"z {100 * pose.position_m[2]:.1f} cm, theta x {angles[0]:.1f} y {angles[1]:.1f} deg{chance}", _GREY))
+    _, _, z, theta_x, theta_y = pose_cells(pose)
+    lines.append((f"z {z} cm, theta x {theta_x} y {theta_y} deg{chance(pose, ', ')}", _GREY))
     error = pose_error(pose, truth)
     if error is not None:
         verdict = "Agrees with the truth" if error.agrees else "Not the truth"
@@ -95,7 +92,7 @@ def _tile(image: Any, name: str, found: Estimate, truth: KnownPose | None, width
 
 
 def _fitted(picture: np.ndarray, width: int) -> np.ndarray:
-    """Scale a picture to a tile's width, or to its greatest height with margins at the sides."""
+    """Scale a picture to the width of a tile, or to its greatest height with margins at the sides."""
     height = min(round(width * len(picture) / picture.shape[1]), round(_HIGHEST * width))
     scale = min(width / picture.shape[1], height / len(picture))
     size = (max(1, round(picture.shape[1] * scale)), max(1, round(len(picture) * scale)))
@@ -107,7 +104,7 @@ def _fitted(picture: np.ndarray, width: int) -> np.ndarray:
 
 
 def _wrap(line: Line, width: int) -> list[Line]:
-    """Break a line between words so that each piece fits into ``width`` pixels."""
+    """Break a line between words into pieces that fit into ``width`` pixels."""
     text, colour = line
     pieces = [""]
     for word in text.split():

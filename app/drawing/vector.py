@@ -8,16 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dockpose import Estimate
-from dockpose.app.drawing.annotated import (
-    LAYERS,
-    axes_of,
-    check_layers,
-    in_picture,
-    length_words,
-    normal_of,
-    scale_bar,
-    to_bgr8,
-)
+from dockpose.app.drawing import overlay
+from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import (
     DROPPED_COLOUR,
     ELLIPSE_COLOUR,
@@ -27,6 +19,8 @@ from dockpose.app.drawing.colours import (
     POSE_NAMES,
 )
 from dockpose.app.drawing.figures import new_figure
+from dockpose.app.drawing.numbers import chance, length_words, pose_cells, status_words
+from dockpose.app.drawing.overlay import LAYERS, check_layers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,14 +35,17 @@ def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAY
 
     Parameters
     ----------
-    image : the picture that was estimated, 8 or 16 bit, grey or BGR; it is embedded at its own resolution.
-    estimate : what was found in it.
-    layers : which of ``LAYERS`` to draw; "text" puts the numbers with their units into the legend.
+    image : array_like
+        The picture that was estimated, 8 or 16 bit, grey or BGR; it is embedded at its own resolution.
+    estimate : Estimate
+        What was found in it.
+    layers : collection of str
+        Which of ``LAYERS`` to draw; "text" puts the numbers with their units into the legend.
 
     Raises
     ------
     ValueError
-        if a layer is unknown.
+        If a layer is unknown.
     """
     check_layers(layers)
     scale = min(WIDTH_IN / estimate.width, HIGHEST_IN / estimate.height)
@@ -75,62 +72,51 @@ def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
     for index, (x, y, width, height) in enumerate(estimate.settings.masks):
         name = "masked" if index == 0 else None
         axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=MASK_COLOUR, label=name))
-    if "ellipse" in layers and estimate.ellipse is not None:
-        axes.plot(
-            *_closed(in_picture(estimate, estimate.ellipse.points(240))), color=ELLIPSE_COLOUR, lw=0.8, label="ellipse"
-        )
+    outline = overlay.outline(estimate)
+    if "ellipse" in layers and outline is not None:
+        axes.plot(*np.vstack([outline, outline[:1]]).T, color=ELLIPSE_COLOUR, lw=0.8, label="ellipse")
     if "lights" in layers:
         _draw_lights(axes, estimate)
     for index, pose in enumerate(estimate.candidates):
         width = 1.4 if pose is estimate.selected else 0.7
         style: dict[str, Any] = {"color": POSE_COLOURS[index], "linewidth": width}
         if "axes" in layers:
-            for ends in axes_of(pose, estimate):
-                axes.plot(*estimate.camera.project(ends).T, color=style["color"], linewidth=width / 2)
+            for ends in overlay.axes(pose, estimate):
+                axes.plot(*ends.T, color=style["color"], linewidth=width / 2)
         if "normals" in layers:
-            ends_px = estimate.camera.project(normal_of(pose, estimate))
-            axes.plot(*ends_px.T, **style, marker="o", markersize=3, markevery=[1])
-            axes.annotate(POSE_NAMES[index], ends_px[1], (4, -3), textcoords="offset points", color=style["color"])
+            ends = overlay.normal(pose, estimate)
+            axes.plot(*ends.T, **style, marker="o", markersize=3, markevery=[1])
+            axes.annotate(POSE_NAMES[index], ends[1], (4, -3), textcoords="offset points", color=style["color"])
         if "text" in layers:
             axes.plot([], [], **style, label=_pose_words(estimate, index))
     if "text" in layers and not estimate.candidates:
-        axes.plot([], [], " ", label=f"no pose ({estimate.status.replace('_', ' ')})")
+        axes.plot([], [], " ", label=f"no pose ({status_words(estimate.status)})")
     if "centres" in layers:
-        _draw_centres(axes, estimate)
+        ellipse, dock = overlay.centres(estimate)
+        if ellipse is not None:
+            axes.plot(*ellipse, "+", color=ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
+        if dock is not None:
+            axes.plot(*dock, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")
     if "scale" in layers:
         _draw_scale(axes, estimate)
 
 
 def _draw_lights(axes: Axes, estimate: Estimate) -> None:
-    if estimate.markers is None or len(estimate.markers) == 0:
+    if estimate.markers is None:
         return
-    points = estimate.markers.points_px
-    on_ring = np.zeros(len(points), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
+    points, on_ring = estimate.markers.points_px, overlay.on_ring(estimate)
     lights, others = points[on_ring], points[~on_ring]
     if len(lights):
         axes.plot(*lights.T, "o", color=LIGHT_COLOUR, markerfacecolor="none", markersize=8, label="light on the ring")
     if len(others):
         axes.plot(*others.T, "x", color=DROPPED_COLOUR, markersize=6, label="other group")
-    for index, (point, number) in enumerate(zip(points, estimate.light_numbers(), strict=True)):
-        if on_ring[index]:
-            outward = point - lights.mean(axis=0)
-            away = 10 * outward / max(float(np.linalg.norm(outward)), 1e-9)
-            text = str(index + 1 if number is None else number + 1)
-            place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}
-            axes.annotate(text, point, (away[0], -away[1]), color="white", fontsize=7, **place)
-
-
-def _draw_centres(axes: Axes, estimate: Estimate) -> None:
-    if estimate.ellipse is not None:
-        (centre,) = in_picture(estimate, np.array([estimate.ellipse.centre_px]))
-        axes.plot(*centre, "+", color=ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
-    if estimate.selected is not None:
-        (centre,) = estimate.camera.project([estimate.selected.position_m])
-        axes.plot(*centre, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")
+    place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}
+    for index, label, (x, y) in overlay.light_labels(estimate):
+        axes.annotate(label, points[index], (10 * x, -10 * y), color="white", fontsize=7, **place)
 
 
 def _draw_scale(axes: Axes, estimate: Estimate) -> None:
-    bar = scale_bar(estimate)
+    bar = overlay.scale_bar(estimate)
     if bar is None:
         return
     length_m, length_px = bar
@@ -142,13 +128,7 @@ def _draw_scale(axes: Axes, estimate: Estimate) -> None:
 
 def _pose_words(estimate: Estimate, index: int) -> str:
     pose = estimate.candidates[index]
-    x, y, z = 100 * pose.position_m
-    chance = "" if pose.probability is None else f" ({100 * pose.probability:.0f} %)"
+    x, y, z, theta_x, theta_y = pose_cells(pose)
     chosen = ", chosen" if pose is estimate.selected else ""
-    angles = f"θx {math.degrees(pose.theta_x_rad):.1f}°, θy {math.degrees(pose.theta_y_rad):.1f}°"
-    return f"{POSE_NAMES[index]}{chosen}{chance}: x {x:.1f}, y {y:.1f}, z {z:.1f} cm; {angles}"
-
-
-def _closed(points: np.ndarray) -> np.ndarray:
-    """Points (2, N + 1) of an outline that ends where it begins."""
-    return np.vstack([points, points[:1]]).T
+    likely = f" ({chance(pose)})" if chance(pose) else ""
+    return f"{POSE_NAMES[index]}{chosen}{likely}: x {x}, y {y}, z {z} cm; θx {theta_x}°, θy {theta_y}°"

@@ -7,10 +7,11 @@ import zipfile
 from collections.abc import Callable, Collection, Mapping
 from pathlib import PurePosixPath, PureWindowsPath
 
-from dockpose.app.drawing.annotated import LAYERS, annotate
+from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.figures import to_pdf, to_svg
 from dockpose.app.drawing.figures import to_png as figure_png
 from dockpose.app.drawing.montage import montage
+from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.export.data import result_line, settings_yaml, to_csv, to_json, to_png
 from dockpose.app.export.plots import histogram_figure

@@ -7,7 +7,7 @@ from functools import partial
 
 import cv2
 import viser
-from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
 from dockpose.app.export.data import to_png

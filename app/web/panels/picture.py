@@ -8,7 +8,7 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 import viser
-from dockpose.app.drawing.annotated import to_bgr8
+from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.thresholded import threshold_picture
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import viser
 from dockpose import Camera, Dock, Estimate
-from dockpose.app.drawing.annotated import to_bgr8
+from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLOURS, POSE_NAMES, TRUTH_COLOUR, rgb
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View

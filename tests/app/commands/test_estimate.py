@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose.app.cli import main
-from dockpose.app.drawing.annotated import MASK_COLOUR
+from dockpose.app.drawing.colours import MASK_COLOUR, bgr
 from dockpose.app.inputs.sidecar import load_sample
 from dockpose.app.resources import sample_names, sample_path
 from dockpose.camera.files import save_camera
@@ -190,4 +190,4 @@ def test_text_that_stays_put_over_pictures_of_one_size_is_masked_told_once_and_s
     shown = cv2.imread("out/f8.png")
     assert shown is not None
     x, y, width, _ = (int(number) for number in masks[8][1])
-    assert (shown[y, x : x + width] == MASK_COLOUR).all()
+    assert (shown[y, x : x + width] == bgr(MASK_COLOUR)).all()

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, estimate
-from dockpose.app.drawing.annotated import annotate, in_picture
+from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.overlay import in_picture
 from dockpose.camera.port import FlatPort
 from dockpose.simulate import render
 

@@ -2,7 +2,8 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Estimate, Settings, estimate
-from dockpose.app.drawing.annotated import MASK_COLOUR, annotate
+from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.colours import MASK_COLOUR, bgr
 from dockpose.app.drawing.montage import WIDTH_PX, caption, montage
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
@@ -88,9 +89,9 @@ def test_a_mask_is_outlined_and_hatched():
     image = np.full((480, 640), 10, np.uint8)
     found = estimate(image, CAMERA, DOCK, Settings(masks=((300, 200, 100, 50), (900, 900, 5, 5))))
     drawn = annotate(image, found, words=False)
-    assert (drawn[200:250, 300] == MASK_COLOUR).all()
-    assert (drawn[249, 300:400] == MASK_COLOUR).all()
-    inside = (drawn[201:249, 301:399] == MASK_COLOUR).all(axis=2).mean()
+    assert (drawn[200:250, 300] == bgr(MASK_COLOUR)).all()
+    assert (drawn[249, 300:400] == bgr(MASK_COLOUR)).all()
+    inside = (drawn[201:249, 301:399] == bgr(MASK_COLOUR)).all(axis=2).mean()
     assert 0.05 < inside < 0.3
     assert (drawn[:200] == 10).all()
     assert (drawn[200:250, :300] == 10).all()

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from dockpose.app.drawing.annotated import DROPPED_COLOUR, LIGHT_COLOUR
+from dockpose.app.drawing.colours import DROPPED_COLOUR, LIGHT_COLOUR, bgr
 from dockpose.app.drawing.thresholded import counts, kept_pixels, threshold_picture
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask, with_method
@@ -14,7 +14,7 @@ def view():
 
 
 def pixels_of(picture, colour):
-    return (picture == np.array(colour)).all(axis=2)
+    return (picture == np.array(bgr(colour))).all(axis=2)
 
 
 def test_lights_are_green_and_circled(view):

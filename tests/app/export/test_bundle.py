@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import yaml
 from dockpose import Settings
-from dockpose.app.drawing.annotated import LAYERS, annotate
+from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.export.bundle import bundle, picture_files
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress

@@ -12,8 +12,9 @@ import pypdfium2
 import pytest
 import yaml
 from dockpose import estimate
-from dockpose.app.drawing.annotated import LAYERS, annotate, scale_bar
+from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.figures import to_pdf, to_png, to_svg
+from dockpose.app.drawing.overlay import LAYERS, scale_bar
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.export.plots import histogram_figure
 from dockpose.app.export.ros import covariance, pose_yaml

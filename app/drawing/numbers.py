@@ -1,0 +1,71 @@
+"""Numbers as people read them: centimetres, degrees and per cent, with a dash for what is unknown."""
+
+from __future__ import annotations
+
+import math
+
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
+from dockpose.thresholds import LEVELS, Threshold
+
+MISSING = "–"
+QUANTITIES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
+
+
+def number(value: float | None, decimals: int = 1, *, signed: bool = False) -> str:
+    """Return a number with so many decimals, or a dash for None; ``signed`` puts a plus before positive ones."""
+    if value is None:
+        return MISSING
+    return f"{round(float(value), decimals) + 0.0:{'+' if signed else ''}.{decimals}f}"  # + 0.0 turns -0.0 into 0.0
+
+
+def percent(probability: float | None, decimals: int = 1) -> str:
+    """Return a probability in per cent, without the sign, or a dash for None."""
+    return MISSING if probability is None else f"{100 * probability:.{decimals}f}"
+
+
+def chance(pose: CirclePose, before: str = "") -> str:
+    """Return a pose's probability as in "97 %", with ``before`` in front; empty where it is unknown."""
+    return "" if pose.probability is None else f"{before}{percent(pose.probability, 0)} %"
+
+
+def pose_values(pose: CirclePose | KnownPose) -> tuple[float, ...]:
+    """Return a pose in the order and the units of ``QUANTITIES``."""
+    x, y, z = (100 * float(value) for value in pose.position_m)
+    if isinstance(pose, KnownPose):
+        return x, y, z, pose.theta_x_deg, pose.theta_y_deg
+    return x, y, z, math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)
+
+
+def pose_sigmas(pose: CirclePose) -> tuple[float | None, ...]:
+    """Return the one-sigma of each of :func:`pose_values`; None where it is unknown."""
+    lengths, angles = pose.sigma_position_m, pose.sigma_theta_rad
+    return (
+        *((None,) * 3 if lengths is None else (100 * sigma for sigma in lengths)),
+        *((None,) * 2 if angles is None else map(math.degrees, angles)),
+    )
+
+
+def pose_cells(pose: CirclePose | KnownPose, decimals: int = 1) -> list[str]:
+    """Return :func:`pose_values` as text."""
+    return [number(value, decimals) for value in pose_values(pose)]
+
+
+def count(amount: int, noun: str) -> str:
+    """Return an amount and its noun, as in "1 light" and "10 lights"."""
+    return f"{amount} {noun}{'' if amount == 1 else 's'}"
+
+
+def level_words(threshold: Threshold | None) -> str:
+    """Return a threshold's level, as in "level 206", or "no level" where it keeps nothing."""
+    return "no level" if threshold is None or threshold.level >= LEVELS else f"level {threshold.level}"
+
+
+def status_words(status: str) -> str:
+    """Return an estimate's status in words, as in "no lights"."""
+    return status.replace("_", " ")
+
+
+def length_words(length_m: float) -> str:
+    """Return a length with its unit: centimetres below a metre."""
+    return f"{length_m:g} m" if length_m >= 1 else f"{100 * length_m:g} cm"

@@ -1,0 +1,99 @@
+"""What is drawn over a picture, as geometry: the layers, and where each of their parts lies in pixels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+
+import numpy as np
+from dockpose.estimate import Estimate
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+
+LAYERS = ("lights", "ellipse", "centres", "axes", "normals", "text", "scale")
+_BAR_SHARE = 0.25  # of the picture's width, at most
+_NORMAL_RADII = 1.3
+
+
+def check_layers(layers: Collection[str]) -> None:
+    """Raise ValueError for a layer that is not in ``LAYERS``."""
+    for layer in layers:
+        if layer not in LAYERS:
+            raise ValueError(f"layers has {layer!r}; there are {', '.join(LAYERS)}")
+
+
+def in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
+    """Return where points (N, 2) of the undistorted picture appear in the picture itself.
+
+    Behind a port this depends on their distance: they are taken to lie in the plane of the chosen pose.
+    """
+    camera, pose = estimate.camera, estimate.selected
+    if camera.port is None or pose is None:
+        return camera.distort(points_px)
+    rays = camera.pinhole_rays(points_px)
+    return camera.project(rays * ((pose.position_m @ pose.normal) / (rays @ pose.normal))[:, None])
+
+
+def outline(estimate: Estimate) -> np.ndarray | None:
+    """Return points (240, 2) on the ellipse; None where there is none."""
+    return None if estimate.ellipse is None else in_picture(estimate, estimate.ellipse.points(240))
+
+
+def centres(estimate: Estimate) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return the ellipse's centre and the dock's centre by the chosen pose, each (2,) or None."""
+    ellipse, pose = estimate.ellipse, estimate.selected
+    return (
+        None if ellipse is None else in_picture(estimate, np.array([ellipse.centre_px]))[0],
+        None if pose is None else estimate.camera.project([pose.position_m])[0],
+    )
+
+
+def axes(pose: CirclePose, estimate: Estimate) -> np.ndarray:
+    """Return the ends (2, 2, 2) of two diameters of the dock; NaN for what is behind the camera."""
+    rotation = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
+    ends = [pose.position_m + estimate.dock.radius * np.outer([-1, 1], axis) for axis in rotation.T[:2]]
+    return np.array([estimate.camera.project(pair) for pair in ends])
+
+
+def normal(pose: CirclePose, estimate: Estimate) -> np.ndarray:
+    """Return the ends (2, 2) of the dock's normal, 1.3 radii long; NaN for what is behind the camera."""
+    tip = pose.position_m + _NORMAL_RADII * estimate.dock.radius * pose.normal
+    return estimate.camera.project(np.array([pose.position_m, tip]))
+
+
+def on_ring(estimate: Estimate) -> np.ndarray:
+    """Return for each group (N,) bool whether it is a light on the ring."""
+    if estimate.markers is None:
+        return np.zeros(0, dtype=bool)
+    return np.zeros(len(estimate.markers), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
+
+
+def light_labels(estimate: Estimate) -> Iterator[tuple[int, str, np.ndarray]]:
+    """Yield for each light on the ring the index of its group, its number from 1, and the way (2,) out of the ring."""
+    lights = on_ring(estimate)
+    if estimate.markers is None or not lights.any():
+        return
+    points, numbers = estimate.markers.points_px, estimate.light_numbers()
+    centre = points[lights].mean(axis=0)
+    for index in np.flatnonzero(lights):
+        outward, light = points[index] - centre, numbers[index]
+        label = index if light is None else light
+        yield int(index), str(label + 1), outward / max(float(np.linalg.norm(outward)), 1e-9)
+
+
+def scale_bar(estimate: Estimate) -> tuple[float, float] | None:
+    """Return a round length at the dock's distance, in metres and in pixels; None where there is no pose.
+
+    The length is 1, 2 or 5 times a power of ten and at most a quarter of the picture's width.
+    """
+    pose = estimate.selected
+    if pose is None:
+        return None
+    ends = pose.position_m + np.outer([-0.5, 0.5], [estimate.dock.radius, 0, 0])
+    left, right = estimate.camera.project(ends)
+    per_metre = float(np.linalg.norm(right - left)) / estimate.dock.radius
+    if not math.isfinite(per_metre) or per_metre <= 0:
+        return None
+    longest = _BAR_SHARE * estimate.width / per_metre
+    power = 10.0 ** math.floor(math.log10(longest))
+    length = max(factor * power for factor in (1, 2, 5) if factor * power <= longest * (1 + 1e-9))
+    return length, length * per_metre

@@ -11,6 +11,7 @@ from collections.abc import Callable
 import viser
 from dockpose.app.web.server.guard import Guard, accept_values_only, guarded
 from dockpose.app.web.server.pages import own_pages
+from dockpose.app.web.server.protection import check_names, check_parts, check_running
 from dockpose.app.web.server.uploads import refuse_shared_uploads
 from viser import _messages as messages
 
@@ -20,20 +21,40 @@ class PortBusyError(OSError):
 
 
 def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[[], None]) -> viser.ViserServer:
-    """Start serving. Raises PortBusyError if the port cannot be had; another one is never taken in its place.
+    """Start serving.
 
-    ``on_software_webgl`` is called when a browser tells that it draws the 3D scene without a graphics card.
+    Parameters
+    ----------
+    host, port : str, int
+        To listen on; port 0 takes any free one.
+    guard : Guard
+        Decides who may talk to the page.
+    on_software_webgl : callable
+        Called when a browser says that it draws the 3D scene without a graphics card.
+
+    Raises
+    ------
+    PortBusyError
+        If the port cannot be had. Another one is never taken in its place.
+    UnprotectedError
+        If the installed viser lacks what the guard or the cap on uploads relies on.
     """
+    check_names()
     check_port_is_free(host, port)
     with silence(), guarded(guard, own_pages(on_software_webgl)):
         server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
-    if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
+    try:
+        if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
+            raise PortBusyError(_busy(host, port, "another program took it just now"))
+        check_parts(server)
+        server._websock_server.unregister_handler(messages.ShareUrlRequest)  # it would open the page to the internet
+        refuse_shared_uploads(server)
+        accept_values_only(server)
+        check_running(server)
+    except BaseException:
         with silence():
             server.stop()
-        raise PortBusyError(_busy(host, port, "another program took it just now"))
-    server._websock_server.unregister_handler(messages.ShareUrlRequest)  # it would open the page to the internet
-    refuse_shared_uploads(server)
-    accept_values_only(server)
+        raise
     return server
 
 

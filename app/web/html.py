@@ -40,6 +40,11 @@ def pose_name(index: int, is_chosen: bool) -> str:
     return f"{mark} {POSE_NAMES[index]}{', chosen' if is_chosen else ''}"
 
 
+def small(html: str, attributes: str = "") -> str:
+    """Return small print; ``attributes`` are HTML of its own, as an id."""
+    return f'<div {attributes} style="{SMALL}">{html}</div>' if html else ""
+
+
 def help_anchor(words: str, section: str = "") -> str:
     """Return a link to the help, or to one section of it, that opens in a new tab."""
     target = f"/help#{section}" if section else "/help"

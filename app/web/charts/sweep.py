@@ -1,4 +1,4 @@
-"""The chart of a level sweep: how far the dock's centre is off, by three ways to find it (the paper's Figure 14)."""
+"""The chart of a level sweep: how far three guesses at the dock's centre are off (the paper's Figure 14)."""
 
 from __future__ import annotations
 
@@ -9,89 +9,67 @@ from html import escape
 
 import numpy as np
 import viser
+from dockpose.app.drawing.colours import BLUE, ORANGE, VERMILLION
 from dockpose.app.processing.comparison import CENTRES, SWEPT_LEVELS, LevelSweep
-from dockpose.app.web.html import SMALL
-from viser import uplot
+from dockpose.app.web.charts.chart import Chart, Curve, axis, round_above
+from dockpose.app.web.html import small
+from dockpose.thresholds import LEVELS
 
-# Okabe and Ito's vermillion, orange and blue; the dashes tell them apart too.
-_COLOURS = ("#D55E00", "#E69F00", "#0072B2")
-_DASHES = ((8.0, 4.0), (2.0, 3.0), ())
+_LOOKS = ((VERMILLION, (8.0, 4.0)), (ORANGE, (2.0, 3.0)), (BLUE, ()))
 _HEIGHT_PX = 190
 _EVERY_S = 0.2
 
 
 def sweep_data(sweep: LevelSweep) -> tuple[np.ndarray, ...]:
-    """Levels, and for each way the error in pixels; below the chart, out of sight, where a level shows no dock."""
-    hidden = -sweep_top_px(sweep)
-    return (
-        sweep.levels.astype(float),
-        *(np.where(np.isnan(column), hidden, column) for column in sweep.errors_px.T),
-    )
+    """Return levels, and the error of each guess in pixels; NaN where a level shows no dock."""
+    return (sweep.levels.astype(float), *sweep.errors_px.T)
 
 
 def sweep_top_px(sweep: LevelSweep) -> float:
-    """Where the vertical axis ends: 1, 2 or 5 times a power of ten with nearly all of the errors below.
+    """Return the end of the vertical axis: a round number with nearly all errors below.
 
-    It seldom moves while a sweep grows: with another axis the browser builds the chart anew.
+    It seldom moves while a sweep grows.
     """
     known = sweep.errors_px[~np.isnan(sweep.errors_px)]
-    least = 1.0 if len(known) == 0 else max(1.0, 1.1 * float(np.quantile(known, 0.97)))
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= least)
+    return round_above(1.1 * float(np.quantile(known, 0.97)) if len(known) else 1.0)
 
 
 def sweep_sentence(sweep: LevelSweep) -> str:
-    """Over which levels a dock was found, and the middle error of each way."""
+    """Say over which levels a dock was found, and the median error of each guess."""
     found = ~np.isnan(sweep.errors_px[:, 0])
     if not found.any():
         return f"No level shows a dock (measured against {sweep.reference})."
     medians = np.median(sweep.errors_px[found], axis=0)
-    ways = "; ".join(f"{name} {error:.2f} px" for name, error in zip(CENTRES, medians, strict=True))
+    guesses = "; ".join(f"{name} {error:.2f} px" for name, error in zip(CENTRES, medians, strict=True))
     levels = sweep.levels[found]
     return (
-        f"A dock at {len(levels)} of {len(sweep.levels)} levels, from {levels[0]} to {levels[-1]}. Middle distance "
-        f"from {sweep.reference}: {ways}."
+        f"A dock at {len(levels)} of {len(sweep.levels)} levels, from {levels[0]} to {levels[-1]}. Median distance "
+        f"from {sweep.reference}: {guesses}."
     )
 
 
 def swept_so_far(sweep: LevelSweep) -> str:
-    """How far a sweep is that goes on, or was stopped."""
+    """Say how far an unfinished sweep has come."""
     last = f"{sweep.levels[-1]}" if len(sweep.levels) else "none"
     return f"Levels up to {last} of {SWEPT_LEVELS[-1]} are drawn. {sweep_sentence(sweep)}"
 
 
 class SweepChart:
-    """Draws a sweep; not there before the first.
+    """Draws a sweep; hidden until the first.
 
     Parameters
     ----------
-    gui : where to build it.
-    clock : gives seconds.
+    gui : viser.GuiApi
+        Where to build it.
+    clock : callable
+        Returns seconds.
     """
 
     def __init__(self, gui: viser.GuiApi, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock, self._drawn_s, self._top = clock, -math.inf, 1.0
-        flat = np.zeros(2)
-        font = "11px sans-serif"
-        no_points = uplot.Series_Points(show=False)
-        self._chart = gui.add_uplot(
-            data=(np.array([0.0, 1.0]), flat, flat, flat),
-            series=(
-                uplot.Series(label="level"),
-                *(
-                    uplot.Series(label=name, stroke=colour, dash=dash, width=2, points=no_points)
-                    for name, colour, dash in zip(CENTRES, _COLOURS, _DASHES, strict=True)
-                ),
-            ),
-            scales=_scales(1.0),
-            axes=(
-                uplot.Axis(label="fixed level (0-255)", labelSize=16, size=26, font=font, labelFont=font),
-                uplot.Axis(label="centre off by (px)", labelSize=16, size=34, font=font, labelFont=font),
-            ),
-            legend=uplot.Legend(show=True),
-            height=_HEIGHT_PX,
-            visible=False,
-        )
+        self._clock, self._drawn_s = clock, -math.inf
+        curves = [Curve(name, colour, dash) for name, (colour, dash) in zip(CENTRES, _LOOKS, strict=True)]
+        axes = axis("fixed level (0-255)", 26, 16), axis("centre off by (px)", 34, 16)
+        self._chart = Chart(gui, "level", curves, axes, _HEIGHT_PX)
         self._sentence = gui.add_html("")
 
     def grow(self, sweep: LevelSweep) -> None:
@@ -101,17 +79,9 @@ class SweepChart:
             self._drawn_s = self._clock()
 
     def show(self, sweep: LevelSweep) -> None:
-        """Draw a sweep to its end."""
+        """Draw a finished sweep."""
         self._draw(sweep, sweep_sentence(sweep))
 
     def _draw(self, sweep: LevelSweep, sentence: str) -> None:
-        top = sweep_top_px(sweep)
-        if top != self._top:
-            self._chart.scales, self._top = _scales(top), top
-        self._chart.data = sweep_data(sweep)
-        self._chart.visible = True
-        self._sentence.content = f'<div id="sweep" style="{SMALL}">{escape(sentence)}</div>'
-
-
-def _scales(top: float) -> dict[str, uplot.Scale]:
-    return {"x": uplot.Scale(time=False, range=(0.0, 255.0)), "y": uplot.Scale(range=(0.0, top))}
+        self._chart.show(sweep_data(sweep), x=(0.0, LEVELS - 1.0), y=(0.0, sweep_top_px(sweep)))
+        self._sentence.content = small(escape(sentence), 'id="sweep"')

@@ -1,18 +1,18 @@
-"""The charts of a sequence over time: place, attitude, and how sure it is; frames without the dock are marked."""
+"""The charts of a sequence over time: position, attitude and probability, with frames that show no dock marked."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 import viser
+from dockpose.app.drawing.colours import BLUE, DROPPED_COLOUR, GREEN, ORANGE, PURPLE
 from dockpose.app.processing.trajectory import COLUMNS, Trajectory
-from viser import uplot
+from dockpose.app.web.charts.chart import Chart, Curve, Ends, axis, fitting_ends, round_above
 
-MOST_POINTS = 400  # a chart is as wide as that on the screen
+MOST_POINTS = 400  # about the width of a chart on the screen
 _HEIGHT_PX = 135
-_LOST_COLOUR = "#D55E00"
+_DASHES = ((), (6.0, 3.0), (2.0, 2.0))
 
 
 @dataclass(frozen=True)
@@ -21,12 +21,16 @@ class Lines:
 
     Attributes
     ----------
-    title : of its vertical axis, with the unit.
-    columns : of a course, see :data:`dockpose.app.processing.trajectory.COLUMNS`.
-    names : of the lines.
-    colours : of the lines, Okabe and Ito's; they differ in their dashes too.
-    factor : from the column's unit to the axis's.
-    bounds : of the axis; None to fit the numbers.
+    title : str
+        Of the vertical axis, with the unit.
+    columns : tuple of str
+        Of a trajectory, see :data:`dockpose.app.processing.trajectory.COLUMNS`.
+    names, colours : tuple of str
+        Of the lines.
+    factor : float
+        From the column's unit to the axis's.
+    bounds : tuple of float or None
+        Ends of the axis; None to fit the numbers.
     """
 
     title: str
@@ -34,116 +38,56 @@ class Lines:
     names: tuple[str, ...]
     colours: tuple[str, ...]
     factor: float = 1.0
-    bounds: tuple[float, float] | None = None
+    bounds: Ends | None = None
+
+    def values(self, table: np.ndarray) -> np.ndarray:
+        """Return the lines' numbers (N, lines) in the axis's unit."""
+        return self.factor * table[:, [COLUMNS.index(column) for column in self.columns]]
 
 
+_SHARES = ("eccentricity", "probability")
 CHARTS = (
-    Lines("place (cm)", ("x_m", "y_m", "z_m"), ("x", "y", "z"), ("#E69F00", "#009E73", "#0072B2"), factor=100.0),
-    Lines("angle (°)", ("theta_x_deg", "theta_y_deg"), ("θx", "θy"), ("#E69F00", "#0072B2")),
-    Lines(
-        "0 to 1",
-        ("eccentricity", "probability"),
-        ("eccentricity", "probability"),
-        ("#CC79A7", "#0072B2"),
-        bounds=(0.0, 1.05),
-    ),
+    Lines("place (cm)", ("x_m", "y_m", "z_m"), ("x", "y", "z"), (ORANGE, GREEN, BLUE), factor=100.0),
+    Lines("angle (°)", ("theta_x_deg", "theta_y_deg"), ("θx", "θy"), (ORANGE, BLUE)),
+    Lines("0 to 1", _SHARES, _SHARES, (PURPLE, BLUE), bounds=(0.0, 1.05)),
 )
-_DASHES = ((), (6.0, 3.0), (2.0, 2.0))
 
 
-def chart_data(table: np.ndarray, lines: Lines, bounds: tuple[float, float]) -> tuple[np.ndarray, ...]:
-    """Times, the lines, and the marks of frames without the dock at the bottom; hidden below it where there is nothing.
-
-    A gap would need NaN, which blanks the whole chart.
-    """
+def chart_data(table: np.ndarray, lines: Lines, bounds: Ends) -> tuple[np.ndarray, ...]:
+    """Return times, the lines, and marks near the bottom for frames without the dock; NaN where there is nothing."""
     low, high = bounds
-    hidden = low - (high - low)
-    numbers = [lines.factor * table[:, COLUMNS.index(column)] for column in lines.columns]
-    lost = np.where(table[:, COLUMNS.index("lost")] > 0, low + 0.03 * (high - low), hidden)
-    return (table[:, 0], *(np.where(np.isnan(line), hidden, line) for line in numbers), lost)
+    lost = np.where(table[:, COLUMNS.index("lost")] > 0, low + 0.03 * (high - low), np.nan)
+    return (table[:, 0], *lines.values(table).T, lost)
 
 
-def fitting_bounds(table: np.ndarray, lines: Lines) -> tuple[float, float]:
-    """Ends of the vertical axis around all numbers, in whole steps, so that they seldom move."""
-    if lines.bounds is not None:
-        return lines.bounds
-    numbers = lines.factor * table[:, [COLUMNS.index(column) for column in lines.columns]]
-    known = numbers[~np.isnan(numbers)]
-    if len(known) == 0:
-        return 0.0, 1.0
-    low, high = float(known.min()), float(known.max())
-    step = 10.0 ** math.floor(math.log10(max(high - low, 1.0)))
-    return step * math.floor(low / step - 0.1), step * math.ceil(high / step + 0.1)
+def fitting_bounds(table: np.ndarray, lines: Lines) -> Ends:
+    """Return the ends of the vertical axis."""
+    return lines.bounds or fitting_ends(lines.values(table), 1.0)
 
 
 class TrajectoryCharts:
-    """Draws a course; not there before the first frame."""
+    """Draws a trajectory; hidden until there are two frames."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._charts = [_Chart(gui, lines) for lines in CHARTS]
+        self._charts = [(lines, _chart(gui, lines)) for lines in CHARTS]
 
     def show(self, trajectory: Trajectory) -> None:
         """Draw what was found so far."""
         table = trajectory.table(MOST_POINTS)
-        for chart in self._charts:
-            chart.show(table)
+        if len(table) < 2:
+            return
+        times = float(table[0, 0]), round_above(float(table[-1, 0]))
+        for lines, chart in self._charts:
+            bounds = fitting_bounds(table, lines)
+            chart.show(chart_data(table, lines, bounds), x=times, y=bounds)
 
     def hide(self) -> None:
         """Take the charts away."""
-        for chart in self._charts:
+        for _, chart in self._charts:
             chart.hide()
 
 
-class _Chart:
-    def __init__(self, gui: viser.GuiApi, lines: Lines) -> None:
-        self._lines, self._bounds, self._times = lines, (0.0, 1.0), (0.0, 1.0)
-        flat, font = np.zeros(2), "11px sans-serif"
-        no_points = uplot.Series_Points(show=False)
-        self._chart = gui.add_uplot(
-            data=(np.array([0.0, 1.0]), *([flat] * (len(lines.names) + 1))),
-            series=(
-                uplot.Series(label="time (s)"),
-                *(
-                    uplot.Series(label=name, stroke=colour, dash=dash, width=2, points=no_points)
-                    for name, colour, dash in zip(lines.names, lines.colours, _DASHES, strict=False)
-                ),
-                uplot.Series(
-                    label="no dock",
-                    stroke="transparent",
-                    width=0,
-                    points=uplot.Series_Points(show=True, size=5, fill=_LOST_COLOUR, stroke=_LOST_COLOUR),
-                ),
-            ),
-            scales=self._scales(),
-            axes=(
-                uplot.Axis(size=32, font=font),  # what it counts stands in the legend below
-                uplot.Axis(label=lines.title, labelSize=14, size=40, font=font, labelFont=font, space=20),
-            ),
-            legend=uplot.Legend(show=True),
-            height=_HEIGHT_PX,
-            padding=(10, 8, 0, 0),
-            visible=False,
-        )
-
-    def show(self, table: np.ndarray) -> None:
-        if len(table) < 2:
-            return
-        bounds = fitting_bounds(table, self._lines)
-        times = (float(table[0, 0]), _next_step(float(table[-1, 0])))
-        if (bounds, times) != (self._bounds, self._times):  # with other scales the browser builds the chart anew
-            self._bounds, self._times = bounds, times
-            self._chart.scales = self._scales()
-        self._chart.data = chart_data(table, self._lines, bounds)
-        self._chart.visible = True
-
-    def hide(self) -> None:
-        self._chart.visible = False
-
-    def _scales(self) -> dict[str, uplot.Scale]:
-        return {"x": uplot.Scale(time=False, range=self._times), "y": uplot.Scale(range=self._bounds)}
-
-
-def _next_step(time_s: float) -> float:
-    """The end of the time axis: 1, 2 or 5 times a power of ten, so that it seldom moves while a sequence plays."""
-    power = 10.0 ** math.floor(math.log10(max(time_s, 1.0)))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= time_s)
+def _chart(gui: viser.GuiApi, lines: Lines) -> Chart:
+    curves = [Curve(*look) for look in zip(lines.names, lines.colours, _DASHES, strict=False)]
+    curves.append(Curve("no dock", DROPPED_COLOUR, marks_px=5))
+    return Chart(gui, "time (s)", curves, (axis(), axis(lines.title, 40, space=20)), _HEIGHT_PX)

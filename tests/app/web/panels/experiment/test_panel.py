@@ -20,7 +20,6 @@ from dockpose.app.processing.following import chosen_by_track
 from dockpose.app.processing.replay import differences, estimate_again
 from dockpose.app.resources import sample_path
 from dockpose.app.state.view import open_source, with_upload
-from dockpose.app.web.charts.errors import CHARTS, chart_ends, error_points
 from dockpose.app.web.panels.experiment.measured import BLANK, measured_of, texts_of, texts_of_pose, values_of
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
@@ -97,25 +96,6 @@ def test_outside_text_is_escaped():
     assert "No pose: no lights. &lt;img src=x&gt;" in html
     assert "<b>x" not in state_html(Path("/<b>x"), 1, "<b>x")
     assert taken_words(row) == "Frame 1 is on disk: tank, without a pose, not yet measured."
-
-
-def test_points_of_the_chart():
-    rows = [
-        changed(measured_z_cm=98.0, distance_cm=200.0),
-        changed(measured_x_cm=0.0, distance_cm=100.0),
-        changed(distance_cm=150.0),  # nothing to be off from
-    ]
-    place, angle = (error_points(rows, marks) for marks in CHARTS)
-    np.testing.assert_allclose(place, [[1, 1, np.nan, np.nan], [2, np.nan, np.nan, 2]])
-    assert angle.shape == (0, 3)
-    assert error_points([], CHARTS[0]).shape == (0, 4)
-
-
-@pytest.mark.parametrize("numbers", [[0.0], [1.0, 2.0], [-0.3, 4.0], [np.nan, 12.0, 1900.0]])
-def test_axis_holds_all_numbers_with_room(numbers):
-    low, high = chart_ends(np.array(numbers))
-    assert low < np.nanmin(numbers) <= np.nanmax(numbers) < high
-    assert high - low < 4 * max(np.nanmax(numbers) - np.nanmin(numbers), 0.1)
 
 
 def test_sessions_stay_below_their_folder(tmp_path):

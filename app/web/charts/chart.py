@@ -1,0 +1,166 @@
+"""One chart of the page, drawn by uPlot: its fonts, axes, gaps and scales."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import viser
+from viser import uplot
+
+Ends = tuple[float, float]
+_FONT = "11px sans-serif"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line of a chart, or a row of marks.
+
+    Attributes
+    ----------
+    label, colour : str
+        For the legend; a colour as in HTML.
+    dash : tuple of float
+        Pixels on and off; empty for a solid line.
+    width : float
+        Of the line, in pixels.
+    fill : str or None
+        Colour below the line.
+    marks_px : float or None
+        Draw marks of this size in place of a line.
+    hollow : bool
+        Draw the marks as rings.
+    scale : str
+        Which of the chart's scales it belongs to.
+    """
+
+    label: str
+    colour: str
+    dash: tuple[float, ...] = ()
+    width: float = 2.0
+    fill: str | None = None
+    marks_px: float | None = None
+    hollow: bool = False
+    scale: str = "y"
+
+    def series(self) -> uplot.Series:
+        """Return the curve as uPlot has it."""
+        if self.marks_px is not None:
+            fill = "transparent" if self.hollow else self.colour
+            points = uplot.Series_Points(show=True, size=self.marks_px, stroke=self.colour, width=1.5, fill=fill)
+            return uplot.Series(label=self.label, stroke="transparent", width=0, points=points, scale=self.scale)
+        no_points, fill = uplot.Series_Points(show=False), self.fill or "transparent"
+        look: Any = {"stroke": self.colour, "width": self.width, "dash": self.dash, "fill": fill}
+        return uplot.Series(label=self.label, points=no_points, scale=self.scale, **look)
+
+
+def axis(label: str = "", size: int = 32, label_size: int = 14, **more: Any) -> uplot.Axis:
+    """Return an axis ``size`` pixels wide; ``label`` stands beside it, ``more`` are uPlot's own options."""
+    named: Any = {"label": label, "labelSize": label_size, "labelFont": _FONT} if label else {}
+    return uplot.Axis(font=_FONT, size=size, **named, **more)
+
+
+class Chart:
+    """A chart of curves over one axis.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where to build it.
+    across : str
+        What the horizontal axis counts, for the legend.
+    curves : sequence of Curve
+        What is drawn.
+    axes : sequence of uplot.Axis
+        The horizontal one first.
+    height : int
+        In pixels.
+    scales : tuple of str
+        Names of the vertical scales.
+    legend, visible : bool
+        Whether there is a legend, and whether the chart is there before it is first shown.
+    padding : tuple of int
+        Pixels at the top, right, bottom and left.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        across: str,
+        curves: Sequence[Curve],
+        axes: Sequence[uplot.Axis],
+        height: int,
+        *,
+        scales: tuple[str, ...] = ("y",),
+        legend: bool = True,
+        visible: bool = False,
+        padding: tuple[int, int, int, int] = (10, 8, 0, 0),
+    ) -> None:
+        self._curves = tuple(curves)
+        self._ends: dict[str, Ends] = dict.fromkeys(("x", *scales), (0.0, 1.0))
+        self._handle = gui.add_uplot(
+            data=(np.array([0.0, 1.0]), *([np.zeros(2)] * len(curves))),
+            series=(uplot.Series(label=across), *(curve.series() for curve in curves)),
+            scales=_scales(self._ends),
+            axes=tuple(axes),
+            legend=uplot.Legend(show=legend),
+            height=height,
+            padding=padding,
+            visible=visible,
+        )
+
+    def show(self, data: Sequence[np.ndarray], **ends: Ends) -> None:
+        """Draw the curves.
+
+        Parameters
+        ----------
+        data : sequence of numpy.ndarray
+            Places along the horizontal axis, then the values of each curve there; NaN for gaps.
+        **ends : tuple of float
+            Both ends of each scale: ``x``, ``y`` and what else the chart has.
+        """
+        if ends != self._ends:  # with other scales the browser rebuilds the chart
+            self._ends = ends
+            self._handle.scales = _scales(ends)
+        across, *values = data
+        curves = [without_gaps(line, ends[curve.scale]) for line, curve in zip(values, self._curves, strict=True)]
+        # The browser draws nothing of a single point.
+        twice = 2 if len(across) == 1 else 1
+        self._handle.data = tuple(np.repeat(line, twice) for line in (across, *curves))
+        self._handle.visible = True
+
+    def hide(self) -> None:
+        """Take the chart away until it is shown again."""
+        self._handle.visible = False
+
+
+def without_gaps(values: np.ndarray, ends: Ends) -> np.ndarray:
+    """Replace NaN, which would blank the whole chart, with a number out of sight below the axis."""
+    low, high = ends
+    return np.where(np.isnan(values), low - (high - low), values)
+
+
+def fitting_ends(numbers: np.ndarray, least: float) -> Ends:
+    """Return ends of an axis around all numbers but NaN, in whole steps, so that they seldom move.
+
+    The step is a power of ten, no smaller than that of the span ``least``.
+    """
+    known = numbers[~np.isnan(numbers)]
+    if len(known) == 0:
+        return 0.0, 1.0
+    low, high = float(known.min()), float(known.max())
+    step = 10.0 ** math.floor(math.log10(max(high - low, least)))
+    return step * math.floor(low / step - 0.1), step * math.ceil(high / step + 0.1)
+
+
+def round_above(number: float) -> float:
+    """Return 1, 2 or 5 times a power of ten: the least that is not below ``number``, and at least 1."""
+    power = 10.0 ** math.floor(math.log10(max(number, 1.0)))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= number)
+
+
+def _scales(ends: dict[str, Ends]) -> dict[str, uplot.Scale]:
+    return {name: uplot.Scale(time=False, range=pair) for name, pair in ends.items()}

@@ -80,12 +80,6 @@ def conic_matrix(conic: np.ndarray) -> np.ndarray:
     return np.array([[A, B / 2, D / 2], [B / 2, C, E / 2], [D / 2, E / 2, F]])
 
 
-def conic_coefficients(matrix: np.ndarray) -> np.ndarray:
-    """Coefficients (6,) of a symmetric 3 x 3 conic matrix."""
-    m = matrix
-    return np.array([m[0, 0], 2 * m[0, 1], m[1, 1], 2 * m[0, 2], 2 * m[1, 2], m[2, 2]])
-
-
 def fit_ellipse(points_px: Any) -> Ellipse:
     """Fit an ellipse to five or more points by least squares.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from dockpose.dock import Dock
 
 COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "theta x (deg)", "theta y (deg)")
 
@@ -15,10 +16,14 @@ class Table:
 
     Attributes
     ----------
-    lights : of the ring, 0.30 m in diameter.
-    measured : (N, 5) by hand, in the tank.
-    estimated : (N, 5) by the paper's method.
-    epnp : (N, 5) by EPnP on the coloured lights; None where the paper has none.
+    lights : int
+        Of the ring, 0.30 m in diameter.
+    measured : ndarray, shape (N, 5)
+        By hand, in the tank.
+    estimated : ndarray, shape (N, 5)
+        By the paper's method.
+    epnp : ndarray, shape (N, 5), optional
+        By EPnP on the coloured lights, where the paper has it.
     """
 
     lights: int
@@ -30,6 +35,15 @@ class Table:
     def mean_errors(self) -> np.ndarray:
         """The paper's own mean absolute error of each column (5,)."""
         return np.abs(self.estimated - self.measured).mean(axis=0)
+
+
+def coded_dock(diameter: float) -> Dock:
+    """The colour-coded dock of Table 4: 12 lights, white but for 0 and 3 in red and 6 and 9 in blue.
+
+    Turned by a quarter, a half or three quarters it looks different each time, even with one of the four hidden.
+    """
+    colours = {0: "red", 3: "red", 6: "blue", 9: "blue"}
+    return Dock(diameter, colours=tuple(colours.get(light, "white") for light in range(12)))
 
 
 TABLES = {

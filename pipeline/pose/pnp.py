@@ -1,4 +1,4 @@
-"""Pose from lights that are known one by one: EPnP and its peers, from OpenCV, to compare with."""
+"""Pose from lights whose numbers are known: EPnP and its peers, from OpenCV, for comparison."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.checks import as_points
 from dockpose.dock import Dock
-from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import light_rays
-from dockpose.pose.solve import find_poses
 
 # Lepetit et al. 2009; Collins and Bartoli 2014; Terzakis and Lourakis 2020; Levenberg-Marquardt on a homography.
 METHODS = {
@@ -22,8 +20,9 @@ METHODS = {
     "sqpnp": cv2.SOLVEPNP_SQPNP,
     "iterative": cv2.SOLVEPNP_ITERATIVE,
 }
+NAMES = {"epnp": "EPnP", "ippe": "IPPE", "sqpnp": "SQPnP", "iterative": "Iterative PnP"}
 FEWEST = 4
-# Turns of the model about its x and y axes: the same dock, in frames of which OpenCV's EPnP can stumble over one.
+# The model turned about its x and y axes: the same dock in three frames, of which EPnP may fail in one.
 _FRAMES = (np.eye(3), np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]))
 
 
@@ -31,57 +30,49 @@ class NoPoseError(ValueError):
     """The lights determine no pose; the text says why."""
 
 
-def coded_dock(diameter: float) -> Dock:
-    """The colour-coded dock of the paper's Table 4: 12 white lights but for red and blue ones in quadrature.
-
-    At the quarter turns: lights 0 and 3 are red, 6 and 9 blue. Turned by a quarter, a half or three quarters it looks
-    different each time, even with one of the four hidden.
-    """
-    colours = ["white"] * 12
-    colours[0] = colours[3] = "red"
-    colours[6] = colours[9] = "blue"
-    return Dock(diameter, colours=tuple(colours))
-
-
-def light_order(points_px: Any, labels: Sequence[str | None], camera: Camera, dock: Dock) -> np.ndarray:
-    """Which light (N,) of a colour-coded dock each of five or more points (N, 2) of the picture is.
-
-    Raises
-    ------
-    NoPoseError
-        if no ellipse runs through the points, or the colours that could be told do not say it.
-    """
-    try:
-        _, choice = find_poses(points_px, camera, dock, labels)
-    except NoEllipseError as error:
-        raise NoPoseError(str(error)) from error
-    if choice.lights is None or choice.selected_by != "colours":
-        raise NoPoseError("the colours of the lights do not tell which is which")
-    return choice.lights
+def peer_poses(points_px: Any, lights: np.ndarray, camera: Camera, dock: Dock) -> dict[str, CirclePose | str]:
+    """Pose by each method, under the method's usual name, or a sentence why there is none; see :func:`solve`."""
+    poses: dict[str, CirclePose | str] = {}
+    for method, name in NAMES.items():
+        try:
+            poses[name] = solve(points_px, lights, camera, dock, method)
+        except NoPoseError as error:
+            poses[name] = str(error)
+    return poses
 
 
 def solve(points_px: Any, lights: Sequence[int] | np.ndarray, camera: Camera, dock: Dock, method: str) -> CirclePose:
-    """Find the pose of a dock whose lights are known one by one.
+    """Find the pose of a dock from lights whose numbers are known.
 
     Parameters
     ----------
-    points_px : (N, 2) centres of the lights in the picture, N at least 4.
-    lights : (N,) number of the light that each point is.
-    camera : that took it; behind a port the rays are taken to meet in one point, as these methods must.
-    dock : where its lights are.
-    method : one of ``METHODS``.
+    points_px : array_like, shape (N, 2)
+        Centres of the lights in the picture; N is at least 4.
+    lights : sequence of int, length N
+        Which light each point is.
+    camera : Camera
+        That took the picture. Behind a port the rays are taken to meet in one point, as these methods require.
+    dock : Dock
+        Where the lights are.
+    method : str
+        One of ``METHODS``.
+
+    Returns
+    -------
+    CirclePose
+        The pose, with its root mean square reprojection error.
 
     Raises
     ------
     ValueError
-        if the method is unknown.
+        If the method is unknown.
     NoPoseError
-        if there are fewer than four different lights, a point is not finite, or the method finds nothing.
+        If there are fewer than four different lights, a point is not finite, or the method finds nothing.
 
     Notes
     -----
-    OpenCV's EPnP is degenerate on a complete, evenly spaced planar ring in one handedness of the model's frame; so
-    every method is asked in three frames, and of all answers the one with the smallest reprojection error is taken.
+    OpenCV's EPnP is degenerate on a complete, evenly spaced planar ring in one handedness of the model's frame.
+    Every method is therefore run in three frames, and the answer with the smallest reprojection error is returned.
     """
     if method not in METHODS:
         raise ValueError(f"method is {method!r}; it must be one of {', '.join(METHODS)}")

@@ -15,9 +15,9 @@ from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
 from dockpose.lights.ellipse import fit_ellipse
 from dockpose.paper.baselines import centres, hong_poses
-from dockpose.paper.tables import COLUMNS, TABLES
+from dockpose.paper.tables import COLUMNS, TABLES, coded_dock
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
-from dockpose.pose.pnp import METHODS, NoPoseError, coded_dock, solve
+from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Lights, Pose, Scene, render
 

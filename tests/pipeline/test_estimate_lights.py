@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
-from dockpose.pose.pnp import coded_dock
+from dockpose.paper.tables import coded_dock
 from dockpose.simulate import Lights, Sensor, render
 
 from tests.support.scenes import CAMERA, random_scene

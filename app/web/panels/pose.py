@@ -12,7 +12,6 @@ from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.processing.peers import peer_poses
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
 from dockpose.app.web.html import MISSING, pose_name, row, table, wide_row
@@ -21,6 +20,7 @@ from dockpose.app.web.panels.result import candidate_row
 from dockpose.app.web.widgets import Change, on_change
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
+from dockpose.pose.pnp import peer_poses
 
 PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
 ERROR_COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
@@ -40,12 +40,20 @@ def details_html(found: Estimate) -> str:
     )
 
 
+def coloured_peers(found: Estimate) -> dict[str, CirclePose | str]:
+    """Pose by each method that needs the lights' numbers; empty where no colours tell them."""
+    choice, markers, ring = found.choice, found.markers, found.ring
+    if not found.dock.colours or choice is None or choice.lights is None or markers is None or ring is None:
+        return {}
+    return peer_poses(markers.points_px[ring.on_ring], choice.lights, found.camera, found.dock)
+
+
 def peers_html(found: Estimate) -> str:
     """EPnP and its peers on coloured lights; empty where the dock has none."""
     if not found.dock.colours:
         return ""
     rows = []
-    for name, pose in peer_poses(found).items():
+    for name, pose in coloured_peers(found).items():
         if isinstance(pose, str):
             rows.append(wide_row(f"{escape(name)}: {escape(pose)}", 7))
         else:
@@ -64,7 +72,7 @@ def errors_html(found: Estimate, known: KnownPose | None, name: str) -> str:
     for index, pose in enumerate(found.candidates):
         is_chosen = pose is found.selected
         rows.append(row(pose_name(index, is_chosen), error_cells(pose, known), bold=is_chosen))
-    for peer, pose in peer_poses(found).items():
+    for peer, pose in coloured_peers(found).items():
         if not isinstance(pose, str):
             rows.append(row(escape(peer), error_cells(pose, known)))
     words = ""

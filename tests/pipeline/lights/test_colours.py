@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from dockpose.lights.colours import tell_colours
-from dockpose.pose.pnp import coded_dock
+from dockpose.paper.tables import coded_dock
 from dockpose.simulate import Lights, Pose, Scene, Sensor, render
 from dockpose.simulate.optics.water import PRESETS
 

@@ -3,7 +3,7 @@ import math
 import cv2
 import numpy as np
 import pytest
-from dockpose.lights.ellipse import NoEllipseError, conic_coefficients, ellipse_from_conic, fit_ellipse
+from dockpose.lights.ellipse import NoEllipseError, ellipse_from_conic, fit_ellipse
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -74,7 +74,10 @@ def test_noisy_points_agree_with_opencv(seed):
 
 def test_the_conic_matrix_and_its_coefficients_are_inverses():
     ellipse = ellipse_from_conic([2.0, 0.5, 1.0, -3.0, 1.0, -4.0])
-    np.testing.assert_allclose(conic_coefficients(ellipse.matrix), ellipse.conic)
+    m = ellipse.matrix
+    np.testing.assert_array_equal(m, m.T)
+    coefficients = [m[0, 0], 2 * m[0, 1], m[1, 1], 2 * m[0, 2], 2 * m[1, 2], m[2, 2]]
+    np.testing.assert_allclose(coefficients, ellipse.conic)
 
 
 @pytest.mark.parametrize(

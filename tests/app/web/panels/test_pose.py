@@ -3,12 +3,11 @@ from dataclasses import replace
 import pytest
 from dockpose.app.export.words import advice, status_line, why_this_one
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.processing.peers import peer_poses
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import open_source, with_sample
-from dockpose.app.web.panels.pose import details_html, error_cells, errors_html, peers_html
+from dockpose.app.web.panels.pose import coloured_peers, details_html, error_cells, errors_html, peers_html
 from dockpose.pose.known import KnownPose
 
 
@@ -64,13 +63,13 @@ def test_details_have_units_and_deviations(analysis):
 
 
 def test_peers_agree_on_coloured_lights(coloured, analysis):
-    poses = peer_poses(coloured.estimate)
+    poses = coloured_peers(coloured.estimate)
     assert set(poses) == {"EPnP", "IPPE", "SQPnP", "Iterative PnP"}
     z = coloured.estimate.selected.position_m[2]
     assert all(not isinstance(pose, str) and abs(pose.position_m[2] - z) < 0.02 * z for pose in poses.values())
     assert "EPnP" in peers_html(coloured.estimate)
     assert peers_html(analysis.estimate) == ""
-    assert peer_poses(analyse(put(coloured.view, "min_area_px", 900)).estimate) == {}
+    assert coloured_peers(analyse(put(coloured.view, "min_area_px", 900)).estimate) == {}
 
 
 def test_errors_against_a_measured_pose(analysis):

@@ -8,18 +8,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dockpose import Camera, Dock, Estimate, Settings, estimate
+from dockpose import Camera, Dock, Estimate, Settings
 from dockpose.app.commands.output import PictureFolder, open_text, write_line
 from dockpose.app.drawing.montage import montage
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.sidecar import read_sidecar
+from dockpose.app.processing.comparison import compare
 from dockpose.camera.files import FileError
 from dockpose.lights.masks import Mask
 from dockpose.pose.known import KnownPose, pose_error
-from dockpose.thresholds import METHODS
 
-# A fixed level is no method: somebody chose it.
-COMPARED = tuple(name for name in METHODS if name != "fixed")
 _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")
 
 
@@ -53,7 +51,7 @@ def compare_sources(
     batch = Batch(paths, camera, dock)
 
     def work(picture: Picture) -> dict[str, Estimate]:
-        return compare(picture.image, picture.camera, picture.dock, masks)
+        return compare(picture.image, picture.camera, picture.dock, Settings(masks=masks))
 
     with contextlib.ExitStack() as files:
         json_file = open_text(json, files)
@@ -66,16 +64,6 @@ def compare_sources(
             if json_file is None and pictures is None:
                 print(table(str(picture.path), found, _truth(picture.path)))
     return batch.exit_status
-
-
-def compare(image: Any, camera: Camera, dock: Dock, masks: tuple[Mask, ...] = ()) -> dict[str, Estimate]:
-    """Estimate one picture by each method of ``COMPARED``; hats without its fallback on hats_local.
-
-    Parameters and errors are those of :func:`dockpose.estimate`.
-    """
-    return {
-        name: estimate(image, camera, dock, Settings(method=name, masks=masks), fall_back=False) for name in COMPARED
-    }
 
 
 def to_line(picture: Picture, found: Mapping[str, Estimate]) -> dict[str, Any]:

@@ -1,22 +1,24 @@
-"""What each threshold method makes of the picture on the page, and how the dock's centre moves with the level."""
+"""All threshold methods on one picture, and how the dock's centre moves with a fixed level."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 import numpy as np
-from dockpose import Estimate, Settings, estimate
-from dockpose.app.commands.compare import COMPARED
+from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.processing.analysis import chosen_by_hand
 from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
 from dockpose.paper.baselines import centres
 from dockpose.pose.known import pose_error
-from dockpose.thresholds import LEVELS
+from dockpose.thresholds import LEVELS, METHODS
 
+COMPARED = tuple(name for name in METHODS if name != "fixed")  # somebody chose a fixed level: it is no method
 SWEPT_LEVELS = range(1, LEVELS)
+DEFAULTS = Settings()
 CENTRES = ("mass moment of the lights", "ellipse centre", "true centre")
 
 
@@ -26,9 +28,12 @@ class LevelSweep:
 
     Attributes
     ----------
-    levels : (N,) grey levels.
-    errors_px : (N, 3) distance from the reference of each of ``CENTRES``; NaN where a level shows no dock.
-    reference : what they are measured against, in words.
+    levels : ndarray, shape (N,)
+        Grey levels.
+    errors_px : ndarray, shape (N, 3)
+        Distance of each of ``CENTRES`` from the reference; NaN where a level shows no dock.
+    reference : str
+        What they are measured against, in words.
     """
 
     levels: np.ndarray
@@ -36,22 +41,28 @@ class LevelSweep:
     reference: str
 
 
-def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
-    """Estimate the view by each method, otherwise with its own settings; hats without its fallback."""
+def compare(
+    image: Any, camera: Camera, dock: Dock, settings: Settings = DEFAULTS, methods: Iterable[str] = COMPARED
+) -> dict[str, Estimate]:
+    """Estimate a picture by each method, otherwise with the same settings; hats does not fall back on hats_local."""
     return {
-        method: _estimate(view, msgspec.structs.replace(view.settings, method=method))
-        for method in progress.over(COMPARED)
+        name: estimate(image, camera, dock, msgspec.structs.replace(settings, method=name), fall_back=False)
+        for name in methods
     }
+
+
+def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
+    """Estimate the view by each method; a pose that was chosen by hand stays chosen."""
+    found = compare(view.image, view.camera, view.dock, view.settings, progress.over(COMPARED))
+    return {name: _by_hand(one, view) for name, one in found.items()}
 
 
 def error_words(found: Estimate, view: View) -> str:
     """How far the chosen pose is from the truth, or from the measured pose; empty where neither is known."""
     error = pose_error(found.selected, view.known_pose)
-    return (
-        ""
-        if error is None
-        else f"{100 * error.distance_m:.1f}\N{NO-BREAK SPACE}cm,\N{NO-BREAK SPACE}{np.degrees(error.angle_rad):.1f}°"
-    )
+    if error is None:
+        return ""
+    return f"{100 * error.distance_m:.1f} cm, {np.degrees(error.angle_rad):.1f}°".replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def sweep_levels(
@@ -65,24 +76,29 @@ def sweep_levels(
 
     Parameters
     ----------
-    view : what to look at.
-    present : found in it as it stands; its centre is the reference where the truth is not known.
-    progress : told level by level.
-    levels : which.
-    show : given what was swept so far, level by level.
+    view : View
+        What to look at.
+    present : Estimate
+        Of the view as it is; its centre is the reference where no pose is known.
+    progress : Progress
+        Advances level by level.
+    levels : sequence of int
+        Which to try.
+    show : callable
+        Receives the sweep so far, level by level.
     """
     centre, reference = _reference(view, present)
     errors = np.full((len(levels), len(CENTRES)), np.nan)
     for index, level in enumerate(progress.over(levels)):
-        found = _estimate(view, msgspec.structs.replace(view.settings, method="fixed", level=level))
+        settings = msgspec.structs.replace(view.settings, method="fixed", level=level)
+        found = _by_hand(estimate(view.image, view.camera, view.dock, settings, fall_back=False), view)
         if centre is not None:
             errors[index] = _errors_px(found, centre)
         show(LevelSweep(np.asarray(levels[: index + 1]), errors[: index + 1].copy(), reference))
     return LevelSweep(np.asarray(levels), errors, reference)
 
 
-def _estimate(view: View, settings: Settings) -> Estimate:
-    found = estimate(view.image, view.camera, view.dock, settings, fall_back=False)
+def _by_hand(found: Estimate, view: View) -> Estimate:
     return found if view.by_hand is None else chosen_by_hand(found, view.by_hand)
 
 

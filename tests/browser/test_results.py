@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import pytest
 from dockpose import estimate
-from dockpose.app.commands.compare import COMPARED
 from dockpose.app.processing import comparison
+from dockpose.app.processing.comparison import COMPARED
 
 from tests.browser.conftest import THROTTLE_S
 

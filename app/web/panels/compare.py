@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import viser
 from dockpose import Estimate
-from dockpose.app.commands.compare import COMPARED
 from dockpose.app.drawing.montage import montage
 from dockpose.app.export.words import short_method
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress, Task
-from dockpose.app.processing.comparison import compare_view, error_words, sweep_levels
+from dockpose.app.processing.comparison import COMPARED, compare_view, error_words, sweep_levels
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.sweep import SweepChart

@@ -3,10 +3,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dockpose.app.commands.compare import COMPARED
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress, Task
-from dockpose.app.processing.comparison import compare_view, sweep_levels
+from dockpose.app.processing.comparison import COMPARED, compare_view, sweep_levels
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 

@@ -1,4 +1,4 @@
-"""Checks of arguments: each raises a ValueError that names the argument and its value."""
+"""Argument checks: each raises a ValueError that names the argument and its value."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def check_number(name: str, value: Any, *, above: float = -math.inf) -> None:
-    """Raise a ValueError that names the argument unless ``value`` is a finite number larger than ``above``."""
+    """Raise a ValueError that names the argument unless ``value`` is a finite number above ``above``."""
     is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
     if not is_number or not math.isfinite(value) or not value > above:
         wanted = "a finite number" if above == -math.inf else f"a finite number above {above:g}"
@@ -17,7 +17,7 @@ def check_number(name: str, value: Any, *, above: float = -math.inf) -> None:
 
 
 def check_whole(name: str, value: Any, *, least: int) -> None:
-    """Raise a ValueError that names the argument unless ``value`` is a whole number of at least ``least``."""
+    """Raise a ValueError that names the argument unless ``value`` is a whole number, at least ``least``."""
     if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
         raise ValueError(f"{name} is {value!r}; it must be a whole number of at least {least}")
 

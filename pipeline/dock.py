@@ -9,7 +9,7 @@ import numpy as np
 from dockpose.checks import check_number, check_whole
 
 LIGHT_COLOURS = ("white", "red", "green", "blue")
-_CLOSEST_DEG = 0.5  # two lights nearer to each other than this are one
+_CLOSEST_DEG = 0.5  # two lights closer together than this are the same
 
 
 class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"diameter": "diameter_m"}):
@@ -17,16 +17,29 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
 
     Parameters
     ----------
-    diameter : of the circle through the lights, in metres, above 0.
-    lights : how many there are, at least 3; None where it is not known.
-    angles_deg : of each light around the ring, see :meth:`light_points`; empty where they are evenly spaced.
-    colours : of each light, names in ``LIGHT_COLOURS``; empty where all are alike.
+    diameter : float, metres
+        Diameter of the circle through the lights, above 0.
+    lights : int, optional
+        Number of lights, at least 3; None where it is not known.
+    angles_deg : tuple of float, degrees
+        Angle of each light around the ring, see :meth:`light_points`; empty where they are evenly spaced.
+    colours : tuple of str
+        Colour of each light, names in ``LIGHT_COLOURS``; empty where all are alike.
 
     Raises
     ------
     ValueError
-        if the diameter is not a positive number, the number of lights is below 3 or another than that of the angles or
-        colours, two angles are the same, or a colour is unknown.
+        If the diameter is not a positive number, there are fewer than 3 lights, the number of angles or colours differs
+        from that of the lights, two angles are the same, or a colour is unknown.
+
+    Examples
+    --------
+    >>> dock = Dock(diameter=0.30, lights=4)
+    >>> dock.light_points().round(3) + 0.0
+    array([[ 0.15,  0.  ,  0.  ],
+           [ 0.  ,  0.15,  0.  ],
+           [-0.15,  0.  ,  0.  ],
+           [ 0.  , -0.15,  0.  ]])
     """
 
     diameter: float
@@ -62,7 +75,13 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         return self.diameter / 2
 
     def light_angles_rad(self) -> np.ndarray:
-        """Angle (lights,) of each light around the ring, from the dock's x axis towards its y axis."""
+        """Angle (lights,) of each light around the ring, from the dock's x axis towards its y axis, in radians.
+
+        Raises
+        ------
+        ValueError
+            If the number of lights is not known.
+        """
         if self.lights is None:
             raise ValueError("lights is None; the number of lights is needed to place them")
         if self.angles_deg:
@@ -72,8 +91,8 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     def light_points(self) -> np.ndarray:
         """Positions (lights, 3) in metres in the dock's own frame.
 
-        The dock lies in the plane z = 0, its face looks along -z (towards the camera when it is square on), a light at
-        angle 0 is on the x axis and others follow towards y.
+        The dock lies in the plane z = 0 and its face looks along -z (towards the camera when square on). A light at
+        angle 0 is on the x axis, and angles grow towards y.
         """
         angles = self.light_angles_rad()
         return self.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])

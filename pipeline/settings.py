@@ -1,4 +1,4 @@
-"""How a picture is searched."""
+"""Detection and tracking settings."""
 
 from __future__ import annotations
 
@@ -10,22 +10,40 @@ from dockpose.thresholds import LEVELS, METHODS
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How a picture is searched.
+    """How a picture is searched, and how fast a tracked dock may move.
 
     Parameters
     ----------
-    method : name of the threshold method, one of ``METHODS``.
-    level : for the method "fixed", 0..255.
-    min_area_px : groups of fewer pixels are noise.
-    centroid : "grey" (weighed by brightness) or "binary" (the paper's mass moment).
-    masks : rectangles (x_px, y_px, width_px, height_px) that are not looked at, see :mod:`dockpose.lights.masks`.
-    max_speed_m_per_s, max_turn_deg_per_s : the fastest that the vehicle moves and turns, for following it over frames.
-    lost_after_s : how long a dock that is not seen is predicted before it is lost.
+    method : str
+        Name of the threshold method, one of ``METHODS``.
+    level : int, optional
+        Grey level for the method "fixed", 0..255.
+    min_area_px : int, pixels
+        Groups of fewer pixels are noise.
+    centroid : {"grey", "binary"}
+        Weigh a light's pixels by brightness, or all alike (the paper's mass moment).
+    masks : tuple of (x_px, y_px, width_px, height_px)
+        Rectangles that are ignored, see :mod:`dockpose.lights.masks`.
+    max_speed_m_per_s : float, metres per second
+        The fastest the vehicle moves, for tracking.
+    max_turn_deg_per_s : float, degrees per second
+        The fastest the vehicle turns, for tracking.
+    lost_after_s : float, seconds
+        How long a dock that is not seen is predicted before the track is lost.
 
     Raises
     ------
     ValueError
-        if the method or the centroid is unknown, a number is out of range, or "fixed" has no level.
+        If the method or the centroid is unknown, a number is out of range, or "fixed" has no level.
+
+    Examples
+    --------
+    >>> Settings(method="otsu").min_area_px
+    2
+    >>> Settings(method="fixed")
+    Traceback (most recent call last):
+        ...
+    ValueError: level is None; the method 'fixed' needs a level, 0 to 255
     """
 
     method: str = "hats"

@@ -12,10 +12,10 @@ from dockpose.checks import check_number, check_whole
 
 LENSES = ("perspective", "rational", "fisheye")
 FEWEST_PICTURES = 3
-# A picture whose error is this many times the median's, and worse than this, spoils the others'.
+# A picture whose error exceeds both this multiple of the median error and this many pixels is an outlier.
 _OUTLIER, _OUTLIER_PX = 3.0, 0.5
-_WORST_SHARE = 0.003  # of the picture's longer side: 2 px of 640; a worse fit is none
-_FEWEST_CORNERS = 8  # of a ChArUco board that is partly hidden
+_WORST_SHARE = 0.003  # of the picture's longer side (2 px of 640); a fit with a larger error is rejected
+_FEWEST_CORNERS = 8  # of a partly hidden ChArUco board
 _FEWEST_ROWS = 3
 
 
@@ -29,15 +29,19 @@ class Board:
 
     Parameters
     ----------
-    columns, rows : number of squares, or of inner corners for a chessboard described in that way; at least 3.
-    square_m : side of a square, in metres.
-    dictionary : name of the ArUco dictionary of a ChArUco board, as DICT_4X4_50; None for a chessboard.
-    marker_m : side of its markers, in metres; None for three quarters of a square.
+    columns, rows : int
+        Number of squares, at least 3. For a chessboard the number of inner corners is accepted too.
+    square_m : float, metres
+        Side of a square.
+    dictionary : str, optional
+        Name of the ArUco dictionary of a ChArUco board, such as ``"DICT_4X4_50"``; None for a chessboard.
+    marker_m : float, metres, optional
+        Side of the ArUco markers; None for three quarters of a square.
 
     Raises
     ------
     ValueError
-        if a number is out of range or the dictionary is unknown.
+        If a number is out of range or the dictionary is unknown.
     """
 
     columns: int
@@ -57,7 +61,7 @@ class Board:
         if self.dictionary is not None and not (
             self.dictionary.startswith("DICT_") and hasattr(cv2.aruco, self.dictionary)
         ):
-            raise ValueError(f"dictionary is {self.dictionary!r}; it must be one of OpenCV's, as DICT_4X4_50")
+            raise ValueError(f"dictionary is {self.dictionary!r}; it must be one of OpenCV's, such as DICT_4X4_50")
 
 
 @dataclass(frozen=True)
@@ -66,10 +70,14 @@ class BoardView:
 
     Attributes
     ----------
-    name : of the picture.
-    error_px : root mean square reprojection error of its corners; None where no board was found.
-    corners : how many were found.
-    dropped : why it was left out; empty where it was used.
+    name : str
+        Name of the picture.
+    error_px : float or None, pixels
+        Root mean square reprojection error of its corners; None where no board was found.
+    corners : int
+        Number of corners found.
+    dropped : str
+        Why it was left out; empty where it was used.
     """
 
     name: str
@@ -80,9 +88,18 @@ class BoardView:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The camera, the root mean square error over all used corners, and every picture's own.
+    """The result of a calibration.
 
-    ``counted_as`` tells how the board's numbers were understood: "squares" or "corners".
+    Attributes
+    ----------
+    camera : Camera
+        The calibrated camera.
+    error_px : float, pixels
+        Root mean square reprojection error over all corners that were used.
+    views : tuple of BoardView
+        One entry per picture, used or dropped.
+    counted_as : {"squares", "corners"}
+        What the board's columns and rows were taken to count.
     """
 
     camera: Camera
@@ -93,7 +110,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class _Sighting:
-    """A board that was found: its corners on the board (N, 3) in metres, and in the picture (N, 2) in pixels."""
+    """A detected board: its corners on the board (N, 3) in metres, and in the picture (N, 2) in pixels."""
 
     name: str
     board_m: np.ndarray
@@ -103,27 +120,38 @@ class _Sighting:
 def calibrate(
     pictures: Iterable[tuple[str, np.ndarray | None]], board: Board, lens: str = "perspective"
 ) -> Calibration:
-    """Calibrate a camera.
+    """Calibrate a camera from pictures of a board.
 
     Parameters
     ----------
-    pictures : names and (H, W) uint8 grey pictures; None for one that could not be read. They are looked at one by
-        one, so that they need not all be in memory.
-    board : what they show.
-    lens : "perspective" (5 coefficients), "rational" (8) or "fisheye" (4).
+    pictures : iterable of (str, (H, W) uint8 array or None)
+        Name and grey picture; None for a picture that could not be read. They are consumed one at a time, so they
+        need not fit in memory together.
+    board : Board
+        The board in the pictures.
+    lens : {"perspective", "rational", "fisheye"}
+        Lens model, with 5, 8 and 4 distortion coefficients respectively.
+
+    Returns
+    -------
+    Calibration
+        The camera, the overall error and what became of each picture.
 
     Raises
     ------
     ValueError
-        if the lens is unknown.
+        If the lens model is unknown.
     CalibrationError
-        if fewer than three pictures show the board, or they do not determine the camera.
+        If fewer than three pictures show the board, or they do not determine the camera.
 
     Notes
     -----
-    Zhang 2000, as in OpenCV. Pictures whose error stands out are dropped and the rest calibrated again, until none
-    does. In the water, behind a flat port, a calibration by itself only holds at the distance of the board: calibrate
-    in air, and give the port in the camera file.
+    Outliers are dropped one at a time, and the rest calibrated again, until none is left. Calibrating underwater behind
+    a flat port is only valid at the board's distance: calibrate in air instead, and give the port in the camera file.
+
+    References
+    ----------
+    Zhang 2000, "A flexible new technique for camera calibration", as implemented in OpenCV.
     """
     if lens not in LENSES:
         raise ValueError(f"lens is {lens!r}; it must be one of {', '.join(LENSES)}")
@@ -156,7 +184,7 @@ def calibrate(
 def _find_boards(
     pictures: Iterable[tuple[str, np.ndarray | None]], board: Board
 ) -> tuple[dict[str, BoardView], list[_Sighting], str, tuple[int, int] | None]:
-    """Look for the board in each picture; all must have the size of the first one in which it was found."""
+    """Detect the board in each picture; all pictures must have the size of the first in which it was found."""
     views: dict[str, BoardView] = {}
     sightings: list[_Sighting] = []
     counted_as, size = "squares", None
@@ -183,7 +211,7 @@ def _find_boards(
 
 
 def _find_chessboard(grey: np.ndarray, board: Board, counted_as: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Corners on the board and in the picture; ``counted_as`` tells what the board's numbers count."""
+    """Corners on the board and in the picture; ``counted_as`` says what the board's numbers count."""
     inner = (board.columns - 1, board.rows - 1) if counted_as == "squares" else (board.columns, board.rows)
     found, corners = cv2.findChessboardCornersSB(grey, inner, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
     if not found:
@@ -215,7 +243,7 @@ def _solve(sightings: Sequence[_Sighting], size: tuple[int, int], lens: str) -> 
     picture = [sighting.picture_px for sighting in sightings]
     try:
         if lens == "fisheye":
-            # Half the circle across the picture, to start with; OpenCV's own start often fails.
+            # Start from a field of view of 180 degrees across the picture; OpenCV's own initial guess often fails.
             focal = max(size) / np.pi
             start = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
             answer = cv2.fisheye.calibrate(

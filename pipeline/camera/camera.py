@@ -32,21 +32,36 @@ class Camera(
 
     Parameters
     ----------
-    fx, fy : focal lengths in pixels, above 0.
-    cx, cy : principal point in pixels.
-    width, height : size in pixels of the pictures these intrinsics are for.
-    distortion : none, 4 or 5 (plumb_bob: k1 k2 p1 p2 k3) or 8 (rational: ... k4 k5 k6) coefficients,
-        in OpenCV's order; for a fisheye lens none or 4.
-    port : the flat window in front of a camera whose intrinsics were measured in air; None for a camera that was
-        calibrated in the water, or that looks through a dome: where the camera's centre is the dome's, every ray meets
-        the glass at right angles and is not bent, so that the intrinsics measured in air hold in the water.
-    fisheye : whether the lens is OpenCV's fisheye model (equidistant) rather than a perspective one.
+    fx, fy : float, pixels
+        Focal lengths, above 0.
+    cx, cy : float, pixels
+        Principal point.
+    width, height : int, pixels
+        Size of the pictures that these intrinsics are for.
+    distortion : tuple of float
+        None, 4 or 5 coefficients (plumb_bob: k1 k2 p1 p2 k3) or 8 (rational: ... k4 k5 k6), in OpenCV's order; none or
+        4 for a fisheye lens.
+    port : FlatPort, optional
+        The flat window in front of a camera that was calibrated in air. None for a camera calibrated in the water, or
+        behind a dome whose centre is the camera's centre: there every ray meets the glass at right angles and is not
+        bent, so intrinsics measured in air hold in the water.
+    fisheye : bool
+        Whether the lens follows OpenCV's fisheye model (equidistant) rather than a perspective one.
 
     Raises
     ------
     ValueError
-        if a value is not finite, a focal length or a size is not positive, or the number of
-        distortion coefficients is none of these.
+        If a value is not finite, a focal length or a size is not positive, or the number of distortion coefficients is
+        none of these.
+
+    Examples
+    --------
+    >>> camera = Camera(fx=700, fy=700, cx=319.5, cy=239.5, width=640, height=480)
+    >>> camera.project([[0.0, 0.0, 2.0], [0.1, 0.0, 2.0]])
+    array([[319.5, 239.5],
+           [354.5, 239.5]])
+    >>> camera.for_size(320, 240).fx
+    350.0
     """
 
     fx: float
@@ -90,10 +105,18 @@ class Camera(
         return float(angles[0] + angles[1]), float(angles[2] + angles[3])
 
     def undistort(self, points_px: Any) -> np.ndarray:
-        """Move picture points (N, 2) to where the same camera with a perfect pinhole lens would see them, in pixels.
+        """Move picture points to where the same camera with an ideal pinhole lens would see them.
 
-        What a fisheye lens sees more than 89.9 degrees off the axis is put there; a port plays no part, see
-        :meth:`virtual_pixels`.
+        Parameters
+        ----------
+        points_px : (N, 2) array_like, pixels
+            Points in the picture.
+
+        Returns
+        -------
+        (N, 2) float array, pixels
+            The undistorted points. Directions more than 89.9 degrees off the axis of a fisheye lens are clamped to that
+            angle. A port is ignored, see :meth:`virtual_pixels`.
         """
         points = as_points("points_px", points_px, 2)
         if self._is_pinhole or len(points) == 0:
@@ -108,40 +131,50 @@ class Camera(
         return self._through_lens(self.pinhole_rays(points))
 
     def rays(self, points_px: Any) -> np.ndarray:
-        """Unit vectors (N, 3), in the water, that picture points (N, 2) look along; see :meth:`ray_starts`."""
+        """Unit vectors (N, 3), in the water, along which picture points (N, 2) look; see :meth:`ray_starts`."""
         directions = self._directions(as_points("points_px", points_px, 2))
         if self.port is not None:
             return self.port.into_water(directions)[1]
         return directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
     def ray_starts(self, points_px: Any) -> np.ndarray:
-        """Points (N, 3) in metres that the rays of picture points (N, 2) start from: 0 unless there is a port."""
+        """Points (N, 3) in metres where the rays of picture points (N, 2) start: the origin unless there is a port."""
         points = as_points("points_px", points_px, 2)
         if self.port is None:
             return np.zeros((len(points), 3))
         return self.port.into_water(self._directions(points))[0]
 
     def project(self, points_m: Any) -> np.ndarray:
-        """Picture points (N, 2) in pixels of points (N, 3) in the camera frame, in metres.
+        """Project points in the camera frame into the picture.
 
-        Points that the lens does not see (for all but a fisheye: z <= 0), or inside the port, have no image and give
-        NaN.
+        Parameters
+        ----------
+        points_m : (N, 3) array_like, metres
+            Points in the camera frame.
+
+        Returns
+        -------
+        (N, 2) float array, pixels
+            Their images; NaN for points that the lens does not see (z <= 0 for all but a fisheye) or inside the port.
         """
         points = as_points("points_m", points_m, 3)
         return self._through_lens(points if self.port is None else self.port.into_air(points))
 
     def virtual_pixels(self, points_px: Any, depths_m: Any) -> np.ndarray:
-        """Where a pinhole at the camera's centre, without lens or port, would see what picture points (N, 2) show.
+        """Where a pinhole at the camera's centre, without lens or port, would see what picture points show.
 
         Parameters
         ----------
-        points_px : (N, 2) in the picture.
-        depths_m : z of what they show, one for all or (N,), in metres. Behind a port rays do not meet in one point, so
-            that the answer depends on it, beyond a metre hardly; without a port it plays no part.
+        points_px : (N, 2) array_like, pixels
+            Points in the picture.
+        depths_m : float or (N,) array, metres
+            z of what they show. Behind a port rays do not meet in one point, so the answer depends on the depth, though
+            hardly beyond a metre; without a port it is ignored.
 
         Returns
         -------
-        (N, 2) in pixels of this camera's pinhole.
+        (N, 2) float array, pixels
+            Points in the picture of this camera's pinhole.
         """
         points = as_points("points_px", points_px, 2)
         if self.port is None:
@@ -151,10 +184,10 @@ class Camera(
         return self._pixels(rays[:, :2] / rays[:, 2:] * nearer[:, None])
 
     def picture_slopes(self, points_px: Any, depths_m: Any) -> np.ndarray:
-        """How far picture points move for a step of their virtual pixels: derivatives (N, 2, 2), pixel per pixel.
+        """How far picture points move per step of their virtual pixels: derivatives (N, 2, 2), pixel per pixel.
 
-        They carry the noise of a light's centre, which arises in the picture, over to the pinhole that poses are
-        computed in. By central differences of :meth:`virtual_pixels`.
+        They carry the noise of a light's centroid, which arises in the picture, over to the pinhole in which poses are
+        computed. Central differences of :meth:`virtual_pixels`.
         """
         points = as_points("points_px", points_px, 2)
         if self.port is None and self._is_pinhole:
@@ -170,22 +203,35 @@ class Camera(
         return not self.fisheye and not any(self.distortion)
 
     def _directions(self, points_px: np.ndarray) -> np.ndarray:
-        """Directions (N, 3), in the air before the lens, that picture points (N, 2) look along."""
+        """Directions (N, 3), in the air in front of the lens, along which picture points (N, 2) look."""
         image = (points_px - [self.cx, self.cy]) / [self.fx, self.fy]
         return straighten(image, self.distortion, self.fisheye)
 
     def _through_lens(self, directions: np.ndarray) -> np.ndarray:
-        """Picture points (N, 2) of directions (N, 3) in front of the lens; NaN for those that it does not see."""
+        """Picture points (N, 2) of directions (N, 3) in front of the lens; NaN for those it does not see."""
         return self._pixels(bend(directions, self.distortion, self.fisheye))
 
     def _pixels(self, image: np.ndarray) -> np.ndarray:
         return image * [self.fx, self.fy] + [self.cx, self.cy]
 
     def for_size(self, width: int, height: int) -> Camera:
-        """Return the intrinsics for a picture of ``width`` x ``height`` pixels.
+        """Return the intrinsics for a picture of another size.
 
-        A pure rescale of the calibration's picture scales them; anything else (a crop, another aspect ratio)
-        raises a ValueError, since no one can tell which part of the field of view it shows.
+        Parameters
+        ----------
+        width, height : int, pixels
+            Size of the picture.
+
+        Returns
+        -------
+        Camera
+            Intrinsics scaled to that size; the camera itself where the size is its own.
+
+        Raises
+        ------
+        ValueError
+            If the picture is not a pure rescale (a crop, another aspect ratio): there is no way to tell which part of
+            the field of view it shows.
         """
         if (width, height) == (self.width, self.height):
             return self
@@ -207,7 +253,7 @@ class Camera(
         )
 
     def pinhole_rays(self, undistorted_px: np.ndarray) -> np.ndarray:
-        """Directions (N, 3) with z = 1 that points (N, 2) of the undistorted picture look along."""
+        """Directions (N, 3) with z = 1 along which points (N, 2) of the undistorted picture look."""
         x = (undistorted_px[:, 0] - self.cx) / self.fx
         y = (undistorted_px[:, 1] - self.cy) / self.fy
         return np.column_stack([x, y, np.ones_like(x)])

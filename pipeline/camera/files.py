@@ -1,4 +1,4 @@
-"""Camera files: ROS camera_info, OpenCV FileStorage and our own, all YAML."""
+"""Camera files in YAML: ROS camera_info, OpenCV FileStorage and our own."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import yaml
 from dockpose.camera.camera import Camera
 
 FORMATS = ("dockpose", "ros", "opencv")
-# The names of lens models in ROS and OpenCV, and how many coefficients they have; the last two are the same one.
+# Lens models as ROS and OpenCV name them, and how many coefficients each has; the last two are the same model.
 _DISTORTION_MODELS = {"plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,), "fisheye": (4,)}
 _FISHEYE_MODELS = ("equidistant", "fisheye")
 
 
 class FileError(ValueError):
-    """A file that cannot be used; the text names it, the key and what is wrong with it."""
+    """A file that cannot be used; the text names the file, the key and the fault."""
 
 
 class _Matrix(msgspec.Struct):
@@ -28,7 +28,7 @@ class _Matrix(msgspec.Struct):
 
 
 class _Calibration(msgspec.Struct):
-    """What ROS camera_info and OpenCV's calibration share; either has more keys, which are not needed."""
+    """The keys that ROS camera_info and OpenCV's calibration share; others are ignored."""
 
     image_width: int
     image_height: int
@@ -51,12 +51,22 @@ _OpenCVLoader.add_constructor("tag:yaml.org,2002:opencv-matrix", _opencv_matrix)
 
 
 def load_camera(path: str | Path) -> Camera:
-    """Read a camera file, whichever of the three formats it has.
+    """Read a camera file in any of the three formats.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Camera
+        The camera that it describes.
 
     Raises
     ------
     FileError
-        if the file cannot be read, is not YAML, lacks a key, or has one of a wrong type or shape.
+        If the file cannot be read, is not YAML, lacks a key, or has one of the wrong type or shape.
     """
     content = read_yaml(path)
     try:
@@ -77,14 +87,17 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
 
     Parameters
     ----------
-    camera : what to write.
-    path : where to; an existing file is replaced.
-    file_format : "dockpose", "ros" (camera_info YAML) or "opencv" (FileStorage YAML).
+    camera : Camera
+        The camera to write.
+    path : str or Path
+        Where to write it; an existing file is replaced.
+    file_format : {"dockpose", "ros", "opencv"}
+        Our own YAML, ROS camera_info YAML or OpenCV FileStorage YAML.
 
     Raises
     ------
     ValueError
-        if the format is unknown, or cannot hold a port.
+        If the format is unknown, or cannot hold a port.
     """
     if file_format not in FORMATS:
         raise ValueError(f"file_format is {file_format!r}; it must be one of {', '.join(FORMATS)}")
@@ -98,14 +111,20 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:
-    """Read a YAML file whose top is a mapping. Raises FileError where it cannot be read or is something else."""
+    """Read a YAML file whose top level is a mapping.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is not YAML, or its top level is something else.
+    """
     try:
         text = Path(path).read_text(encoding="utf-8")
     except OSError as error:
         raise FileError(f"{path}: cannot be read ({error.strerror or error})") from error
     except UnicodeDecodeError as error:
         raise FileError(f"{path}: is not a text file") from error
-    if text.startswith("%YAML:"):  # OpenCV's own way to write the YAML directive
+    if text.startswith("%YAML:"):  # OpenCV's own spelling of the YAML directive
         text = text.partition("\n")[2]
     try:
         content = yaml.load(text, Loader=_OpenCVLoader)
@@ -119,7 +138,7 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
 
 
 def to_yaml(content: dict[str, Any]) -> str:
-    """YAML text of plain Python values, keys in the order given, floats exact."""
+    """YAML text of plain Python values, with keys in the given order and floats exact."""
     return yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
 
 
@@ -149,7 +168,7 @@ def _values(name: str, matrix: _Matrix) -> np.ndarray:
 
 
 def _ros_content(camera: Camera) -> dict[str, Any]:
-    # ROS wants five coefficients for plumb_bob, four for equidistant.
+    # ROS requires five coefficients for plumb_bob, four for equidistant.
     distortion = list(camera.distortion) + [0.0] * max(0, (4 if camera.fisheye else 5) - len(camera.distortion))
     model = {4: "equidistant", 5: "plumb_bob", 8: "rational_polynomial"}[len(distortion)]
     matrix = [float(value) for value in camera.matrix.ravel()]
@@ -171,7 +190,7 @@ def _opencv_text(camera: Camera) -> str:
     storage.write("image_width", camera.width)
     storage.write("image_height", camera.height)
     storage.write("camera_matrix", camera.matrix)
-    if camera.fisheye:  # OpenCV's files do not say so by themselves
+    if camera.fisheye:  # OpenCV's own files do not name the lens model
         storage.write("distortion_model", "fisheye")
     storage.write("distortion_coefficients", np.array([camera.distortion or (0.0,) * (4 if camera.fisheye else 5)]))
     return storage.releaseAndGetString()

@@ -1,4 +1,4 @@
-"""Decoding of picture files, and what every later stage works on: a grey image and its 8-bit levels."""
+"""Image decoding, and what every later stage works on: a grey image and its 8-bit levels."""
 
 from __future__ import annotations
 
@@ -16,11 +16,17 @@ _SIGNIFICANT_BITS = (10, 12, 14, 16)
 
 
 class ImageError(ValueError):
-    """A file or an array that is no usable picture; the text names it and says why."""
+    """A file or an array that is not a usable picture; the text names it and says why."""
 
 
 def read(path: str | Path) -> np.ndarray:
-    """Read and decode a picture file; see :func:`decode`. Raises ImageError, also where the file cannot be read."""
+    """Read and decode a picture file; see :func:`decode`.
+
+    Raises
+    ------
+    ImageError
+        If the file cannot be read or decoded.
+    """
     path = Path(path)
     try:
         data = path.read_bytes()
@@ -34,18 +40,21 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
 
     Parameters
     ----------
-    data : the file's bytes.
-    name : what to call it in an error.
+    data : bytes
+        Contents of the file.
+    name : str
+        What to call it in an error.
 
     Returns
     -------
-    (H, W) grey or (H, W, 3) BGR array of uint8 or uint16. Transparent pixels are put on black.
+    (H, W) grey or (H, W, 3) BGR array, uint8 or uint16
+        The picture; transparent pixels are blended onto black.
 
     Raises
     ------
     ImageError
-        if the file is empty, no picture, cut short, has more than 100 megapixels (found from its header, before
-        anything is decoded), or is neither 8 nor 16 bit.
+        If the file is empty, not a picture, cut short, neither 8 nor 16 bit, or has more than 100 megapixels (judged
+        by its header, before anything is decoded).
     """
     if not data:
         raise ImageError(f"{name}: the file is empty (0 bytes)")
@@ -65,16 +74,29 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
 
 
 def to_grey(image: Any) -> np.ndarray:
-    """Return the (H, W) grey picture of a (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16.
+    """Convert a picture to grey, weighing colours as ITU-R BT.601 does (0.299 R + 0.587 G + 0.114 B).
 
-    Colour is weighed as ITU-R BT.601 does (0.299 R + 0.587 G + 0.114 B). Raises ImageError for any other array.
+    Parameters
+    ----------
+    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array_like, uint8 or uint16
+        The picture.
+
+    Returns
+    -------
+    (H, W) array, uint8 or uint16
+        The grey picture.
+
+    Raises
+    ------
+    ImageError
+        If it is any other array.
     """
     array = _check(_without_alpha(np.asarray(image)), "image")
     return array if array.ndim == 2 else cv2.cvtColor(array, cv2.COLOR_BGR2GRAY)
 
 
 def significant_bits(grey: np.ndarray) -> int:
-    """How many bits the picture uses: 8 for uint8; for uint16 the smallest of 10, 12, 14 and 16 that holds its maximum.
+    """Number of bits used: 8 for uint8; for uint16 the smallest of 10, 12, 14 and 16 that holds the picture's maximum.
 
     Cameras store 10- and 12-bit pictures in 16-bit files; their levels would otherwise crowd into the lowest few.
     """
@@ -85,7 +107,7 @@ def significant_bits(grey: np.ndarray) -> int:
 
 
 def to_levels(grey: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the picture on 256 equal levels, as uint8, and how many native grey steps one level holds."""
+    """Reduce a grey picture to 256 equal levels (uint8); also return how many native grey steps one level holds."""
     shift = significant_bits(grey) - 8
     return (grey, 1) if shift == 0 else ((grey >> shift).astype(np.uint8), 1 << shift)
 

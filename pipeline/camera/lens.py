@@ -1,4 +1,4 @@
-"""The lens: where it puts a direction in the picture, and back, in units of the focal length."""
+"""Lens models: directions to image points and back, in units of the focal length."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 _NEWTON_STEPS = 40
 _CLOSE_ENOUGH = 1e-13
 _LONGEST_STEP = 0.5
-_STEEPEST = 1e3  # tangent to the axis that stands for every steeper ray of a fisheye lens in a pinhole picture
+_STEEPEST = 1e3  # steeper rays of a fisheye lens are clamped to this tangent in a pinhole picture
 
 
 def bend(directions: np.ndarray, coefficients: tuple[float, ...], fisheye: bool) -> np.ndarray:
-    """Where the lens puts directions (N, 3): (N, 2) from the principal point, in focal lengths; NaN outside its view.
+    """Image points (N, 2) of directions (N, 3), from the principal point, in focal lengths; NaN outside the lens' view.
 
     A perspective lens sees what is in front of it (z > 0), with OpenCV's distortion of 0, 4, 5 or 8 coefficients. A
-    fisheye lens sees up to the angle where its own polynomial stops to grow, see :func:`_bend_fisheye`.
+    fisheye lens sees up to the angle at which its polynomial stops growing, see :func:`_bend_fisheye`.
     """
     if fisheye:
         return _bend_fisheye(directions, coefficients)
@@ -30,9 +30,9 @@ def bend(directions: np.ndarray, coefficients: tuple[float, ...], fisheye: bool)
 
 
 def straighten(image: np.ndarray, coefficients: tuple[float, ...], fisheye: bool) -> np.ndarray:
-    """Directions (N, 3) in which the lens sees points (N, 2), in focal lengths: the inverse of :func:`bend`.
+    """Directions (N, 3) of image points (N, 2), in focal lengths: the inverse of :func:`bend`.
 
-    Points that no direction leads to, beyond the reach of a polynomial that falls again, give the last one that does.
+    Points beyond the reach of a polynomial that falls again have no direction, and get the last one that has an image.
     """
     if fisheye:
         return _straighten_fisheye(image, coefficients)
@@ -41,7 +41,7 @@ def straighten(image: np.ndarray, coefficients: tuple[float, ...], fisheye: bool
 
 
 def tangents_of(directions: np.ndarray) -> np.ndarray:
-    """Where a pinhole would see directions (N, 3): (N, 2) in focal lengths, drawn in to 89.9 degrees off the axis."""
+    """Where a pinhole would see directions (N, 3): (N, 2) in focal lengths, clamped to 89.9 degrees off the axis."""
     sideways = np.hypot(directions[:, 0], directions[:, 1])
     forward = np.maximum(directions[:, 2], sideways / _STEEPEST)
     return directions[:, :2] / np.maximum(forward, np.finfo(float).tiny)[:, None]
@@ -52,15 +52,16 @@ def _distort(tangents: np.ndarray, coefficients: tuple[float, ...]) -> tuple[np.
     points = np.column_stack([tangents, np.ones(len(tangents))])[:, None]
     zero, unit = np.zeros(3), np.eye(3)
     image, jacobian = cv2.projectPoints(points, zero, zero, unit, np.array(coefficients, dtype=float))
-    # Of the derivatives those after the camera's x and y position (columns 3 and 4): the same as after the point's.
+    # Columns 3 and 4, the derivatives by the camera's x and y position, equal those by the point's.
     return image[:, 0], jacobian[:, 3:5].reshape(-1, 2, 2)
 
 
 def _undistort(image: np.ndarray, coefficients: tuple[float, ...]) -> np.ndarray:
     """Invert :func:`_distort` by Newton's method.
 
-    It starts from the distorted point: nearer the axis than the answer under barrel distortion, where the polynomial
-    bends down, farther under pincushion, where it bends up, so that the steps never overshoot the answer.
+    It starts from the distorted point. Under barrel distortion that is nearer the axis than the answer, where the
+    polynomial bends down; under pincushion distortion it is farther, where it bends up. So no step overshoots the
+    answer.
     """
     tangents = image.copy()
     for _ in range(_NEWTON_STEPS):
@@ -92,7 +93,7 @@ def _polynomial(theta: np.ndarray, coefficients: tuple[float, ...]) -> tuple[np.
 
 
 def widest_rad(coefficients: tuple[float, ...]) -> float:
-    """Angle off the axis, at most pi, up to which a fisheye lens' polynomial grows."""
+    """Angle off the axis, at most pi, up to which the polynomial of a fisheye lens grows."""
     falling = [(2 * power + 1) * k for power, k in enumerate((1.0, *coefficients))]
     roots = np.roots(falling[::-1])
     real = roots[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)].real
@@ -112,7 +113,7 @@ def _straighten_fisheye(image: np.ndarray, coefficients: tuple[float, ...]) -> n
     distance = np.hypot(image[:, 0], image[:, 1])
     low, high = np.zeros_like(distance), np.full_like(distance, widest_rad(coefficients))
     theta = np.minimum(distance, high)
-    for _ in range(_NEWTON_STEPS):  # Newton's method, kept within a bracket that halves where it would leave it
+    for _ in range(_NEWTON_STEPS):  # Newton's method, with bisection where a step would leave the bracket
         value, slope = _polynomial(theta, coefficients)
         short = value < distance
         low, high = np.where(short, theta, low), np.where(short, high, theta)

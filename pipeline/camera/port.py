@@ -1,4 +1,4 @@
-"""A flat port: what a camera that was calibrated in air sees through a window into water."""
+"""Flat ports: refraction for a camera that was calibrated in air and looks through a window into water."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dockpose.checks import check_number
 FRESH_WATER, SEA_WATER = 1.333, 1.340
 ACRYLIC, GLASS = 1.491, 1.517
 _NEWTON_STEPS = 12
-_STEEPEST = 1e4  # tangent in air: no lens looks further aside, and without an air gap some points cannot be seen
+_STEEPEST = 1e4  # tangent in air, beyond any lens' view; without an air gap some points have no ray at all
 
 
 class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -17,14 +17,17 @@ class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Parameters
     ----------
-    air_gap_m : from the camera's centre of projection to the window, at least 0.
-    glass_m : thickness of the window, at least 0.
-    glass_index, water_index : refractive indices, above 1 (air is 1).
+    air_gap_m : float, metres
+        Distance from the camera's centre of projection to the window, at least 0.
+    glass_m : float, metres
+        Thickness of the window, at least 0.
+    glass_index, water_index : float
+        Refractive indices, above 1 (air is 1).
 
     Raises
     ------
     ValueError
-        if a length is negative, or an index not above 1.
+        If a length is negative, or an index is not above 1.
     """
 
     air_gap_m: float
@@ -46,15 +49,23 @@ class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.air_gap_m + self.glass_m
 
     def into_air(self, points_m: np.ndarray) -> np.ndarray:
-        """Directions (N, 3), with z = 1, in which the camera sees points (N, 3) in the water.
+        """Directions in which the camera sees points in the water.
 
-        Points that are not beyond the window (z <= outside_m) give NaN.
+        Parameters
+        ----------
+        points_m : (N, 3) float array, metres
+            Points in the camera frame.
+
+        Returns
+        -------
+        (N, 3) float array
+            Directions in air, with z = 1; NaN for points that are not beyond the window (z <= ``outside_m``).
 
         Notes
         -----
-        With t the tangent of the ray's angle in air, the ray has moved da tan + dg tan + dw tan sideways when it comes
-        to the point's depth, each angle by Snell's law. That grows with t, ever more slowly, so Newton's method from
-        the axis outwards never overshoots and converges without fail.
+        With t the tangent of the ray's angle in air, the ray has moved da tan + dg tan + dw tan sideways when it
+        reaches the point's depth, each angle by Snell's law. That grows with t, ever more slowly, so Newton's method
+        from the axis outwards never overshoots and always converges.
         """
         sideways = np.hypot(points_m[:, 0], points_m[:, 1])
         depth = points_m[:, 2] - self.outside_m
@@ -78,17 +89,21 @@ class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
         Parameters
         ----------
-        directions : (N, 3) in air, from the camera's centre, z > 0.
+        directions : (N, 3) float array
+            Directions in air from the camera's centre, z > 0.
 
         Returns
         -------
-        Starts (N, 3) on the camera's axis, in metres, and unit vectors (N, 3) in the water. The starts are where the
-        rays, followed backwards in the water, meet the axis: z0 = da + dg - (da tan ta + dg tan tg) / tan tw.
+        starts_m : (N, 3) float array, metres
+            Points on the camera's axis where the rays, followed backwards in the water, meet it:
+            z0 = da + dg - (da tan ta + dg tan tg) / tan tw.
+        rays : (N, 3) float array
+            Unit vectors of the rays in the water.
         """
         unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         sine2 = unit[:, 0] ** 2 + unit[:, 1] ** 2
         in_water = np.column_stack([unit[:, :2] / self.water_index, np.sqrt(1 - sine2 / self.water_index**2)])
-        # tan / sin for each medium; on the axis, where both vanish, this has its limit.
+        # tan / sin for each medium, which has a limit on the axis, where both vanish.
         air = 1 / unit[:, 2]
         glass = 1 / np.sqrt(self.glass_index**2 - sine2)
         water = 1 / np.sqrt(self.water_index**2 - sine2)

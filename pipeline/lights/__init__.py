@@ -1,4 +1,4 @@
-"""From a threshold to the lights of the dock: groups, centres, masks, the ring among them, its ellipse.
+"""From a threshold to the dock's lights: groups, their centroids, masks, the ring among them, and its ellipse.
 
-May import camera and thresholds; knows nothing of poses.
+May import `dockpose.camera` and `dockpose.thresholds`; knows nothing of poses.
 """

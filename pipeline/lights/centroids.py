@@ -1,23 +1,32 @@
-"""Grey-weighted centres of lights, one window after another, compiled by numba."""
+"""Grey-weighted centroids of lights, one window at a time, compiled by numba."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-_NEIGHBOURS = 2  # that a light shares its window with
+_NEIGHBOURS = 2  # lights that may share a light's window
 
 
 @njit(cache=True)
 def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float) -> np.ndarray:
-    """Centres (N, 2) x, y of lights.
+    """Grey-weighted centroids of lights.
 
     Parameters
     ----------
-    grey : (H, W) picture.
-    points : (N, 2) rough centres.
-    reach : (N,) how far the window around each extends, in pixels.
-    foot : share of a light's height above the water around it, below which a pixel does not weigh.
+    grey : (H, W) array
+        Grey picture.
+    points : (N, 2) float array, pixels
+        Rough centres x, y.
+    reach : (N,) int array, pixels
+        Half the size of the window around each light.
+    foot : float
+        Share of a light's height above the water around it below which a pixel has no weight.
+
+    Returns
+    -------
+    (N, 2) float array, pixels
+        Centroids x, y.
     """
     centres = points.copy()
     for light in range(len(points)):
@@ -57,7 +66,7 @@ def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right
 
 @njit(cache=True)
 def _nearest(points: np.ndarray, light: int, within: float) -> np.ndarray:
-    """Numbers of the nearest other points, -1 for none."""
+    """Indices of the nearest other points, -1 for none."""
     found = np.full(_NEIGHBOURS, -1)
     distance = np.full(_NEIGHBOURS, within)
     for other in range(len(points)):

@@ -1,15 +1,15 @@
-"""What colour each light has, told from a colour picture, although water swallows red before blue."""
+"""The colour of each light in a colour picture, although water absorbs red before blue."""
 
 from __future__ import annotations
 
 import numpy as np
 
 _BANDS = ("blue", "green", "red")
-_CAST = 3.0  # a light is coloured where one band outshines each of the others by this factor, white lights being 1
-_FAINT = 0.25  # of a white light: a coloured one shines at least as much in its own band
-_LEAST_SIGNAL = 8.0  # of 255: a light dimmer than this in every band tells nothing
-_LEAST_BAND = 3.0  # of 255: a band in which the lights are dimmer than this was swallowed by the water
-_RIM_PX = 3  # around a light, where its flanks are, and then the water
+_CAST = 3.0  # a light is coloured if one band exceeds both others by this factor, relative to a white light
+_FAINT = 0.25  # of a white light: the least that a coloured one shows in its own band
+_LEAST_SIGNAL = 8.0  # of 255: the colour of a light dimmer than this in every band is unknown
+_LEAST_BAND = 3.0  # of 255: a band in which the lights are dimmer than this was absorbed by the water
+_RIM_PX = 3  # margin around a light that takes in its flanks and some water
 
 
 def tell_colours(
@@ -19,20 +19,26 @@ def tell_colours(
 
     Parameters
     ----------
-    image : (H, W, 3) BGR picture of uint8 or uint16; a grey one tells nothing.
-    points_px, areas_px : (N, 2) centres and (N,) areas of the groups found in it.
-    which : (N,) bool, those that are lights of the dock; all where it is None.
+    image : (H, W, 3) BGR array, uint8 or uint16
+        Colour picture; a grey one yields no colours.
+    points_px : (N, 2) float array, pixels
+        Centres of the groups.
+    areas_px : (N,) array, pixels
+        Areas of the groups.
+    which : (N,) bool array, optional
+        Which groups are lights of the dock; None for all.
 
     Returns
     -------
-    For each group "red", "green", "blue" or "white", or None where it cannot be told, or where it is no light.
+    list of str or None
+        For each group "red", "green", "blue" or "white"; None where the colour is unknown or the group is not a light.
 
     Notes
     -----
-    The light of each band is averaged over the group and a rim, less the water around it, so that lights whose middles
-    are saturated are still told by their flanks. Water takes red first, then blue or green, and as much from every
-    light of a ring; so the bands are first balanced to the median light, which takes most of them to be white. A band
-    of which nothing is left plays no part: its lights cannot be told.
+    The light in each band is averaged over the group and a rim, less the water around it, so that lights with saturated
+    centres are still told apart by their flanks. Water absorbs red first, then blue or green, equally for every light
+    of a ring. So the bands are first balanced to the median light, on the assumption that most lights are white. A band
+    of which nothing is left is ignored: lights of that colour cannot be identified.
     """
     count = len(points_px)
     which = np.ones(count, dtype=bool) if which is None else which
@@ -66,7 +72,7 @@ def _light_of(image: np.ndarray, point_px: np.ndarray, area_px: int) -> np.ndarr
 
 
 def _name(light: np.ndarray, balance: np.ndarray) -> str | None:
-    """Name of a light with bands (3,), by how it differs from white ones, whose bands are ``balance``."""
+    """Colour name of a light with bands (3,), compared with a white one, whose bands are ``balance``."""
     bands = {
         name: max(0.0, float(value)) / float(white)
         for name, value, white in zip(_BANDS, light, balance, strict=True)

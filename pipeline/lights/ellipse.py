@@ -1,4 +1,4 @@
-"""The ellipse through the lights: direct least-squares fit, and conic coefficients <-> parameters."""
+"""The ellipse through the lights: direct least-squares fit, and conversion of conic coefficients to parameters."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dockpose.checks import as_points
 from scipy import linalg
 
 MIN_POINTS = 5
-_PARTIAL = 0.5  # distance of the points' middle from the ellipse's centre: 0.64 for half of it, 0 for all of it
+_PARTIAL = 0.5  # distance from the points' mean to the ellipse's centre, in semi-axes: 0.64 for half of it, 0 for all
 _INVERSE_CONSTRAINT = np.array([[0, 0, 0.5], [0, -1, 0], [0.5, 0, 0]])
 
 
@@ -26,11 +26,16 @@ class Ellipse:
 
     Attributes
     ----------
-    conic : (6,) coefficients A..F of A x^2 + B x y + C y^2 + D x + E y + F = 0, negative inside, of unit norm.
-    centre_px : (x, y).
-    semi_axes_px : (major, minor).
-    angle_rad : from the x axis to the major axis towards y, in (-pi/2, pi/2].
-    rms_px : root mean square distance (first order, Sampson 1982) of the points it was fitted to; 0 where it was not.
+    conic : (6,) float array
+        Coefficients A..F of A x^2 + B x y + C y^2 + D x + E y + F = 0, negative inside, of unit norm.
+    centre_px : (float, float), pixels
+        Centre (x, y).
+    semi_axes_px : (float, float), pixels
+        Semi-major and semi-minor axis.
+    angle_rad : float, radians
+        Angle from the x axis to the major axis, towards y, in (-pi/2, pi/2].
+    rms_px : float, pixels
+        Root mean square distance (first order, Sampson 1982) of the points it was fitted to; 0 if it was not fitted.
     """
 
     conic: np.ndarray
@@ -41,7 +46,7 @@ class Ellipse:
 
     @property
     def eccentricity(self) -> float:
-        """Zero for a circle, towards 1 for a line."""
+        """0 for a circle, approaching 1 for a line."""
         major, minor = self.semi_axes_px
         return math.sqrt(max(0.0, 1 - (minor / major) ** 2))
 
@@ -85,19 +90,40 @@ def fit_ellipse(points_px: Any) -> Ellipse:
 
     Parameters
     ----------
-    points_px : (N, 2) points in pixels.
+    points_px : (N, 2) array_like, pixels
+        Points on the ellipse.
+
+    Returns
+    -------
+    Ellipse
+        The ellipse and the root mean square distance of the points from it.
 
     Raises
     ------
     NoEllipseError
-        if there are fewer than five different points, or they lie on a line, or no ellipse runs through them.
+        If there are fewer than five distinct points, they lie on a line, or no ellipse passes through them.
 
     Notes
     -----
-    Halir and Flusser 1998, "Numerically stable direct least squares fitting of ellipses": minimises the algebraic
-    distance under 4AC - B^2 = 1. The points are centred and scaled first, so that pixels far from the origin lose
-    no precision; the fit itself does not change under an affine map. Where the points lie on about half of the ellipse
-    or less this fit comes out too small, and HyperLS takes its place (:func:`_hyper_conic`), unless it is a hyperbola.
+    The algebraic distance is minimised under 4AC - B^2 = 1. The points are centred and scaled first, so that pixels far
+    from the origin lose no precision; the fit is invariant under affine maps. Where the points cover about half of the
+    ellipse or less this fit comes out too small; HyperLS (:func:`_hyper_conic`) then replaces it, unless that yields a
+    hyperbola.
+
+    References
+    ----------
+    Halir and Flusser 1998, "Numerically stable direct least squares fitting of ellipses".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> angles = np.radians([0, 60, 120, 180, 240, 300])
+    >>> ring = np.column_stack([320 + 100 * np.cos(angles), 240 + 50 * np.sin(angles)])
+    >>> ellipse = fit_ellipse(ring)
+    >>> [round(value, 3) for value in (*ellipse.centre_px, *ellipse.semi_axes_px)]
+    [320.0, 240.0, 100.0, 50.0]
+    >>> round(ellipse.eccentricity, 3)
+    0.866
     """
     points = as_points("points_px", points_px, 2)
     if not np.isfinite(points).all():
@@ -118,7 +144,13 @@ def fit_ellipse(points_px: Any) -> Ellipse:
 
 
 def ellipse_from_conic(conic: Any) -> Ellipse:
-    """Return the ellipse with conic coefficients A..F (6,). Raises NoEllipseError where they are no real ellipse."""
+    """Return the ellipse with conic coefficients A..F (6,).
+
+    Raises
+    ------
+    NoEllipseError
+        If they describe no real ellipse.
+    """
     A, B, C, D, E, F = (float(value) for value in conic)
     if not math.isfinite(A + B + C + D + E + F):
         raise NoEllipseError("a coefficient of the conic is not finite")
@@ -161,7 +193,7 @@ def _design(points: np.ndarray) -> np.ndarray:
 
 
 def _moved(conic: np.ndarray, x: float, y: float, scale: float) -> tuple[float, ...]:
-    """Coefficients, for points in pixels, of a conic (6,) for points that were moved by -x, -y and divided by scale."""
+    """Conic (6,) in pixels, from the conic of points that were shifted by -x, -y and divided by scale."""
     A, B, C, D, E, F = conic.tolist()
     D, E, F = D * scale, E * scale, F * scale * scale
     return (
@@ -204,10 +236,10 @@ def _halir_flusser(design: np.ndarray) -> np.ndarray:
 
 
 def _is_partial(conic: np.ndarray) -> bool:
-    """Whether the points, whose middle is the origin, lie on about half of the ellipse or less.
+    """Whether the points, whose mean is the origin, cover about half of the ellipse or less.
 
-    In units of its semi-axes the middle of points evenly on an arc 2a lies sin(a) / a off the ellipse's centre, which
-    the value of the conic tells: 1 - (sin(a) / a)^2 of that at the centre.
+    In units of its semi-axes the mean of points evenly spaced on an arc 2a lies sin(a) / a off the ellipse's centre.
+    The value of the conic there tells: it is 1 - (sin(a) / a)^2 of that at the centre.
     """
     A, B, C, D, E, F = conic.tolist()
     at_centre = F + (B * D * E - A * E * E - C * D * D) / (4 * A * C - B * B)
@@ -215,12 +247,12 @@ def _is_partial(conic: np.ndarray) -> bool:
 
 
 def _hyper_conic(design: np.ndarray, direct: np.ndarray) -> np.ndarray:
-    """Conic (6,) by HyperLS, or the direct fit where that is no ellipse.
+    """Conic (6,) by HyperLS, or the direct fit where HyperLS yields no ellipse.
 
     Kanatani and Rangarajan 2011, "Hyper least squares fitting of circles and ellipses", equations 26 and 29: the weight
-    matrix N for which the algebraic fit has no bias up to the second order of the noise.
+    matrix N for which the algebraic fit is unbiased up to the second order of the noise.
     """
-    # In the paper's order and scale xi = (x^2, 2xy, y^2, 2x, 2y, 1), to which the coefficients belong.
+    # The paper's order and scale: xi = (x^2, 2xy, y^2, 2x, 2y, 1).
     xi = design * [1, 2, 1, 2, 2, 1]
     x, y, one, zero = design[:, 3], design[:, 4], design[:, 5], np.zeros(len(design))
     V0 = 4 * np.stack(
@@ -240,7 +272,7 @@ def _hyper_conic(design: np.ndarray, direct: np.ndarray) -> np.ndarray:
     count = len(design)
     M = xi.T @ xi / count
     eigenvalues, vectors = np.linalg.eigh(M)
-    # Pseudo-inverse of rank 5: without the smallest eigenvalue, which is nought but for the noise.
+    # Pseudo-inverse of rank 5: without the smallest eigenvalue, which would be 0 but for noise.
     inverse = (vectors[:, 1:] / np.maximum(eigenvalues[1:], 1e-15)) @ vectors[:, 1:].T
     mean_xi, e = xi.sum(axis=0) / count, np.array([1.0, 0, 1, 0, 0, 0])
     moved = xi @ inverse
@@ -248,7 +280,7 @@ def _hyper_conic(design: np.ndarray, direct: np.ndarray) -> np.ndarray:
     N = V0.sum(axis=0) / count + np.outer(mean_xi, e) + np.outer(e, mean_xi)
     N -= (np.einsum("ni,ni,njk->jk", moved, xi, V0) + pulled + pulled.T) / count**2
     try:
-        # M theta = lambda N theta with the least |lambda|: the other way round, since M is positive and N is not.
+        # M theta = lambda N theta with the least |lambda|, solved inverted: M is positive definite and N is not.
         inverted, candidates = linalg.eigh(N, M)
     except linalg.LinAlgError:
         return direct

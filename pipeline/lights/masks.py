@@ -1,6 +1,7 @@
-"""Regions of a picture that are not looked at: their pixels count neither in the histogram nor as lights.
+"""Masks: regions of a picture whose pixels count neither in the histogram nor as lights.
 
-The operator names some; over frames, what is burnt into the picture is found by itself, because it stays put.
+Some are given by the operator. In a sequence, what is burnt into the picture is found automatically, because it stays
+put.
 """
 
 from __future__ import annotations
@@ -21,22 +22,27 @@ from scipy.spatial.distance import cdist
 Mask = tuple[float, float, float, float]
 _PARTS = ("x_px", "y_px", "width_px", "height_px")
 
-LEAST_FRAMES = 8  # over which a group stays put before it is masked
+LEAST_FRAMES = 8  # frames in which a group must stay put before it is masked
 _STILL_PX = 0.5
 _SIMILAR_AREA = 2.0  # the larger over the smaller
-# The rest moves where so many groups, as many as a ring needs, are so far from all groups of some frames ago. Parts of
-# letters that noise splits anew in every frame are nearer.
+# The picture counts as moving if this many groups, as many as a ring needs, are this far from every group some frames
+# ago. Fragments of letters, which noise splits differently in each frame, are nearer than that.
 _LEAST_MOVED, _MOVED_PX, _FRAMES_AGO = 5, 2.0, 50
-_AROUND_DOCK = 1.2  # of the ring's largest radius: what is so near may be one of its lights that was left out
+_AROUND_DOCK = 1.2  # of the ring's largest radius: a group this near may be a light that was left out
 _MARGIN_PX = 3  # around a group: letters have soft edges
-_FEW_PAIRS = 10_000  # of points: up to so many, all their distances are sooner there than a tree
-_UNION = 1.5  # masks side by side become one where it is at most so many times as large as they are together
+_FEW_PAIRS = 10_000  # up to this many pairs of points, computing all distances is faster than building a tree
+_UNION = 1.5  # masks side by side are merged if the result is at most this many times their total area
 
 
 def check_masks(masks: Any) -> None:
-    """Raise a ValueError that names the mask and the value unless each is four finite numbers with a positive size.
+    """Check that each mask is four finite numbers with a positive size.
 
-    A mask may reach beyond the picture or lie outside it.
+    A mask may extend beyond the picture or lie outside it.
+
+    Raises
+    ------
+    ValueError
+        If one is not; the text names the mask and the value.
     """
     for index, mask in enumerate(masks):
         if not isinstance(mask, Sequence) or isinstance(mask, str) or len(mask) != len(_PARTS):
@@ -49,7 +55,7 @@ def check_masks(masks: Any) -> None:
 
 
 def hidden_pixels(shape: tuple[int, int], masks: Sequence[Mask]) -> np.ndarray:
-    """Which pixels (H, W) bool of a picture of that shape have their centre in a mask."""
+    """Pixels (H, W) bool, of a picture of that shape, whose centres lie in a mask."""
     hidden = np.zeros(shape, dtype=bool)
     for x, y, width, height in masks:
         hidden[_span(y, height, shape[0]), _span(x, width, shape[1])] = True
@@ -57,17 +63,21 @@ def hidden_pixels(shape: tuple[int, int], masks: Sequence[Mask]) -> np.ndarray:
 
 
 def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, np.ndarray | None]:
-    """Blacken what is masked.
+    """Blacken the masked pixels of a picture.
 
     Parameters
     ----------
-    grey : (H, W) uint8 or uint16 picture.
-    masks : what to hide.
+    grey : (H, W) array, uint8 or uint16
+        Grey picture.
+    masks : sequence of Mask
+        Rectangles to hide.
 
     Returns
     -------
-    A blackened copy and which of its pixels count, (H, W) uint8 of 0 and 255; without masks the picture itself and
-    None.
+    blackened : (H, W) array
+        A blackened copy; without masks the picture itself.
+    counted : (H, W) uint8 array or None
+        255 where a pixel counts, 0 where it is masked; None without masks.
     """
     if not masks:
         return grey, None
@@ -78,14 +88,17 @@ def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, np.ndarra
 
 
 def _span(start: float, length: float, size: int) -> slice:
-    """Pixels of one axis whose centres, at whole numbers, lie within ``length`` from ``start`` on."""
+    """Slice of the pixels of one axis whose centres, at whole numbers, lie within ``length`` of ``start``."""
     first, last = (math.ceil(min(max(edge, 0), size)) for edge in (start, start + length))
     return slice(first, last)
 
 
 @dataclass
 class _Track:
-    """A group that stays where it was first seen: in which frame it was seen last, and how many frames counted."""
+    """A group that stays where it was first seen.
+
+    ``frames`` counts the frames in which it stayed put while the dock was elsewhere.
+    """
 
     point_px: tuple[float, float]
     area_px: float
@@ -95,16 +108,17 @@ class _Track:
 
 
 class StillGroups:
-    """Finds what stays put in the frames of a sequence of one size, as burnt-in text does, and masks it.
+    """Finds and masks what stays put over a sequence of equally sized frames, such as burnt-in text.
 
-    A group is masked once it stayed within half a pixel, with a similar area, over 8 frames in which the dock was found
-    elsewhere, while other things in the picture moved. So a picture that stands still as a whole masks nothing, nor
-    does one in which the dock was not found: what stays put there could be its lights. Groups that were lights of an
-    accepted ring, or lie near one, are never masked.
+    A group is masked once it has stayed within half a pixel, with a similar area, in 8 frames in which the dock was
+    found elsewhere and other things in the picture moved. So nothing is masked in a picture that is still as a whole,
+    nor while the dock is not found: what stays put then could be its lights. Groups that were lights of an accepted
+    ring, or lie near one, are never masked.
 
     Attributes
     ----------
-    masks : in force, for the next frame.
+    masks : tuple of Mask
+        The masks in force, for the next frame.
     """
 
     def __init__(self) -> None:
@@ -118,14 +132,18 @@ class StillGroups:
 
         Parameters
         ----------
-        markers : its groups; None where the search did not come so far.
-        on_ring : (N,) bool, which of them are lights of the dock; None where the dock was not found.
-        region : the part of the picture that was searched; None for all of it. Of groups elsewhere such a frame tells
-            nothing.
+        markers : Markers or None
+            The frame's groups; None where that stage was not reached.
+        on_ring : (N,) bool array or None
+            Which of them are lights of the dock; None where the dock was not found.
+        region : Mask, optional
+            The part of the picture that was searched; None for all of it. Groups outside it are neither confirmed nor
+            ruled out.
 
         Returns
         -------
-        The masks that are new.
+        tuple of Mask
+            The masks that are new.
         """
         self._frame += 1
         if markers is None or len(markers) == 0:
@@ -148,7 +166,7 @@ class StillGroups:
         return tuple(mask for mask in self.masks if mask not in before)
 
     def _follow(self, markers: Markers, region: Mask | None) -> list[_Track]:
-        """The track of each group; a group where none was begins one."""
+        """The track of each group; a group without one starts a new track."""
         if region is not None:
             for track in self._tracks:
                 track.last_frame += not _is_inside(region, *track.point_px)
@@ -171,7 +189,7 @@ class StillGroups:
 
 
 def _nearest(tracks: list[_Track], points_px: np.ndarray) -> list[int | None]:
-    """For each point (N, 2) the number of the track that it belongs to; None where there is none."""
+    """Index of the track to which each point (N, 2) belongs; None where there is none."""
     if not tracks:
         return [None] * len(points_px)
     distance, nearest = _closest(points_px, np.array([track.point_px for track in tracks]))
@@ -181,7 +199,7 @@ def _nearest(tracks: list[_Track], points_px: np.ndarray) -> list[int | None]:
 
 
 def _has_moved(before_px: np.ndarray, region: Mask | None, now_px: np.ndarray) -> bool:
-    """Whether enough of the points (N, 2) are far from all those (M, 2) that were found in a region before."""
+    """Whether enough of the points (N, 2) are far from all those (M, 2) found in a region before."""
     if region is not None:
         now_px = now_px[[_is_inside(region, x, y) for x, y in now_px.tolist()]]
     distance, _ = _closest(now_px, before_px)
@@ -189,7 +207,7 @@ def _has_moved(before_px: np.ndarray, region: Mask | None, now_px: np.ndarray) -
 
 
 def _closest(points_px: np.ndarray, others_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance (N,) of each point (N, 2) to the nearest of some others (M, 2), and that one's number (N,)."""
+    """Distance (N,) from each point (N, 2) to the nearest of some others (M, 2), and the index (N,) of that one."""
     if len(points_px) * len(others_px) > _FEW_PAIRS:
         distance, nearest = KDTree(others_px).query(points_px)
         return np.asarray(distance), np.asarray(nearest)
@@ -198,7 +216,7 @@ def _closest(points_px: np.ndarray, others_px: np.ndarray) -> tuple[np.ndarray, 
 
 
 def _near_ring(points_px: np.ndarray, on_ring: np.ndarray) -> np.ndarray:
-    """Which points (N,) lie on the ring, within it or just around it."""
+    """Which points (N,) lie on, inside or just outside the ring."""
     off = points_px - points_px[on_ring].mean(axis=0)
     distance = np.hypot(off[:, 0], off[:, 1])
     return distance <= _AROUND_DOCK * distance[on_ring].max()
@@ -214,7 +232,7 @@ def _around(boxes_px: np.ndarray) -> list[Mask]:
 
 
 def _united(masks: list[Mask], lights_px: np.ndarray) -> tuple[Mask, ...]:
-    """Make one mask of those that belong together, as letters of a line, unless it would hide a light (N, 2)."""
+    """Merge masks that belong together, such as letters of a line, unless that would hide a light (N, 2)."""
     united: list[Mask] = []
     for first in masks:
         mask, place = first, 0
@@ -230,7 +248,7 @@ def _united(masks: list[Mask], lights_px: np.ndarray) -> tuple[Mask, ...]:
 
 
 def _union(first: Mask, second: Mask) -> Mask | None:
-    """The rectangle around two, side by side within their height; None where they are not, or it is much larger."""
+    """The rectangle around two masks that are side by side; None where they are not, or where it is much larger."""
     left, top = max(first[0], second[0]), max(first[1], second[1])
     right, bottom = min(first[0] + first[2], second[0] + second[2]), min(first[1] + first[3], second[1] + second[3])
     if left - right > max(first[3], second[3]) or top > bottom:

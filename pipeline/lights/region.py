@@ -1,4 +1,4 @@
-"""A region of interest: the part of a picture that is searched, and how what is found there is put in the whole."""
+"""A region of interest: the part of a picture that is searched, and how results map back to the whole picture."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dockpose.pose.circle import CirclePose
 from dockpose.thresholds import Threshold
 from dockpose.thresholds.bright import BrightPixels
 
-# x_px, y_px of the upper left corner, width_px, height_px; as a mask's, but it says where to look.
+# x_px, y_px of the upper left corner, width_px, height_px: like a mask, but it says where to look.
 Region = tuple[float, float, float, float]
 # left, top, right, bottom: columns left to right - 1 of rows top to bottom - 1.
 Part = tuple[int, int, int, int]
@@ -26,15 +26,27 @@ _CIRCLE_POINTS = 24
 
 
 def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
-    """The pixels whose centres lie in a region, clipped to a picture of that size; all of them where it is None.
+    """The pixels whose centres lie in a region, clipped to the picture.
 
-    Where it does not begin at an even row and column, the ones before are taken too: a centre half way between two
-    pixels is rounded to the even one, in a part as in the whole.
+    The first row and column are made even by including the ones before: centres half way between two pixels are rounded
+    to even, so this way they are rounded alike in the part and in the whole.
+
+    Parameters
+    ----------
+    region : (x_px, y_px, width_px, height_px) or None, pixels
+        The region; None for the whole picture.
+    width, height : int, pixels
+        Size of the picture.
+
+    Returns
+    -------
+    (left, top, right, bottom) : tuple of int, pixels
+        Columns left to right - 1 of rows top to bottom - 1.
 
     Raises
     ------
     ValueError
-        if the region is not four finite numbers with a positive size, or lies outside the picture.
+        If the region is not four finite numbers with a positive size, or lies outside the picture.
     """
     if region is None:
         return 0, 0, width, height
@@ -53,13 +65,13 @@ def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
 
 
 def masks_within(masks: Sequence[Mask], part: Part) -> tuple[Mask, ...]:
-    """Masks of a picture as those of a part of it."""
+    """Masks of a picture, in the pixels of a part of it."""
     left, top, _, _ = part
     return tuple((x - left, y - top, width, height) for x, y, width, height in masks)
 
 
 def markers_in_whole(markers: Markers, part: Part) -> Markers:
-    """Markers found in a part, in pixels of the picture."""
+    """Markers found in a part, in the pixels of the whole picture."""
     left, top, _, _ = part
     if left == top == 0 or len(markers) == 0:
         return markers
@@ -69,7 +81,7 @@ def markers_in_whole(markers: Markers, part: Part) -> Markers:
 
 
 def threshold_in_whole(threshold: Threshold, part: Part, width: int) -> Threshold:
-    """A threshold of a part, the pixels that it lists as those of a picture of that width."""
+    """A threshold of a part, with the pixels it lists numbered as in the whole picture of that width."""
     left, top, right, _ = part
     if threshold.kept is None or (left == top == 0 and right == width):
         return threshold
@@ -80,13 +92,13 @@ def threshold_in_whole(threshold: Threshold, part: Part, width: int) -> Threshol
 
 
 def crop(image: Any, part: Part) -> np.ndarray:
-    """A part of a picture (H, W) or (H, W, C), not copied."""
+    """A part of a picture (H, W) or (H, W, C), as a view rather than a copy."""
     left, top, right, bottom = part
     return np.asarray(image)[top:bottom, left:right]
 
 
 def ring_region(pose: CirclePose, camera: Camera, dock: Dock, margin_px: float = 0.0) -> Region | None:
-    """The region around a dock's ring as the picture shows it, and a margin; None where some of it has no picture."""
+    """The bounding box of a dock's ring in the picture, plus a margin; None where part of the ring has no image."""
     angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS, endpoint=False)
     circle = np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
     seen = camera.project(pose.position_m + dock.radius * circle)
@@ -97,7 +109,7 @@ def ring_region(pose: CirclePose, camera: Camera, dock: Dock, margin_px: float =
 
 
 def is_within(inner: Region, outer: Region) -> bool:
-    """Whether one region lies wholly in another."""
+    """Whether one region lies entirely inside another."""
     return (
         inner[0] >= outer[0]
         and inner[1] >= outer[1]

@@ -1,1 +1,4 @@
-"""The paper's tables and figures, and the methods that it compares with."""
+"""Tables and figures of the paper, and the methods it compares with.
+
+May import `dockpose.camera`, `dockpose.lights` and `dockpose.pose`.
+"""

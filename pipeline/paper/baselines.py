@@ -14,13 +14,16 @@ from dockpose.pose.circle import CirclePose
 
 @dataclass(frozen=True)
 class Centres:
-    """Three answers to where the dock's centre is in the undistorted picture, each (2,) in pixels.
+    """Three estimates of the dock's centre in the undistorted picture.
 
     Attributes
     ----------
-    mass_moment_px : middle of the lights' centres; moves when a light is hidden.
-    ellipse_px : middle of the ellipse; under perspective not the dock's.
-    true_px : image of the middle of the circle, which takes the pose.
+    mass_moment_px : (2,) float array, pixels
+        Mean of the lights' centroids; moves when a light is hidden.
+    ellipse_px : (2,) float array, pixels
+        Centre of the ellipse; not the dock's centre under perspective.
+    true_px : (2,) float array, pixels
+        Image of the circle's centre, which requires the pose.
     """
 
     mass_moment_px: np.ndarray
@@ -35,19 +38,27 @@ def centres(points_px: np.ndarray, ellipse: Ellipse, pose: CirclePose) -> Centre
 
 
 def hong_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
-    """Both poses of a circle under the assumption that the ellipse's major axis is its diameter.
+    """Both poses of a circle, assuming that the ellipse's major axis is its diameter.
 
     Parameters
     ----------
-    ellipse : in pixels of the undistorted picture.
-    camera : its intrinsics; of fx and fy the mean counts.
-    diameter : of the circle, in metres.
+    ellipse : Ellipse
+        The circle's image, in pixels of the undistorted picture.
+    camera : Camera
+        The intrinsics; the geometric mean of fx and fy is used.
+    diameter : float, metres
+        Diameter of the circle.
+
+    Returns
+    -------
+    tuple of 2 CirclePose
+        Both poses, tilted to either side of the major axis.
 
     Notes
     -----
     The assumption of Hong et al., as the paper describes it: the range is focal length times diameter over major axis,
     the ellipse's centre is the dock's, and the dock is tilted about the major axis by acos(minor / major), to either
-    side. That is weak perspective: right for a small dock far away on the axis.
+    side. That is weak perspective: right for a small, distant dock on the axis.
     """
     check_number("diameter", diameter, above=0)
     focal = math.sqrt(camera.fx * camera.fy)

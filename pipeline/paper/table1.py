@@ -1,7 +1,7 @@
-"""The choice between the two poses as Table 1 of the paper prints it: by the ring's eccentricity over two frames.
+"""Table 1 of the paper: the choice between the two poses by the ring's eccentricity over two frames.
 
-Ghosh et al. 2016 call it orientation duality. The vehicle squares up to the dock as one of the two candidates has it.
-If that one is right, the ring's picture becomes rounder from the first frame to the second.
+Ghosh et al. 2016 call it orientation duality. The vehicle squares up to the dock as seen in one of the two candidates.
+If that one is right, the ring's image becomes rounder from the first frame to the second.
 """
 
 from __future__ import annotations
@@ -15,14 +15,18 @@ from dockpose.pose.circle import CirclePose
 
 @dataclass(frozen=True)
 class Orientation:
-    """What Table 1 keeps of a frame.
+    """What Table 1 remembers of a frame.
 
     Attributes
     ----------
-    selected : index of the chosen candidate.
-    normal : (3,) of the chosen candidate.
-    eccentricity : of the ring's picture.
-    frame : counted from 1.
+    selected : int
+        Index of the chosen candidate.
+    normal : (3,) float array
+        Normal of the chosen candidate.
+    eccentricity : float
+        Eccentricity of the ring's image.
+    frame : int
+        Counted from 1.
     """
 
     selected: int
@@ -38,23 +42,28 @@ def choose_by_eccentricity(
 
     Parameters
     ----------
-    candidates : the two poses of this frame.
-    eccentricity : of the ring's picture in this frame.
-    before : what was chosen in the frame before; None in the first frame.
-    first : index of the candidate to square up to in the first frame; the paper takes either.
+    candidates : sequence of CirclePose
+        The two poses of this frame.
+    eccentricity : float
+        Eccentricity of the ring's image in this frame.
+    before : Orientation, optional
+        The choice of the previous frame; None in the first frame.
+    first : int
+        Index of the candidate to square up to in the first frame; the paper takes either.
 
     Returns
     -------
-    The choice; hand it in with the next frame. Between the first frame and the second the vehicle must square up to
-    ``normal``, or what the second decides means nothing.
+    Orientation
+        The choice; pass it in with the next frame. Between the first and the second frame the vehicle must square up to
+        its ``normal``, or the second frame's decision is meaningless.
 
     Notes
     -----
     In the second frame, if the eccentricity fell (e1 - e2 > 0), the orientation that was squared up to was right;
-    otherwise the other one is taken. From the third frame on, the candidate nearest to the choice before. The printed
-    condition of the else branch holds a difference of a thing with itself, which is never other than 0; as in DESIGN.md
-    it is read as frame 1 against frame 2, so that the else branch is all that the first branch is not. Which candidate
-    of the second frame is the one that was squared up to, is not said; here it is the nearest. Nothing corrects a
+    otherwise the other one is taken. From the third frame on, the candidate nearest to the previous choice is taken.
+    The printed condition of the else branch is a difference of a quantity with itself, which is always 0; it is read
+    here as frame 1 against frame 2, so that the else branch is the complement of the first. The paper does not say
+    which candidate of the second frame is the one that was squared up to; here it is the nearest. Nothing corrects a
     choice after the second frame.
     """
     if before is None:

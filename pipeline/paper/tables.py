@@ -1,4 +1,4 @@
-"""What the paper measured: Tables 2 to 4 of Ghosh et al. 2016, doi 10.1007/s00138-015-0736-4."""
+"""The measurements of the paper: Tables 2 to 4 of Ghosh et al. 2016, doi 10.1007/s00138-015-0736-4."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "theta x (deg)", "theta y (deg)")
 
 @dataclass(frozen=True)
 class Table:
-    """Poses of one table of the paper, a row each: x, y, z in centimetres, theta_x and theta_y in degrees.
+    """Poses of one table of the paper, one per row: x, y, z in centimetres, theta_x and theta_y in degrees.
 
     Attributes
     ----------
     lights : int
-        Of the ring, 0.30 m in diameter.
-    measured : ndarray, shape (N, 5)
-        By hand, in the tank.
-    estimated : ndarray, shape (N, 5)
-        By the paper's method.
-    epnp : ndarray, shape (N, 5), optional
-        By EPnP on the coloured lights, where the paper has it.
+        Number of lights of the ring, 0.30 m in diameter.
+    measured : (N, 5) float array
+        Measured by hand in the tank.
+    estimated : (N, 5) float array
+        Estimated by the paper's method.
+    epnp : (N, 5) float array or None
+        Estimated by EPnP from the coloured lights; None where the paper has none.
     """
 
     lights: int

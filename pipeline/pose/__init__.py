@@ -1,4 +1,4 @@
 """From an ellipse and its lights to the two poses, their uncertainty, and the choice between them.
 
-May import camera and lights.
+May import `dockpose.camera` and `dockpose.lights`.
 """

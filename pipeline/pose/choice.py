@@ -1,4 +1,4 @@
-"""Which of the two poses is the right one."""
+"""The choice between the two poses of a dock."""
 
 from __future__ import annotations
 
@@ -14,23 +14,28 @@ from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, r
 from dockpose.pose.spacing import Placement, place
 from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
 
-DECIDED = 0.95  # probability from which on the likelier pose is called the right one
-SAME_RAD = math.radians(0.2)  # two poses that face the same way up to this are one
-_SLID = 0.25  # two poses that come this much closer to each other by refinement have become one
-_NO_CHANCE = 100.0  # times the other's squares: what a pose gets on whose ring the points are no lights
+DECIDED = 0.95  # the choice counts as decided from this probability on
+SAME_RAD = math.radians(0.2)  # poses whose normals differ by less than this are the same
+_SLID = 0.25  # if refinement shrinks the angle between two poses to this share, they have become the same
+_NO_CHANCE = 100.0  # sum of squares, relative to the other's, of a pose on whose ring the points match no lights
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The two candidates, the likelier first, and why.
+    """The two candidates, the likelier first, and what decided between them.
 
     Attributes
     ----------
-    candidates : the two poses with their probabilities, reprojection errors and uncertainties.
-    selected : index of the chosen one.
-    selected_by : "spacing" or "colours", or "none" where nothing tells them apart.
-    lights : (N,) number of the light that each point is, counted around the ring; None where that is not known.
-    coincide : the dock is seen so nearly square on that both poses are the same within their errors.
+    candidates : tuple of CirclePose
+        The two poses with their probabilities, reprojection errors and uncertainties.
+    selected : int
+        Index of the chosen one.
+    selected_by : {"spacing", "colours", "none"}
+        What decided; "none" where nothing tells them apart.
+    lights : (N,) int array or None
+        Number of the light that each point is, counted around the ring; None where it is not known.
+    coincide : bool
+        Whether the dock is so nearly square on that both poses are the same within their errors.
     """
 
     candidates: tuple[CirclePose, ...]
@@ -41,7 +46,7 @@ class Choice:
 
     @property
     def decided(self) -> bool:
-        """Whether the chosen pose is the right one with a probability of at least 95 %."""
+        """Whether the chosen pose is right with a probability of at least 95 %."""
         probability = self.candidates[self.selected].probability
         return probability is not None and probability >= DECIDED
 
@@ -57,18 +62,28 @@ def choose_by_spacing(
 
     Parameters
     ----------
-    poses : the two candidates.
-    points_px : (N, 2) centres of the lights in the picture.
-    camera : that took it.
-    dock : where its number of lights is None, the points are taken to be all of them, evenly spaced.
-    labels : for each point the name of its colour, None where it cannot be told.
+    poses : sequence of CirclePose
+        The two candidates.
+    points_px : (N, 2) float array, pixels
+        Centroids of the lights in the picture.
+    camera : Camera
+        The camera that took it.
+    dock : Dock
+        Where its number of lights is None, the points are assumed to be all of them, evenly spaced.
+    labels : sequence of str or None, optional
+        Colour of each point; None where it is unknown.
+
+    Returns
+    -------
+    Choice
+        The refined candidates, and which is likelier.
 
     Notes
     -----
-    The lights are traced back onto each candidate's plane, where their angles around the ring tell which lights they
-    are. Both candidates are then refined with the lights in these places, and what remains of the reprojection error
-    tells how well each explains the picture, see :func:`dockpose.pose.uncertainty.log_odds`. Where the spacing is not
-    known, both are refined with each light free to lie anywhere on its circle, which tells nothing about the choice.
+    The lights are back-projected onto each candidate's plane, where their angles around the ring identify them. Both
+    candidates are then refined with the lights at these places, and the remaining reprojection error says how well each
+    explains the picture, see :func:`dockpose.pose.uncertainty.log_odds`. Where the spacing is unknown, both are refined
+    with each light free to move along the circle, which leaves the choice open.
     """
     rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
     R = np.array([pose.rotation for pose in poses])
@@ -86,9 +101,9 @@ def choose_by_spacing(
 
 
 def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, radius_m: float, rays: LightRays) -> Fit:
-    """Where refinement brought both candidates to the same pose, put the one that went farther back to where it was.
+    """If refinement brought both candidates to the same pose, put the one that moved farther back where it was.
 
-    Then only one pose explains the spacing, and its twin is the other one that the ellipse alone would allow.
+    In that case only one pose explains the spacing, and its twin is the other one that the ellipse alone would allow.
     """
     before, after = _gap_rad(R), _gap_rad(fit.rotations)
     if before < SAME_RAD or after > _SLID * before:
@@ -102,7 +117,7 @@ def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, radius_
 
 
 def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
-    """The squares by which candidates are judged: those on whose ring the points are no lights have no chance."""
+    """The squares by which candidates are judged: one on whose ring the points match no lights has no chance."""
     best = min(squares for squares, ok in zip(squares_px2, fits, strict=True) if ok)
     return [
         squares if ok else max(squares, _NO_CHANCE * (best + 1.0))
@@ -111,7 +126,26 @@ def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
 
 
 def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | None, by: str, camera: Camera) -> Choice:
-    """Choice among refined poses, the likelier first, with what each is known to; ``by`` tells what decided."""
+    """Choice among refined poses, the likelier first, with their uncertainties.
+
+    Parameters
+    ----------
+    fit : Fit
+        The refined poses.
+    probabilities : sequence of float
+        Probability of each.
+    placement : Placement or None
+        The lights that the points are; None where that is not known.
+    by : str
+        What decided, for ``Choice.selected_by``.
+    camera : Camera
+        The camera that took the picture.
+
+    Returns
+    -------
+    Choice
+        The poses with probabilities, errors and uncertainties.
+    """
     noise = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
     sigmas = [deviations(covariance, R, noise) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)]
     if placement is not None and len(probabilities) == 2:
@@ -148,7 +182,7 @@ def _thetas_rad(rotation: np.ndarray) -> tuple[float, float]:
 
 
 def _is_square_on(pose: CirclePose) -> bool:
-    """Whether a pose and its twin, the mirror image about the line of sight, are the same within the pose's errors."""
+    """Whether a pose and its twin, mirrored about the line of sight, are the same within the pose's errors."""
     towards = pose.position_m / -math.hypot(*pose.position_m.tolist())
     off = _angle_rad(pose.normal, towards)
     return 2 * off < max(SAME_RAD, *(1.96 * sigma for sigma in pose.sigma_theta_rad or ()))
@@ -163,8 +197,8 @@ def _angle_rad(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _roll_rad(rotation: np.ndarray) -> float:
-    """Angle that a dock with this rotation is turned by in its own plane."""
-    # The dock's x and y axis against the x axis of a dock without roll, which lies level: (z, 0, -x) of its third.
+    """Angle by which a dock with this rotation is turned in its own plane."""
+    # Compare the dock's x and y axes with the x axis of a dock without roll, which is level: (z, 0, -x) of its third.
     x, z = float(rotation[0, 2]), float(rotation[2, 2])
     along = float(rotation[0, 0]) * z - float(rotation[2, 0]) * x
     across = float(rotation[0, 1]) * z - float(rotation[2, 1]) * x

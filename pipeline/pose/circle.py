@@ -1,4 +1,4 @@
-"""The two poses of a circle that is seen as a given ellipse."""
+"""The two poses of a circle whose image is a given ellipse."""
 
 from __future__ import annotations
 
@@ -19,15 +19,23 @@ class CirclePose:
 
     Attributes
     ----------
-    position_m : (3,) the dock's centre, in metres.
-    normal : (3,) unit normal of the dock's face, towards the camera.
-    centre_px : (2,) image of the dock's centre, in pixels of the undistorted picture.
-    probability : that this is the right one of the two candidates; None where nothing tells them apart.
-    rms_px : root mean square reprojection error of the lights, evenly spaced; None where it was not computed.
-    roll_rad : angle of light 0 around the dock's axis; where lights are alike and evenly spaced any of them may be
-        light 0, and it is the smallest such angle. None where it was not computed.
-    sigma_position_m, sigma_theta_rad : one-sigma, of which 1.96 on either side hold the truth in 95 % of pictures;
-        None where they were not computed.
+    position_m : (3,) float array, metres
+        The dock's centre.
+    normal : (3,) float array
+        Unit normal of the dock's face, towards the camera.
+    centre_px : (2,) float array, pixels
+        Image of the dock's centre, in the undistorted picture.
+    probability : float or None
+        Probability that this is the right one of the two candidates; None where nothing tells them apart.
+    rms_px : float or None, pixels
+        Root mean square reprojection error of the lights; None where it was not computed.
+    roll_rad : float or None, radians
+        Angle of light 0 around the dock's axis. Where lights are alike and evenly spaced any of them may be light 0,
+        and this is the smallest such angle. None where it was not computed.
+    sigma_position_m : tuple of 3 float or None, metres
+        Standard errors of x, y and z: the truth is within 1.96 of them in 95 % of pictures. None where not computed.
+    sigma_theta_rad : tuple of 2 float or None, radians
+        Standard errors of theta_x and theta_y, likewise.
     """
 
     position_m: np.ndarray
@@ -91,29 +99,48 @@ def rotation_from_angles(theta_x_rad: float, theta_y_rad: float) -> np.ndarray:
 
 
 def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
-    """Return the two poses of a circle of ``diameter`` metres whose image is ``ellipse``.
+    """Return the two poses of a circle whose image is a given ellipse.
 
     Parameters
     ----------
-    ellipse : in pixels of the undistorted picture.
-    camera : its intrinsics.
-    diameter : of the circle, in metres, above 0.
+    ellipse : Ellipse
+        The circle's image, in pixels of the undistorted picture.
+    camera : Camera
+        The intrinsics.
+    diameter : float, metres
+        Diameter of the circle, above 0.
 
     Returns
     -------
-    Two poses in a fixed order: first the one whose normal turns further to the left. Seen square on they coincide.
+    tuple of 2 CirclePose
+        Both poses, the one whose normal points further to the left first. They coincide for a circle seen square on.
 
     Raises
     ------
     ValueError
-        if the diameter is not positive.
+        If the diameter is not positive.
     NoEllipseError
-        if the ellipse is so small or narrow that rounding leaves no circle behind it.
+        If the ellipse is so small or narrow that rounding errors leave no circle behind it.
 
     Notes
     -----
+    The closed form in the eigenvalues l1 >= l2 > 0 > l3 of the cone through the ellipse.
+
+    References
+    ----------
     Safaee-Rad, Tchoukanov, Smith and Benhabib 1992, "Three-dimensional location estimation of circular features for
-    machine vision", in the closed form of the cone's eigenvalues l1 >= l2 > 0 > l3.
+    machine vision".
+
+    Examples
+    --------
+    >>> from dockpose.lights.ellipse import fit_ellipse
+    >>> camera = Camera(fx=700, fy=700, cx=319.5, cy=239.5, width=640, height=480)
+    >>> pose = CirclePose(np.array([0.1, 0.0, 1.5]), np.array([0.5, 0.0, -0.75**0.5]), np.zeros(2))
+    >>> angles = np.radians(np.arange(0, 360, 36))
+    >>> ring = 0.15 * np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
+    >>> ellipse = fit_ellipse(camera.project(pose.position_m + ring))
+    >>> [np.degrees(each.theta_y_rad).round(1).item() for each in circle_poses(ellipse, camera, 0.30)]
+    [37.1, -30.0]
     """
     check_number("diameter", diameter, above=0)
     K = camera.matrix
@@ -141,12 +168,12 @@ def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[Cir
 
 
 def _pose(normal: np.ndarray, centre: np.ndarray, camera: Camera) -> CirclePose:
-    """One of the poses, with the signs for which it is in front of the camera and faces it."""
+    """One of the poses, with signs such that it is in front of the camera and faces it."""
     if centre[2] < 0:
         centre = -centre
     if normal @ centre > 0:
         normal = -normal
-    # Where the centre is seen: the polar of the circle's line at infinity, not the ellipse's centre.
+    # The image of the centre is the pole of the line at infinity of the circle's plane, not the ellipse's centre.
     x, y, z = centre.tolist()
     image = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
     return CirclePose(position_m=centre, normal=normal, centre_px=image)

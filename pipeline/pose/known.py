@@ -1,4 +1,4 @@
-"""Poses that are known without an estimate, and how far estimates are from them."""
+"""Poses known from a scene's truth or a measurement, and the errors of estimates against them."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy as np
 from dockpose.checks import check_number
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 
-AGREES_SHARE = 0.02  # of the distance, by which a position that agrees with the truth may be off
+AGREES_SHARE = 0.02  # of the distance: the largest error of a position that agrees with the truth
 AGREES_RAD = math.radians(3.0)
 
 
 class KnownPose(msgspec.Struct, frozen=True):
-    """The pose of a dock, known without an estimate.
+    """The known pose of a dock.
 
     Parameters
     ----------
-    position_m : tuple of three float
-        Centre of the dock in the camera's frame.
-    theta_x_deg, theta_y_deg : float
+    position_m : (float, float, float), metres
+        Centre of the dock in the camera frame.
+    theta_x_deg, theta_y_deg : float, degrees
         Pitch and yaw of its face.
 
     Raises
@@ -46,7 +46,7 @@ class KnownPose(msgspec.Struct, frozen=True):
 
 
 def read_known_pose(content: Any) -> KnownPose | None:
-    """Read the pose from the ``truth`` of a YAML file, other keys aside; None where it lacks position or angles."""
+    """Read the pose from the ``truth`` of a YAML file, ignoring other keys; None where it lacks position or angles."""
     try:
         return msgspec.convert(content, KnownPose)
     except msgspec.ValidationError:
@@ -59,12 +59,12 @@ class PoseError:
 
     Attributes
     ----------
-    distance_m : float
-        Between the two positions.
-    angle_rad : float
-        Between the two normals.
+    distance_m : float, metres
+        Distance between the two positions.
+    angle_rad : float, radians
+        Angle between the two normals.
     agrees : bool
-        Within 2 % of the distance and 3 degrees.
+        Whether they agree within 2 % of the distance and 3 degrees.
     """
 
     distance_m: float
@@ -82,7 +82,7 @@ def pose_error(pose: CirclePose | None, known: KnownPose | None) -> PoseError | 
     position = np.array(known.position_m)
     distance = float(np.linalg.norm(pose.position_m - position))
     normal = -known.rotation[:, 2]
-    # The arc cosine of nearly 1 would lose half the digits.
+    # The arc cosine near 1 would lose half the digits.
     angle = 2 * math.asin(min(1.0, float(np.linalg.norm(pose.normal - normal)) / 2))
     agrees = distance <= AGREES_SHARE * float(np.linalg.norm(position)) and angle <= AGREES_RAD
     return PoseError(distance, angle, agrees)

@@ -27,7 +27,7 @@ _FRAMES = (np.eye(3), np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]))
 
 
 class NoPoseError(ValueError):
-    """The lights determine no pose; the text says why."""
+    """The lights do not determine a pose; the text says why."""
 
 
 def peer_poses(points_px: Any, lights: np.ndarray, camera: Camera, dock: Dock) -> dict[str, CirclePose | str]:

@@ -1,4 +1,4 @@
-"""Refinement: the pose whose lights fall closest to where the picture shows them, and how sure it is."""
+"""Refinement: the pose with the least reprojection error, and its covariance."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import as_points
 
 MAX_STEPS = 15
-# A step that lowers the sum of squares by less than this share, or this much, is the last; what it leaves is far less.
+# Stop after a step that lowers the sum of squares by less than this share or this much; what remains is far less.
 _SETTLED, _SETTLED_PX2 = 1e-3, 1e-6
-# A pose whose sum of squares is this many times the best one's, and this much more, is wrong beyond any doubt.
+# A pose whose sum of squares exceeds this multiple of the best one's plus this much is certainly wrong.
 _HOPELESS, _HOPELESS_PX2 = 30.0, 2.0
 _LONGEST = 0.3  # radians, or a share of the range, in one step
 _DAMPING = 1e-9
@@ -24,13 +24,16 @@ _DIAGONAL = np.arange(6)
 
 @dataclass(frozen=True)
 class LightRays:
-    """What the camera says about N lights, in the terms of a pinhole at its centre.
+    """The rays of N lights, in terms of a pinhole at the camera's centre.
 
     Attributes
     ----------
-    tangents : (N, 2) x / z and y / z of the rays in the water.
-    starts_m : (N,) z where each ray, followed backwards, meets the camera's axis; None where that is 0 for all.
-    slopes_px : (N, 2, 2) or (1, 2, 2) how far the picture point moves for a step of the tangents.
+    tangents : (N, 2) float array
+        x / z and y / z of the rays in the water.
+    starts_m : (N,) float array or None, metres
+        z where each ray, followed backwards, meets the camera's axis; None where that is 0 for all.
+    slopes_px : (N, 2, 2) or (1, 2, 2) float array, pixels
+        How far the picture point moves per step of the tangents.
     """
 
     tangents: np.ndarray
@@ -44,12 +47,19 @@ class Fit:
 
     Attributes
     ----------
-    rotations : (K, 3, 3) from the dock's frame to the camera's, roll included.
-    positions_m : (K, 3).
-    squares_px2 : (K,) sums of the squared reprojection errors.
-    covariances : (K, 6, 6) (J^T J)^-1 for a step of the position (metres) and a turn about the dock's axes (radians),
-        for lights known to a pixel.
-    numbers, points : how many residuals went in, and of how many lights.
+    rotations : (K, 3, 3) float array
+        From the dock's frame to the camera's, roll included.
+    positions_m : (K, 3) float array, metres
+        The dock's centres.
+    squares_px2 : (K,) float array, pixels squared
+        Sums of the squared reprojection errors.
+    covariances : (K, 6, 6) float array
+        (J^T J)^-1 for a step of the position (metres) and a rotation about the dock's axes (radians), for lights known
+        to one pixel.
+    numbers : int
+        Number of residuals.
+    points : int
+        Number of lights.
     """
 
     rotations: np.ndarray
@@ -61,7 +71,7 @@ class Fit:
 
 
 def light_rays(points_px: Any, camera: Camera, depth_m: float = 1.0) -> LightRays:
-    """Trace picture points (N, 2) into the water; ``depth_m`` is roughly where their lights are."""
+    """Trace picture points (N, 2) into the water; ``depth_m`` is roughly the depth of their lights."""
     points = as_points("points_px", points_px, 2)
     focal, centre = np.array([camera.fx, camera.fy]), np.array([camera.cx, camera.cy])
     if camera.port is None and not camera.fisheye and not any(camera.distortion):
@@ -91,22 +101,33 @@ def on_planes(rays: LightRays, rotations: np.ndarray, positions_m: np.ndarray) -
 def refine(
     rotations: np.ndarray, positions_m: np.ndarray, angles_rad: np.ndarray | None, radius_m: float, rays: LightRays
 ) -> Fit:
-    """Minimise the reprojection error of the lights for K starting poses at once, by Gauss-Newton steps.
+    """Minimise the reprojection error of the lights, for K starting poses at once, by Gauss-Newton steps.
 
     Parameters
     ----------
-    rotations, positions_m : (K, 3, 3) and (K, 3), where to start.
-    angles_rad : (K, N) of each light in its dock's own frame; None where the spacing is not known: then each light may
-        lie anywhere on its circle, and only its distance from the circle's image counts.
-    radius_m : of the circle.
-    rays : of the N lights.
+    rotations : (K, 3, 3) float array
+        Where to start: from each dock's frame to the camera's.
+    positions_m : (K, 3) float array, metres
+        Where to start: the docks' centres.
+    angles_rad : (K, N) float array or None, radians
+        Angle of each light in its dock's own frame. None where the spacing is not known: then each light is free to
+        move along its circle, and only its distance from the circle's image counts.
+    radius_m : float, metres
+        Radius of the circle.
+    rays : LightRays
+        Rays of the N lights.
+
+    Returns
+    -------
+    Fit
+        The refined poses.
 
     Notes
     -----
-    A point p of the dock appears at (X/Z, Y/Z) of X = R p + t; for a step dt and a turn w about the dock's axes it
-    moves by dX = dt + R (w x p), from which the derivatives follow by the quotient rule. Behind a port the pinhole's
-    measured point itself depends on Z: tangent * (1 - start / Z). Residuals are carried to pixels of the picture, where
-    the noise arises.
+    A point p of the dock appears at (X/Z, Y/Z) of X = R p + t. For a step dt and a rotation w about the dock's axes it
+    moves by dX = dt + R (w x p), from which the derivatives follow by the quotient rule. Behind a port the measured
+    point of the pinhole itself depends on Z: tangent * (1 - start / Z). Residuals are mapped to pixels of the picture,
+    where the noise arises.
     """
     R, t, free = rotations, positions_m, angles_rad is None
     model, turning = _model(angles_on_planes(rays, R, t) if angles_rad is None else angles_rad, radius_m)
@@ -114,7 +135,7 @@ def refine(
         J = _linearised(R, t, model, turning, rays)
         if free:
             J = _across(J)
-        # The residuals ride along as a seventh column, so that one product gives all that a step needs.
+        # With the residuals as a seventh column, one product gives everything that a step needs.
         A = J.reshape(len(R), -1, 7)
         products = A.transpose(0, 2, 1) @ A
         covariance = np.linalg.inv(_damped(products[:, :6, :6].copy(), free))
@@ -135,20 +156,20 @@ def refine(
 def squares_at(
     rotation: np.ndarray, position_m: np.ndarray, angles_rad: np.ndarray, radius_m: float, rays: LightRays
 ) -> float:
-    """Sum of the squared reprojection errors, in pixels, of lights at angles (N,) on one dock."""
+    """Sum of the squared reprojection errors, in pixels squared, of lights at angles (N,) on one dock."""
     model, turning = _model(angles_rad[None], radius_m)
     residuals = _linearised(rotation[None], position_m[None], model, turning, rays)[..., 6]
     return float((residuals * residuals).sum())
 
 
 def angles_on_planes(rays: LightRays, rotations: np.ndarray, positions_m: np.ndarray) -> np.ndarray:
-    """Angles (K, N) in radians of the lights around each of K docks, from its x towards its y axis."""
+    """Angles (K, N) in radians of the lights around each of K docks, from its x axis towards its y axis."""
     flat = on_planes(rays, rotations, positions_m)
     return np.arctan2(flat[..., 1], flat[..., 0])
 
 
 def _model(angles_rad: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lights (K, N, 3) in the dock's frame, and how they move when the dock turns: (K, N, 3, 3)."""
+    """Lights (K, N, 3) in the dock's frame, and their derivatives by a rotation of the dock (K, N, 3, 3)."""
     model = np.zeros((*angles_rad.shape, 3))
     x, y = radius_m * np.cos(angles_rad), radius_m * np.sin(angles_rad)
     model[..., 0], model[..., 1] = x, y
@@ -159,7 +180,7 @@ def _model(angles_rad: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndar
 
 
 def _linearised(R: np.ndarray, t: np.ndarray, model: np.ndarray, turning: np.ndarray, rays: LightRays) -> np.ndarray:
-    """Derivatives (K, N, 2, 6) of where lights are seen, in pixels, and as a seventh column how far off they are."""
+    """Derivatives (K, N, 2, 6) of the lights' image points, in pixels, and the residuals as a seventh column."""
     points = model @ R.transpose(0, 2, 1)
     points += t[:, None]
     nearness = 1 / points[..., 2:]
@@ -177,9 +198,9 @@ def _linearised(R: np.ndarray, t: np.ndarray, model: np.ndarray, turning: np.nda
 
 
 def _across(J: np.ndarray) -> np.ndarray:
-    """What derivatives and residuals amount to at right angles to the circle's image, along which lights move freely.
+    """Derivatives and residuals normal to the circle's image, along which the lights are free to move.
 
-    A turn about the dock's own axis moves every light along it: that column of the derivatives tells where to.
+    A rotation about the dock's own axis moves every light along the circle, so that column gives the direction.
     """
     along = J[..., 5]
     across = np.stack([-along[..., 1], along[..., 0]], axis=-1) / np.linalg.norm(along, axis=-1, keepdims=True)
@@ -189,7 +210,7 @@ def _across(J: np.ndarray) -> np.ndarray:
 
 
 def _shortened(step: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Steps (K, 6), all by the same factor, so that none is longer than the linear terms can be trusted."""
+    """Steps (K, 6), scaled by a common factor such that none exceeds what the linearisation can be trusted for."""
     share = np.abs(step)
     share[:, :3] /= t[:, 2:]
     longest = float(share.max())
@@ -197,7 +218,7 @@ def _shortened(step: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def _is_done(gains_px2: list[float], squares_px2: list[float]) -> bool:
-    """Whether every pose has settled, or is so much worse than the best one that it need not."""
+    """Whether every pose has converged, or is so much worse than the best one that it need not."""
     hopeless = _HOPELESS * min(squares_px2) + _HOPELESS_PX2
     return all(
         gain <= _SETTLED * abs(squares) + _SETTLED_PX2 or squares > hopeless
@@ -206,7 +227,7 @@ def _is_done(gains_px2: list[float], squares_px2: list[float]) -> bool:
 
 
 def _damped(information: np.ndarray, free: bool) -> np.ndarray:
-    """The information with its diagonal a trace larger, so that it can be inverted; changed in place."""
+    """The information matrix with a slightly larger diagonal, so that it can be inverted; changed in place."""
     information[:, _DIAGONAL, _DIAGONAL] *= 1 + _DAMPING
     if free:
         information[:, 5, 5] = 1.0
@@ -214,7 +235,7 @@ def _damped(information: np.ndarray, free: bool) -> np.ndarray:
 
 
 def _turn(vectors: np.ndarray) -> np.ndarray:
-    """Rotations (K, 3, 3) by small vectors (K, 3) in radians: Cayley's, exact to the third order."""
+    """Rotations (K, 3, 3) by small vectors (K, 3) in radians: the Cayley transform, exact to the third order."""
     half = (vectors @ _HALF_CROSS).reshape(-1, 3, 3)
     squared = half @ half
     scale = 2 / (1 + 0.25 * (vectors * vectors).sum(axis=1))

@@ -1,4 +1,4 @@
-"""From the lights' centres in a picture to both poses of the dock, whatever lies before the lens."""
+"""From the centroids of the lights in a picture to both poses of the dock, with or without a port."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from dockpose.pose.refine import light_rays, on_planes
 _ROUNDS = 6
 _SETTLED = 1e-7  # share of the range
 _FIRST_DEPTH_M = 1.0
-_ON_A_LINE_PX = 0.01  # no light's centre is known better; what is left then, as a port's bend, is no ellipse
+_ON_A_LINE_PX = 0.01  # no centroid is better than this; a smaller scatter, such as a port's bend, is no ellipse
 
 
 def find_poses(
@@ -29,26 +29,34 @@ def find_poses(
     labels: Sequence[str | None] | None = None,
     ellipse: Ellipse | None = None,
 ) -> tuple[Ellipse, Choice]:
-    """Find both poses of a dock from five or more of its lights, or from four or three whose spacing is known.
+    """Find both poses of a dock from five or more of its lights, or from three or four whose spacing is known.
 
     Parameters
     ----------
-    points_px : (N, 2) centres of the lights in the picture.
-    camera : that took it.
-    dock : its diameter, and its lights where they are known.
-    labels : for each point the name of its colour, None where it cannot be told.
-    ellipse : through the lights, where it is known already.
+    points_px : (N, 2) array_like, pixels
+        Centroids of the lights in the picture.
+    camera : Camera
+        The camera that took it.
+    dock : Dock
+        Its diameter, and its lights where they are known.
+    labels : sequence of str or None, optional
+        Colour of each point; None where it is unknown.
+    ellipse : Ellipse, optional
+        The ellipse through the lights, where it is known already.
 
     Returns
     -------
-    The ellipse, in pixels of the undistorted picture (behind a port: of the pinhole picture that would show the lights
-    where the chosen pose has them), and the choice between the two poses, refined. Of four or three lights the ellipse
-    is that of the chosen pose, see :func:`dockpose.pose.few_lights.poses_from_few_lights`.
+    ellipse : Ellipse
+        In pixels of the undistorted picture; behind a port, of the pinhole picture that would show the lights where the
+        chosen pose has them. For three or four lights it is the ellipse of the chosen pose, see
+        :func:`dockpose.pose.few_lights.poses_from_few_lights`.
+    choice : Choice
+        The two refined poses and the choice between them.
 
     Raises
     ------
     NoEllipseError
-        if no ellipse runs through the points.
+        If no ellipse passes through the points.
     """
     points = as_points("points_px", points_px, 2)
     if FEWEST <= len(points) < MIN_POINTS and dock.lights is not None:
@@ -67,14 +75,14 @@ def find_poses(
 
 
 def _scatter_about_line_px(points: np.ndarray) -> float:
-    """How far points (N, 2) are off the line that fits them best, root mean square; NaN where one is not finite."""
+    """Root mean square distance of points (N, 2) from the line that fits them best; NaN where one is not finite."""
     centred = points - points.sum(axis=0) / len(points)
     (xx, xy), (_, yy) = (centred.T @ centred / len(points)).tolist()
     return math.sqrt(abs((xx + yy) / 2 - math.hypot((xx - yy) / 2, xy)))
 
 
 def _ellipse_of(pose: CirclePose, camera: Camera, dock: Dock) -> Ellipse:
-    """The ellipse as which a pinhole sees the dock's circle."""
+    """The ellipse that a pinhole sees of the dock's circle."""
     angles = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     axes = pose.rotation[:, :2]
     circle = pose.position_m + dock.radius * np.column_stack([np.cos(angles), np.sin(angles)]) @ axes.T
@@ -85,9 +93,9 @@ def _ellipse_of(pose: CirclePose, camera: Camera, dock: Dock) -> Ellipse:
 def _poses_behind_port(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[CirclePose, CirclePose]:
     """Both poses seen through a port.
 
-    There the rays do not meet in one point, so that where a pinhole would see a light depends on how far it is. The
-    depth of each light follows from the pose; so for each candidate by itself pixels, ellipse and pose are computed in
-    turn until they settle. That takes few rounds, since the rays nearly meet.
+    Behind a port the rays do not meet in one point, so a light's pinhole image depends on its depth, and that follows
+    from the pose. So pixels, ellipse and pose are computed in turn, for each candidate separately, until they converge.
+    That takes few rounds, since the rays nearly meet.
     """
     depth = _FIRST_DEPTH_M
     pair = circle_poses(fit_ellipse(camera.virtual_pixels(points_px, depth)), camera, dock.diameter)

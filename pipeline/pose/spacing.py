@@ -1,4 +1,4 @@
-"""Which light of the dock each point is, from how the lights are spaced around the ring and from their colours."""
+"""Which light of the dock each point is, from the spacing of the lights around the ring and from their colours."""
 
 from __future__ import annotations
 
@@ -9,21 +9,26 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.dock import Dock
 
-WITHIN = 0.25  # of the mean spacing: points further than this from every light are not the dock's
-_WORTH = 1.0  # of a wrong colour, in squared mean spacings: more than any point may lie off its light
+WITHIN = 0.25  # of the mean spacing: points farther than this from every light are not the dock's
+_WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than the largest allowed offset
 
 
 @dataclass(frozen=True)
 class Placement:
-    """The lights that N points are on each of K candidates.
+    """The lights that N points are, on each of K candidates.
 
     Attributes
     ----------
-    lights : (K, N) numbers of the lights.
-    rolls_rad : (K,) how far the dock is turned in its own plane, so that its lights come near the points.
-    angles_rad : (K, N) where the lights are then.
-    fits : for each candidate, whether every point is near its light and no two are the same.
-    period_rad : the roll is known modulo this; 2 pi where something breaks the ring's symmetry.
+    lights : (K, N) int array
+        Numbers of the lights.
+    rolls_rad : (K,) float array, radians
+        Roll of the dock that brings its lights closest to the points.
+    angles_rad : (K, N) float array, radians
+        Angles of the lights at that roll.
+    fits : list of bool
+        For each candidate, whether every point is near its light and no two share one.
+    period_rad : float, radians
+        The roll is known modulo this; 2 pi where angles or colours break the ring's symmetry.
     """
 
     lights: np.ndarray
@@ -34,13 +39,21 @@ class Placement:
 
 
 def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | None = None) -> Placement:
-    """Find the lights that points at angles (K, N) around the ring are, for each of K candidates.
+    """Find the lights that points around the ring are, for each of K candidates.
 
     Parameters
     ----------
-    points_rad : angles of the points on each candidate's plane.
-    dock : where its number of lights is None, the points are taken to be all of them, evenly spaced.
-    labels : for each point the name of its colour, None where it cannot be told; used where the dock has colours.
+    points_rad : (K, N) float array, radians
+        Angles of the points on each candidate's plane.
+    dock : Dock
+        Where its number of lights is None, the points are assumed to be all of them, evenly spaced.
+    labels : sequence of str or None, optional
+        Colour of each point, None where it is unknown; used where the dock has colours.
+
+    Returns
+    -------
+    Placement
+        The lights, the roll and whether they fit.
     """
     coloured = bool(dock.colours) and labels is not None and any(label is not None for label in labels)
     if not coloured and not dock.angles_deg:
@@ -56,7 +69,7 @@ def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | Non
 
 
 def _place_evenly(points_rad: np.ndarray, count: int) -> Placement:
-    """The common phase of the points' angles, modulo the spacing, places evenly spaced lights."""
+    """Place evenly spaced lights by the common phase of the points' angles, modulo the spacing."""
     step = 2 * math.pi / count
     phases = np.exp(1j * count * points_rad).sum(axis=1)
     rolls = (np.arctan2(phases.imag, phases.real) / count)[:, None]
@@ -69,12 +82,12 @@ def _place_evenly(points_rad: np.ndarray, count: int) -> Placement:
 
 
 def _wrong_colours(labels: Sequence[str | None], dock: Dock) -> np.ndarray:
-    """Whether (N, L) point i cannot be light j, because its colour is another one."""
+    """Whether (N, L) point i cannot be light j, because its colour differs."""
     return np.array([[float(label is not None and label != colour) for colour in dock.colours] for label in labels])
 
 
 def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarray) -> tuple[np.ndarray, float, bool]:
-    """Lights (N,), roll and whether they fit: of all rolls that bring some light to the first point, the best one."""
+    """Lights (N,), roll, and whether they fit: the best of all rolls that bring some light to the first point."""
     step = 2 * math.pi / len(known_rad)
     rolls = points_rad[0] - known_rad
     off = points_rad[None, :, None] - known_rad - rolls[:, None, None]
@@ -82,7 +95,7 @@ def _place_known(points_rad: np.ndarray, known_rad: np.ndarray, wrong: np.ndarra
     lights = np.argmin(np.abs(off), axis=2)
     row, column = np.ogrid[: len(rolls), : len(points_rad)]
     nearest = off[row, column, lights]
-    # The first point's own error sits in the roll: take it out before judging.
+    # The roll contains the first point's own error: remove it before judging.
     shift = nearest.mean(axis=1)
     squares = ((nearest - shift[:, None]) ** 2).sum(axis=1) / step**2
     mismatch = wrong[column, lights].sum(axis=1)

@@ -1,4 +1,4 @@
-"""How sure a refined pose is: the noise of the lights' centres, deviations, and the odds of two candidates."""
+"""Uncertainty of a refined pose: the noise of the centroids, standard errors, and the odds of two candidates."""
 
 from __future__ import annotations
 
@@ -9,46 +9,53 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import erf
 
-# Which of two candidates is right: until the lights' own scatter says otherwise, their centres are taken to be this
-# precise; it counts as much as this many measured numbers.
+# For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.
 PRIOR_NOISE_PX = 0.02
 PRIOR_NUMBERS = 0.5
-# The noise of light centres in pictures is neither quite normal nor quite independent from light to light, so that they
-# tell less than their number: by about this factor, measured on rendered and drawn docks (tests/bench/bench_choice.py).
+# The noise of centroids is neither quite normal nor quite independent between lights, so the evidence is worth less
+# than their number: by about this factor, measured on rendered and drawn docks (tests/bench/bench_choice.py).
 WORTH_OF_EVIDENCE = 0.85
-# How precise centres are before any is seen: equally likely at each scale between a good lamp's and a poor one's,
-# less likely beyond. More often by this power of the noise below, and less often by that one above, where lights that
-# are off their places on the dock leave residuals of pixels.
+# Prior of the noise of centroids: uniform in its logarithm between that of a good lamp and a poor one. Below, the
+# density rises with the first power of the noise, and above it falls with the second: lights that are out of place on
+# the dock leave residuals of pixels.
 LIKELY_NOISE_PX, _RISE, _FALL = (0.05, 0.7), 0.5, 3.0
 _SCALES_PX = np.geomspace(1e-3, 1e3, 240)
 _LOG_SQUARES = np.linspace(math.log(1e-8), math.log(1e7), 100)
-_HOLD = 0.95  # what 1.96 deviations on either side are to hold
+_HOLD = 0.95  # coverage of 1.96 standard errors on either side
 
 
 def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
-    """Standard deviation of a light's centre, in pixels, such that 1.96 of what follows from it hold 95 %.
+    """Standard deviation of a centroid, in pixels, such that 1.96 of the standard errors computed from it cover 95 %.
 
     Parameters
     ----------
-    squares_px2 : sum of the squared residuals.
-    numbers : how many residuals there are.
-    parameters : how many parameters were fitted to them.
+    squares_px2 : float, pixels squared
+        Sum of the squared residuals.
+    numbers : int
+        Number of residuals.
+    parameters : int
+        Number of parameters fitted to them.
+
+    Returns
+    -------
+    float, pixels
+        Standard deviation along each axis.
 
     Notes
     -----
-    Given its noise an error is normal. The noise is known by the residuals and by what is likely before, so that an
-    error is a mixture of normals, of which this is the 97.5 % quantile over 1.96. Three lights leave no residual: the
-    prior decides alone, and the interval is too wide for good lights and too narrow for poor ones. Of noises drawn as
-    the prior has them, 95 % are held with any number of lights; with many, as Student's quantile, at each.
+    Given the noise, an error is normal. The noise is known from the residuals and a prior, so an error is a mixture of
+    normals; this is its 97.5 % quantile over 1.96. Three lights leave no residual: the prior alone decides, and the
+    interval is too wide for good lights and too narrow for poor ones. Over noises drawn from the prior the coverage is
+    95 % for any number of lights; with many lights it is, like that of Student's quantile, 95 % at each noise.
     """
     quantiles, _ = _tables(max(0, numbers - parameters))
     return math.exp(float(np.interp(math.log(max(squares_px2, 1e-8)), _LOG_SQUARES, quantiles)))
 
 
 def log_evidence(squares_px2: np.ndarray, freedom: int) -> np.ndarray:
-    """Logarithm of how likely such sums of squared residuals (K,) are, whatever the noise, up to a constant.
+    """Logarithm of the likelihood of sums of squared residuals (K,), marginalised over the noise, up to a constant.
 
-    ``freedom`` is how many more numbers were measured than parameters fitted.
+    ``freedom`` is the number of residuals less that of the fitted parameters.
     """
     _, evidence = _tables(freedom)
     return np.interp(np.log(np.maximum(squares_px2, 1e-8)), _LOG_SQUARES, evidence)
@@ -56,7 +63,7 @@ def log_evidence(squares_px2: np.ndarray, freedom: int) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _tables(freedom: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each of ``_LOG_SQUARES`` the logarithms of the noise that holds 95 %, and of the evidence."""
+    """For each of ``_LOG_SQUARES`` the logarithms of the noise that covers 95 %, and of the evidence."""
     low, high = LIKELY_NOISE_PX
     prior = np.minimum(0.0, _RISE * np.log(_SCALES_PX / low)) + np.minimum(0.0, _FALL * np.log(high / _SCALES_PX))
     squares = np.exp(_LOG_SQUARES)[:, None]
@@ -74,11 +81,28 @@ def _tables(freedom: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
-    """Log-odds of the first of two candidates, by their sums of squared residuals of ``numbers`` numbers.
+    """Log-odds of the first of two candidates.
 
-    With the noise known to be s they would be half the difference over s^2. It is not known; averaged over its scaled
-    inverse chi-squared posterior the likelihoods become Student's (Gelman et al., Bayesian Data Analysis, 3.2). They
-    are tempered by ``WORTH_OF_EVIDENCE``.
+    Parameters
+    ----------
+    first_px2, second_px2 : float, pixels squared
+        Sums of squared residuals of the two candidates.
+    numbers : int
+        Number of residuals of each.
+
+    Returns
+    -------
+    float
+        Log-odds, within -500 to 500.
+
+    Notes
+    -----
+    If the noise were known to be s, they would be half the difference over s^2. It is not known; averaged over its
+    scaled inverse chi-squared posterior, the likelihoods become Student's. They are tempered by ``WORTH_OF_EVIDENCE``.
+
+    References
+    ----------
+    Gelman et al. 2013, "Bayesian Data Analysis", section 3.2.
     """
     prior = PRIOR_NUMBERS * PRIOR_NOISE_PX**2
     freedom = PRIOR_NUMBERS + max(0, numbers - 6)
@@ -94,14 +118,22 @@ def nearer(
 
     Parameters
     ----------
-    probabilities : that each is the one that the truth scatters around.
-    gap_rad : from one to the other, in theta_x and theta_y.
-    sigmas_rad : one-sigma of theta_x and theta_y of each.
+    probabilities : sequence of 2 float
+        Probability that the truth scatters around each.
+    gap_rad : (float, float), radians
+        Difference of the two in theta_x and theta_y.
+    sigmas_rad : tuple of 2 (float, float), radians
+        Standard errors of theta_x and theta_y of each.
+
+    Returns
+    -------
+    (float, float)
+        The probabilities.
 
     Notes
     -----
-    Around a candidate the truth is normally distributed; a share of that, Phi(-half the gap / sigma), lies beyond the
-    middle between the two. Where both coincide, each gets half.
+    Around a candidate the truth is normally distributed, so a share Phi(-half the gap / sigma) of it lies beyond the
+    midpoint between the two. Where both coincide, each gets half.
     """
     length = math.hypot(*gap_rad)
     if length == 0:
@@ -119,24 +151,34 @@ def nearer(
 def deviations(
     covariance: np.ndarray, rotation: np.ndarray, noise: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:
-    """One-sigma of the position (x, y, z), in metres, and of theta_x and theta_y, in radians.
+    """Standard errors of a pose.
 
     Parameters
     ----------
-    covariance : (6, 6) (J^T J)^-1 of a step, in metres, and a turn about the dock's axes, in radians, for lights that
-        are known to a pixel.
-    rotation : (3, 3) of the dock, roll included.
-    noise : standard deviation of a light's centre, in pixels, see :func:`noise_px`.
+    covariance : (6, 6) float array
+        (J^T J)^-1 for a step in metres and a rotation about the dock's axes in radians, for lights known to one pixel.
+    rotation : (3, 3) float array
+        Rotation of the dock, roll included.
+    noise : float, pixels
+        Standard deviation of a centroid, see :func:`noise_px`.
+
+    Returns
+    -------
+    sigma_position_m : tuple of 3 float, metres
+        Standard errors of x, y and z.
+    sigma_theta_rad : tuple of 2 float, radians
+        Standard errors of theta_x and theta_y.
 
     Notes
     -----
-    The covariance is s^2 (J^T J)^-1. The dock is turned by Ry(theta_y) Rx(theta_x) Rz(roll), so a step of theta_x is a
-    turn about the dock's x axis before its roll, and one of theta_y has cos(theta_x) of it about the y axis there.
+    The covariance is s^2 (J^T J)^-1. The dock's rotation is Ry(theta_y) Rx(theta_x) Rz(roll), so a step of theta_x is a
+    rotation about the dock's x axis before its roll, and a step of theta_y is cos(theta_x) times as much about the y
+    axis.
     """
     rows = covariance.tolist()
     a, b, c = rows[3][3], rows[3][4], rows[4][4]
     (xx, xy, back_x), (_, _, back_y), (zx, zy, back_z) = rotation.tolist()
-    # Direction, in the dock's own frame, of the x axis that it had before its roll.
+    # Direction, in the dock's own frame, of its x axis before the roll.
     level = max(math.hypot(back_x, back_z), 1e-12)
     x, y = (xx * back_z - zx * back_x) / level, (xy * back_z - zy * back_x) / level
     about_x = max(0.0, a * x * x + 2 * b * x * y + c * y * y)

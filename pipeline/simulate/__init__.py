@@ -1,4 +1,7 @@
-"""Simulated pictures of a dock, with the truth beside them."""
+"""Simulated pictures and sequences of a dock, with the truth beside them.
+
+May import `dockpose.camera`, `dockpose.lights` and `dockpose.pose`.
+"""
 
 from dockpose.simulate.files import load_scene, load_sequence, render_folder, save_scene, save_sequence
 from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Sweep

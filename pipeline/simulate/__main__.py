@@ -1,4 +1,4 @@
-"""Render scenes again: ``python -m dockpose.simulate FOLDER`` makes NAME.png and the truth of every NAME.yaml in it."""
+"""Render scenes again: ``python -m dockpose.simulate FOLDER`` writes NAME.png and the truth for every NAME.yaml."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All points that send light to the camera: the dock's lights, other lamps, and their mirror images."""
+"""All points that send light to the camera: the dock's lights, other lamps, and their reflections."""
 
 from __future__ import annotations
 
@@ -11,20 +11,25 @@ from dockpose.simulate.scene import COLOURS, Mirror, Scene
 from dockpose.simulate.truth import Truth, random_stream
 
 _WATER_INDEX = 1.333
-_GLINTS = 5  # a rippled surface breaks a reflection into about this many
+_GLINTS = 5  # a rippled surface breaks a reflection into about this many glints
 
 
 @dataclass(frozen=True)
 class Emitters:
-    """Points of light as the camera gets them.
+    """Points of light as the camera sees them.
 
     Attributes
     ----------
-    points_m : (N, 3) in the camera frame; mirror images at the mirrored place.
-    levels : (N,) grey levels that the middle of the point's picture would show 1 m ahead in clear water.
-    intensity : (N,) of what the point sends into the camera's direction, as a share of what it sends straight ahead.
-    radii_m : (N,) of the lamps.
-    colours : (N, 3) how strongly the blue, green and red bands see each.
+    points_m : (N, 3) float array, metres
+        Positions in the camera frame; reflections at the mirrored position.
+    levels : (N,) float array
+        Grey level at the centre of the point's image, 1 m ahead in clear water.
+    intensity : (N,) float array
+        Light sent towards the camera, as a share of that sent straight ahead.
+    radii_m : (N,) float array, metres
+        Radii of the lamps.
+    colours : (N, 3) float array
+        Response of the blue, green and red bands to each.
     """
 
     points_m: np.ndarray
@@ -38,7 +43,7 @@ class Emitters:
 
 
 def emitters_of(scene: Scene, truth: Truth) -> Emitters:
-    """Collect everything that shines in a scene, and can reach the camera."""
+    """Collect everything in a scene that shines and whose light can reach the camera."""
     lights = _dock_lights(scene, truth, truth.lights_m, truth.normal)
     parts = [lights, _lamps(scene)]
     if scene.mirror is not None:
@@ -63,7 +68,7 @@ def _dock_lights(scene: Scene, truth: Truth, points_m: np.ndarray, normal: np.nd
 
 
 def _beam(points_m: np.ndarray, normal: np.ndarray, exponent: float) -> np.ndarray:
-    """Intensity towards the camera of lamps that face along the normal: cos^exponent, nothing backwards."""
+    """Intensity towards the camera of lamps that face along the normal: cos^exponent, and nothing backwards."""
     cosine = -(points_m @ normal) / np.linalg.norm(points_m, axis=1)
     return np.where(cosine > 0, np.maximum(cosine, 0) ** exponent, 0.0)
 
@@ -80,7 +85,7 @@ def _lamps(scene: Scene) -> Emitters:
 
 
 def _mirrored(scene: Scene, mirror: Mirror, part: Emitters, normal: np.ndarray | None) -> Emitters:
-    """Reflections in the surface: each light broken into glints, as strong as Fresnel's law leaves them."""
+    """Reflections in the surface: each light broken into glints, attenuated by Fresnel's equations."""
     below = part.points_m[:, 1] > -mirror.height_m
     points = part.points_m[below] * [1, -1, 1] - [0, 2 * mirror.height_m, 0]
     distance = np.linalg.norm(points, axis=1)
@@ -89,7 +94,7 @@ def _mirrored(scene: Scene, mirror: Mirror, part: Emitters, normal: np.ndarray |
     if normal is not None:
         intensity = _beam(points, normal * [1, -1, 1], scene.lights.beam_exponent)
     rng = random_stream(scene, "mirror")
-    # A surface tilted by an angle turns the ray by twice that, mostly up and down at grazing incidence.
+    # A tilt of the surface turns the ray by twice the angle, mostly up and down at grazing incidence.
     tilt = np.radians(2 * mirror.ripple_deg) * distance[:, None] / 2
     jitter = rng.normal(size=(len(points), _GLINTS, 3)) * [0.3, 1.0, 0.0] * tilt[:, :, None]
     return Emitters(
@@ -113,8 +118,8 @@ def _reflected(cosine: np.ndarray) -> np.ndarray:
 def energy_of(scene: Scene, emitters: Emitters) -> np.ndarray:
     """Light (N,) that would reach the camera through clear water, in grey levels times pixels.
 
-    The level of a light is that of its picture's middle 1 m ahead; its picture there is a disc blurred by the lens,
-    taken as a Gaussian of the same variance. Farther away the light falls with the square of the distance.
+    A light's level is that at the centre of its image 1 m ahead. The image there is a disc blurred by the lens, treated
+    as a Gaussian of the same variance. Beyond, the light falls with the square of the distance.
     """
     focal = math.sqrt(scene.camera.fx * scene.camera.fy)
     variance_px = scene.sensor.blur_px**2 + (focal * emitters.radii_m / 2) ** 2

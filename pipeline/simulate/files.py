@@ -1,4 +1,4 @@
-"""Scene files: every number of a scene in one YAML, its picture and its truth beside it."""
+"""Scene files: all the numbers of a scene in one YAML file, with its picture and its truth."""
 
 from __future__ import annotations
 
@@ -19,16 +19,26 @@ TRUTH_COLUMNS = (
     *("frame", "time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "roll_deg"),
     *("visible_lights", "centre_x_px", "centre_y_px"),
 )
-_SMALLEST_FILES = 9  # of PNG's compression
+_SMALLEST_FILES = 9  # PNG's highest compression
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Read the scene file of one picture; see :func:`load_sequence`.
+    """Read the scene file of a single picture; see :func:`load_sequence`.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Scene
+        The scene.
 
     Raises
     ------
     FileError
-        if the file cannot be read, a key is unknown, missing or wrong, or it has a motion; it names the key.
+        If the file cannot be read, a key is unknown, missing or wrong (the text names it), or it has a motion.
     """
     sequence = load_sequence(path)
     if sequence.motion is not None:
@@ -37,14 +47,22 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def load_sequence(path: str | Path) -> FilmPlan:
-    """Read a scene file with the key ``motion`` or without.
+    """Read a scene file, with or without the key ``motion``.
 
-    ``water`` may be the name of a preset; the truth that may be in the file is left aside.
+    Parameters
+    ----------
+    path : str or Path
+        The file. ``water`` may be the name of a preset; a ``truth`` is ignored.
+
+    Returns
+    -------
+    FilmPlan
+        The scene and its motion.
 
     Raises
     ------
     FileError
-        if the file cannot be read, or a key is unknown, missing or wrong; it names the key.
+        If the file cannot be read, or a key is unknown, missing or wrong; the text names it.
     """
     content = read_yaml(path)
     content.pop("truth", None)
@@ -62,7 +80,7 @@ def load_sequence(path: str | Path) -> FilmPlan:
 
 
 def save_scene(scene: Scene, folder: str | Path, name: str) -> None:
-    """Render a scene and write NAME.png, and NAME.yaml with the scene and its truth, into a folder."""
+    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder."""
     image, truth = render(scene)
     save_picture(image, scene, truth, folder, name, compression=_SMALLEST_FILES)
 
@@ -70,9 +88,9 @@ def save_scene(scene: Scene, folder: str | Path, name: str) -> None:
 def save_picture(
     image: np.ndarray, scene: Scene, truth: Truth, folder: str | Path, name: str, compression: int | None = None
 ) -> None:
-    """Write NAME.png, and NAME.yaml with the scene and its truth, into a folder.
+    """Write NAME.png and NAME.yaml (the scene and its truth) into a folder.
 
-    ``compression`` is PNG's, 0 to 9; None takes OpenCV's own, which is some thirty times faster than 9.
+    ``compression`` is PNG's, 0 to 9; None uses OpenCV's default, which is some thirty times faster than 9.
     """
     parameters = [] if compression is None else [cv2.IMWRITE_PNG_COMPRESSION, compression]
     encoded = cv2.imencode(".png", image, parameters)[1]
@@ -88,7 +106,7 @@ def save_sequence(sequence: FilmPlan, path: str | Path) -> None:
 
 
 def truth_row(frame: RenderedFrame) -> dict[str, Any]:
-    """The truth of one picture of a sequence, by ``TRUTH_COLUMNS``; None for what has no image."""
+    """The truth of one frame of a sequence, by ``TRUTH_COLUMNS``; None for what has no image."""
     pose, centre = frame.scene.pose, frame.truth.centre_px
     x_px, y_px = (float(value) if np.isfinite(value) else None for value in centre)
     values = (
@@ -99,7 +117,7 @@ def truth_row(frame: RenderedFrame) -> dict[str, Any]:
 
 
 def render_folder(folder: str | Path) -> list[str]:
-    """Render every scene file of a folder again; returns their names."""
+    """Render every scene file of a folder again; return their names."""
     paths = sorted(Path(folder).glob("*.yaml"))
     for path in paths:
         save_scene(load_scene(path), folder, path.stem)

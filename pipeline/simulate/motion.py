@@ -1,4 +1,4 @@
-"""How the vehicle moves: an approach, a sweep past the dock, hovering, and a course that an estimator steers."""
+"""How the vehicle moves: an approach, a sweep past the dock, hovering, or a course steered by an estimator."""
 
 from __future__ import annotations
 
@@ -14,16 +14,21 @@ class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
 
     Parameters
     ----------
-    frames : number of pictures.
-    rate_hz : pictures in a second.
-    drift_m, drift_deg : how far currents carry and turn the vehicle along and about each of its axes, as a standard
-        deviation over many sequences.
-    drift_time_s : the shortest time in which it swings to and fro.
+    frames : int
+        Number of frames.
+    rate_hz : float, hertz
+        Frames per second.
+    drift_m : float, metres
+        Standard deviation, over many sequences, of the drift in currents along each axis.
+    drift_deg : float, degrees
+        Standard deviation, over many sequences, of the rotation by currents about each axis.
+    drift_time_s : float, seconds
+        Shortest period of the drift.
 
     Raises
     ------
     ValueError
-        if a number is not finite or out of range.
+        If a number is not finite or out of range.
     """
 
     frames: int = 100
@@ -39,12 +44,18 @@ class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
         check_number("drift_time_s", self.drift_time_s, above=0)
 
     def position_m(self, position_m: np.ndarray, share: float) -> np.ndarray:
-        """Where the dock is when this share (0 to 1) of the motion is over, from its place in the scene."""
+        """Position of the dock after this share (0 to 1) of the motion, given its position in the scene."""
         return position_m
 
 
 class Approach(Motion, frozen=True, kw_only=True, tag="approach"):
-    """The distance ahead (z) falls evenly from ``start_m`` to ``end_m``; the dock stays where it is in the picture."""
+    """The distance ahead (z) falls evenly from ``start_m`` to ``end_m``; the dock keeps its place in the picture.
+
+    Parameters
+    ----------
+    start_m, end_m : float, metres
+        Distance in the first and the last frame, above 0.
+    """
 
     start_m: float = 20.0
     end_m: float = 1.0
@@ -55,39 +66,48 @@ class Approach(Motion, frozen=True, kw_only=True, tag="approach"):
         check_number("end_m", self.end_m, above=0)
 
     def position_m(self, position_m: np.ndarray, share: float) -> np.ndarray:
-        """Where the dock is when this share (0 to 1) of the motion is over, from its place in the scene."""
+        """Position of the dock after this share (0 to 1) of the motion, given its position in the scene."""
         return position_m * (self.start_m + share * (self.end_m - self.start_m)) / position_m[2]
 
 
 class Sweep(Motion, frozen=True, kw_only=True, tag="sweep"):
-    """The dock passes by at an even speed, as far to either side of its place in the scene as ``reach_m``.
+    """The dock passes at constant speed, from one side of its position in the scene to the other.
 
-    ``angle_deg`` is its direction in the picture, from the x axis towards y.
+    Parameters
+    ----------
+    reach_m : float, metres
+        How far it goes to either side.
+    angle_deg : float, degrees
+        Direction in the picture, from the x axis towards y.
     """
 
     reach_m: float = 1.0
     angle_deg: float = 0.0
 
     def position_m(self, position_m: np.ndarray, share: float) -> np.ndarray:
-        """Where the dock is when this share (0 to 1) of the motion is over, from its place in the scene."""
+        """Position of the dock after this share (0 to 1) of the motion, given its position in the scene."""
         angle = math.radians(self.angle_deg)
         return position_m + (2 * share - 1) * self.reach_m * np.array([math.cos(angle), math.sin(angle), 0])
 
 
 class Hover(Motion, frozen=True, kw_only=True, tag="hover"):
-    """The vehicle keeps its place but for the currents."""
+    """The vehicle holds its position, apart from the currents."""
 
     drift_m: float = 0.03
     drift_deg: float = 2.0
 
 
 class ClosedLoop(Motion, frozen=True, kw_only=True, tag="closed_loop"):
-    """The vehicle goes where an estimator tells it that the dock's axis is, turns to the dock, and closes in.
+    """The vehicle moves onto the dock's axis as an estimator sees it, turns towards the dock, and closes in.
 
     Parameters
     ----------
-    end_m : distance at which it stops.
-    speed_m_per_s, turn_deg_per_s : the fastest that it moves and turns.
+    end_m : float, metres
+        Distance at which it stops.
+    speed_m_per_s : float, metres per second
+        Top speed.
+    turn_deg_per_s : float, degrees per second
+        Top turn rate.
     """
 
     end_m: float = 1.0

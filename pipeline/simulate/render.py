@@ -1,4 +1,4 @@
-"""From a scene to its picture."""
+"""Rendering: from a scene to its picture."""
 
 from __future__ import annotations
 
@@ -16,14 +16,18 @@ from dockpose.simulate.truth import Truth, truth_of
 
 @dataclass(frozen=True)
 class Rendering:
-    """A simulated picture and what it is made of.
+    """A simulated picture and its components.
 
     Attributes
     ----------
-    image : (H, W) or (H, W, 3) BGR array of uint8, or uint16 for more than 8 bits.
-    truth : what it really shows.
-    direct, glow : (H, W) float32 in grey levels before exposure: the light of all lamps that came straight, and what
-        was scattered on its way; of a coloured picture its green band.
+    image : (H, W) or (H, W, 3) BGR array, uint8 or uint16
+        The picture; uint16 for more than 8 bits.
+    truth : Truth
+        What it shows.
+    direct : (H, W) float32 array
+        Unscattered light of all lamps, in grey levels before exposure; for a colour picture, in the green band.
+    glow : (H, W) float32 array
+        Scattered light of all lamps, likewise.
     """
 
     image: np.ndarray
@@ -33,20 +37,48 @@ class Rendering:
 
 
 def render(scene: Scene) -> tuple[np.ndarray, Truth]:
-    """Render the picture of ``scene`` and its truth; see :func:`render_parts`."""
+    """Render the picture of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to render. A dock that faces away or lies outside the picture leaves it without lights, which is valid.
+
+    Returns
+    -------
+    image : (H, W) or (H, W, 3) BGR array, uint8 or uint16
+        The picture; uint16 for more than 8 bits. The same scene gives the same bytes.
+    truth : Truth
+        What it shows.
+
+    Raises
+    ------
+    ValueError
+        If a lamp is farther away than the water's point spread function is valid.
+
+    Examples
+    --------
+    >>> from dockpose import Camera, Dock
+    >>> from dockpose.simulate import Pose
+    >>> camera = Camera(fx=700, fy=700, cx=319.5, cy=239.5, width=640, height=480)
+    >>> scene = Scene(camera=camera, dock=Dock(0.30, lights=10), pose=Pose(position_m=(0.0, 0.0, 1.5)))
+    >>> image, truth = render(scene)
+    >>> image.shape, image.dtype
+    ((480, 640), dtype('uint8'))
+    >>> int(truth.visible.sum())
+    10
+    """
     rendering = render_parts(scene)
     return rendering.image, rendering.truth
 
 
 def render_parts(scene: Scene) -> Rendering:
-    """Render the picture of ``scene``.
-
-    A dock that faces away or lies outside the picture leaves it without lights, which is a valid picture.
+    """Render the picture of a scene, and keep its direct and scattered light; see :func:`render`.
 
     Raises
     ------
     ValueError
-        if a lamp is farther away than the water's point spread function holds.
+        If a lamp is farther away than the water's point spread function is valid.
     """
     truth = truth_of(scene)
     emitters = emitters_of(scene, truth)
@@ -65,9 +97,9 @@ def render_parts(scene: Scene) -> Rendering:
 def _band(
     scene: Scene, emitters: Emitters, water: Water, background: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light on the sensor in one band of the spectrum, and the lamps' direct and scattered part in it.
+    """Light on the sensor in one spectral band, and the direct and scattered part that the lamps have in it.
 
-    ``background`` is the share that the band has in the background's levels.
+    ``background`` is the band's response to the background.
     """
     direct, glow = light_on_sensor(scene, emitters, water)
     light = background_picture(scene, water, background) + direct + glow

@@ -1,4 +1,4 @@
-"""Everything that a simulated picture shows, every number in one place."""
+"""Everything that a simulated picture shows, with every number in one place."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dockpose.dock import Dock
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import PRESETS, Water, preset
 
-# How strongly the blue, green and red bands see a lamp of that colour.
+# Response of the blue, green and red bands to a lamp of each colour.
 COLOURS = {
     "white": (1.0, 1.0, 1.0),
     "red": (0.02, 0.08, 1.0),
@@ -23,7 +23,7 @@ BITS = (8, 10, 12, 16)
 
 
 class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A part of a scene: checks that its numbers are finite, and named ones not negative."""
+    """A part of a scene: checks that its numbers are finite, and not negative unless listed in ``_SIGNED``."""
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
@@ -42,7 +42,7 @@ _SIGNED = frozenset(
 
 
 class Pose(Part, frozen=True, kw_only=True):
-    """Where the dock is in the camera frame, in metres, and how it is turned; roll turns the ring in its own plane."""
+    """Position of the dock in the camera frame, in metres, and its attitude; roll turns the ring in its own plane."""
 
     position_m: tuple[float, float, float]
     theta_x_deg: float = 0.0
@@ -61,17 +61,25 @@ class Lights(Part, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    level : grey levels (of 255) that the middle of a light's picture would show 1 m ahead in clear water, unclipped,
-        with the lens blur of the sensor.
-    radius_m : of one lamp.
-    beam_exponent : intensity falls with this power of the cosine of the angle off the dock's normal; 1 is a Lambertian
-        surface, 0 shines alike to all sides in front of the dock.
-    brightness, size : of each light, as a share of ``level`` and ``radius_m``; empty where all are alike.
-    colours : of each light, names in ``COLOURS``; empty for the dock's, and white where it says none.
-    angles_deg : of each light around the ring; empty for the dock's. Other than those, they are a dock that was not
-        built as its drawing says.
-    missing : numbers of lights that are dead, counted from 0.
-    flicker : probability that a light is off in a picture.
+    level : float
+        Grey level (of 255), before clipping, at the centre of a light's image 1 m ahead in clear water, with the blur
+        of the lens.
+    radius_m : float, metres
+        Radius of one lamp.
+    beam_exponent : float
+        Intensity falls with this power of the cosine of the angle off the dock's normal: 1 is a Lambertian surface, 0
+        shines equally in all directions in front of the dock.
+    brightness, size : tuple of float
+        Of each light, as a share of ``level`` and ``radius_m``; empty where all are alike.
+    colours : tuple of str
+        Colour of each light, names in ``COLOURS``; empty for the dock's own, or white where it has none.
+    angles_deg : tuple of float, degrees
+        Angle of each light around the ring; empty for the dock's own. Others than those describe a dock that was not
+        built to its drawing.
+    missing : tuple of int
+        Numbers of dead lights, counted from 0.
+    flicker : float
+        Probability that a light is off in a picture.
     """
 
     level: float = 400.0
@@ -100,7 +108,7 @@ class Lights(Part, frozen=True, kw_only=True):
 
 
 class Glare(Part, frozen=True, kw_only=True):
-    """A bright patch of the background: a Gaussian of this size around a point of the picture."""
+    """A bright patch of the background: a Gaussian of standard deviation ``size_px`` around a point of the picture."""
 
     x_px: float
     y_px: float
@@ -109,10 +117,20 @@ class Glare(Part, frozen=True, kw_only=True):
 
 
 class Background(Part, frozen=True, kw_only=True):
-    """What is seen without lights: a level in the picture's middle, its change across the width and the height.
+    """The picture without lights.
 
-    ``backscatter_level`` is the veil of the vehicle's own lamp, brightest in the middle, in very deep water;
-    ``glares`` are bright patches. ``colour`` is how strongly the blue, green and red bands see all of it.
+    Parameters
+    ----------
+    level : float
+        Grey level at the centre of the picture.
+    gradient_x, gradient_y : float
+        Change of the level across the width and the height.
+    backscatter_level : float
+        Veil of the vehicle's own lamp in very deep water, brightest at the centre.
+    glares : tuple of Glare
+        Bright patches.
+    colour : (float, float, float)
+        Response of the blue, green and red bands to all of it.
     """
 
     level: float = 12.0
@@ -131,14 +149,14 @@ class Background(Part, frozen=True, kw_only=True):
 
 
 class Panel(Part, frozen=True, kw_only=True):
-    """A square plate behind the lights, in the dock's plane, that hides the background."""
+    """A square plate in the dock's plane, behind the lights, that hides the background."""
 
     size_m: float
     level: float = 5.0
 
 
 class Snow(Part, frozen=True, kw_only=True):
-    """Marine snow: particles of about ``size_px`` that shine up to ``level``."""
+    """Marine snow: particles about ``size_px`` in size with a brightness of up to ``level``."""
 
     count: int
     level: float = 60.0
@@ -150,14 +168,14 @@ class Snow(Part, frozen=True, kw_only=True):
 
 
 class Mirror(Part, frozen=True, kw_only=True):
-    """The water's surface, this far above the camera, and how much its ripples tilt it."""
+    """The water's surface at ``height_m`` above the camera, tilted by ripples."""
 
     height_m: float
     ripple_deg: float = 0.5
 
 
 class Lamp(Part, frozen=True, kw_only=True):
-    """Another lamp, that shines alike to all sides; ``level`` and ``radius_m`` as for the dock's lights."""
+    """Another lamp, which shines equally in all directions; ``level`` and ``radius_m`` as for the dock's lights."""
 
     position_m: tuple[float, float, float]
     level: float = 400.0
@@ -170,7 +188,7 @@ class Lamp(Part, frozen=True, kw_only=True):
 
 
 class Occluder(Part, frozen=True, kw_only=True):
-    """A bar in front of everything: its middle, width, height and turn in the picture, and its own grey level."""
+    """A bar in front of everything: centre, size, rotation and grey level in the picture."""
 
     x_px: float
     y_px: float
@@ -181,7 +199,7 @@ class Occluder(Part, frozen=True, kw_only=True):
 
 
 class Text(Part, frozen=True, kw_only=True):
-    """Letters burnt into the picture by the camera; x, y is their upper left corner."""
+    """Letters burnt into the picture by the camera; (x, y) is their upper left corner."""
 
     text: str
     x_px: float
@@ -191,19 +209,32 @@ class Text(Part, frozen=True, kw_only=True):
 
 
 class Sensor(Part, frozen=True, kw_only=True):
-    """The camera's sensor and what becomes of the picture before it is stored.
+    """The camera's sensor, and what happens to the picture before it is stored.
 
     Parameters
     ----------
-    exposure, gain : multiply the light, and the light with its noise.
-    electrons_per_level : photoelectrons in one of 255 grey levels at gain 1; they bring the shot noise.
-    read_noise_levels : standard deviation, in grey levels at gain 1.
-    vignetting : share of the light that is lost in the corners, 0 to 1.
-    blur_px : standard deviation of the lens blur.
-    motion_blur_px, motion_angle_deg : length and direction of the movement during the exposure.
-    bits : 8, 10, 12 or 16.
-    colour : "grey", "bgr", or "bayer" (a colour mosaic, interpolated to bgr).
-    jpeg_quality : 1 to 100, for 8 bit; None stores the picture as it is.
+    exposure : float
+        Factor on the light.
+    gain : float
+        Factor on the light together with its noise.
+    electrons_per_level : float
+        Photoelectrons per grey level (of 255) at gain 1, which determine the shot noise.
+    read_noise_levels : float
+        Standard deviation of the read noise, in grey levels at gain 1.
+    vignetting : float
+        Share of the light lost in the corners, 0 to 1.
+    blur_px : float, pixels
+        Standard deviation of the lens blur.
+    motion_blur_px : float, pixels
+        Length of the motion during the exposure.
+    motion_angle_deg : float, degrees
+        Direction of the motion in the picture, from the x axis towards y.
+    bits : {8, 10, 12, 16}
+        Bits per pixel.
+    colour : {"grey", "bgr", "bayer"}
+        Colours of the picture; "bayer" is a colour mosaic interpolated to BGR.
+    jpeg_quality : int, optional
+        1 to 100, for 8 bits; None for lossless storage.
     """
 
     exposure: float = 1.0
@@ -235,7 +266,7 @@ class Sensor(Part, frozen=True, kw_only=True):
                 raise ValueError(f"jpeg_quality is {self.jpeg_quality!r}; it must be within 1 to 100")
 
 
-# The parts of a scene that are always there.
+# The parts that every scene has.
 _KINDS = {
     **{"camera": Camera, "dock": Dock, "pose": Pose, "lights": Lights, "water": Water},
     **{"psf": Psf, "background": Background, "sensor": Sensor},
@@ -243,16 +274,23 @@ _KINDS = {
 
 
 class Scene(Part, frozen=True, kw_only=True):
-    """One picture to simulate: what each part means stands with its own class.
+    """One picture to simulate; each part is described by its own class.
 
     ``water`` may also be given as the name of a preset, such as "harbour".
 
     Raises
     ------
     ValueError
-        if a part is of another kind, a number is negative or not finite where it may not be, the dock lies behind the
-        camera or its number of lights is not known, or a list about the lights has another length than there are
-        lights.
+        If a part is of the wrong class, a number is negative or not finite where it may not be, the dock is behind the
+        camera or its number of lights is unknown, or a list about the lights does not have one entry per light.
+
+    Examples
+    --------
+    >>> camera = Camera(fx=700, fy=700, cx=319.5, cy=239.5, width=640, height=480)
+    >>> pose = Pose(position_m=(0.0, 0.0, 2.0), theta_y_deg=15.0)
+    >>> scene = Scene(camera=camera, dock=Dock(0.30, lights=10), pose=pose, water="harbour")
+    >>> scene.water.scattering_per_m
+    1.824
     """
 
     camera: Camera

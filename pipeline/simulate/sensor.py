@@ -10,21 +10,24 @@ from dockpose.simulate.scene import Scene, Sensor
 from dockpose.simulate.surroundings import burn_in
 from dockpose.simulate.truth import random_stream
 
-# The corner of the mosaic that cv2 calls BG: rows of B G, then of G R.
+# The upper left corner of the mosaic, which OpenCV calls BG: a row of B G, then one of G R.
 _MOSAIC = {(0, 0): 0, (0, 1): 1, (1, 0): 1, (1, 1): 2}
 
 
 def expose(light: np.ndarray, scene: Scene) -> np.ndarray:
-    """Turn light into the stored picture.
+    """Turn light on the sensor into the stored picture.
 
     Parameters
     ----------
-    light : (H, W) float, or (H, W, 3) blue, green, red; in grey levels of 255 at exposure 1.
-    scene : for its sensor, its burnt-in text and its seed.
+    light : (H, W) or (H, W, 3) float array
+        Light, or its blue, green and red bands, in grey levels (of 255) at exposure 1.
+    scene : Scene
+        For its sensor, its burnt-in text and its seed.
 
     Returns
     -------
-    (H, W) or (H, W, 3) array of uint8, or uint16 for more than 8 bits.
+    (H, W) or (H, W, 3) array, uint8 or uint16
+        The picture; uint16 for more than 8 bits.
     """
     sensor = scene.sensor
     levels = light * np.float32(sensor.exposure)
@@ -47,7 +50,7 @@ def expose(light: np.ndarray, scene: Scene) -> np.ndarray:
 
 
 def _with_noise(levels: np.ndarray, sensor: Sensor, rng: np.random.Generator) -> np.ndarray:
-    """Shot and read noise together: for the hundreds of electrons of a grey level Poisson's law is Gauss's."""
+    """Shot and read noise together; for hundreds of electrons per grey level, Poisson noise is practically Gaussian."""
     variance = np.maximum(levels, 0) / np.float32(sensor.electrons_per_level)
     variance += np.float32(sensor.read_noise_levels**2)
     noise = rng.standard_normal(levels.shape, dtype=np.float32)
@@ -65,7 +68,7 @@ def _vignette(shape: tuple[int, int], lost: float) -> np.ndarray:
 
 
 def _streak(sensor: Sensor) -> np.ndarray:
-    """Kernel of a straight movement: a line of that length, each of its points shared among four pixels."""
+    """Kernel of a straight motion: a line of that length, each of its points distributed among four pixels."""
     half = math.ceil(sensor.motion_blur_px / 2) + 1
     kernel = np.zeros((2 * half + 1, 2 * half + 1), np.float32)
     angle = math.radians(sensor.motion_angle_deg)
@@ -79,7 +82,7 @@ def _streak(sensor: Sensor) -> np.ndarray:
 
 
 def _mosaic(levels: np.ndarray) -> np.ndarray:
-    """Keep of each pixel the one band that its filter lets through."""
+    """Keep only the band that each pixel's filter lets through."""
     single = np.empty(levels.shape[:2], levels.dtype)
     for (row, column), band in _MOSAIC.items():
         single[row::2, column::2] = levels[row::2, column::2, band]

@@ -1,4 +1,4 @@
-"""Sequences: picture after picture of a scene in which the vehicle moves, by itself or as an estimator steers it.
+"""Sequences: pictures of a scene in which the vehicle moves, on its own or steered by an estimator.
 
 Each picture is a scene of its own, with its own pose and its own noise.
 """
@@ -21,24 +21,24 @@ from dockpose.simulate.truth import Truth, dock_rotation, random_stream
 
 Observe = Callable[[np.ndarray, Camera], CirclePose | None]
 
-_SEED_STEP = 1_000_003  # between the seeds of two pictures, so that sequences of neighbouring seeds share no noise
-_SWINGS = 6  # a smooth random drift is a sum of this many swings
-_RESPONSE_S = 1.0  # time in which the steered vehicle would make good an error if its speed allowed
+_SEED_STEP = 1_000_003  # between the seeds of two frames, so that sequences of neighbouring seeds share no noise
+_SWINGS = 6  # oscillations that add up to a smooth random drift
+_RESPONSE_S = 1.0  # time in which the steered vehicle would correct an error if its speed allowed
 
 
 class FilmPlan(msgspec.Struct, frozen=True, kw_only=True):
-    """A scene and how the vehicle moves in it; without a motion it is one picture."""
+    """A scene and how the vehicle moves in it; without a motion it is a single picture."""
 
     scene: Scene
     motion: Approach | Sweep | Hover | ClosedLoop | None = None
 
     @property
     def frames(self) -> int:
-        """Number of its pictures."""
+        """Number of frames."""
         return 1 if self.motion is None else self.motion.frames
 
     def with_frames(self, frames: int) -> FilmPlan:
-        """Return the same way in this many pictures; a scene without a motion stands still, but for its noise."""
+        """Return the same course in this many frames; a scene without a motion is repeated with different noise."""
         motion = self.motion or Hover(drift_m=0.0, drift_deg=0.0)
         return FilmPlan(scene=self.scene, motion=msgspec.structs.replace(motion, frames=frames))
 
@@ -49,16 +49,22 @@ class FilmPlan(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class RenderedFrame:
-    """One picture of a sequence.
+    """One frame of a sequence.
 
     Attributes
     ----------
-    number : counted from 1.
-    time_s : since the first.
-    scene : what it shows, its own pose and seed included.
-    image : (H, W) or (H, W, 3) BGR array of uint8 or uint16.
-    truth : what it really shows.
-    observed : what the estimator of a closed loop said; None elsewhere, and where it found nothing.
+    number : int
+        Counted from 1.
+    time_s : float, seconds
+        Time since the first frame.
+    scene : Scene
+        What it shows, with its own pose and seed.
+    image : (H, W) or (H, W, 3) BGR array, uint8 or uint16
+        The picture.
+    truth : Truth
+        The truth.
+    observed : CirclePose or None
+        What the estimator of a closed loop reported; None elsewhere, and where it found nothing.
     """
 
     number: int
@@ -70,19 +76,26 @@ class RenderedFrame:
 
 
 def film(sequence: FilmPlan, observe: Observe | None = None) -> Iterator[RenderedFrame]:
-    """Render a sequence, picture by picture.
+    """Render a sequence, frame by frame.
 
     Parameters
     ----------
-    sequence : what to render.
-    observe : estimates the dock's pose from a picture and its camera, None where it finds none; it steers a closed
-        loop, and nothing else needs it.
+    sequence : FilmPlan
+        What to render.
+    observe : callable, optional
+        Estimates the dock's pose from a picture and its camera, None where it finds none. It steers a closed loop, and
+        is not needed otherwise.
+
+    Yields
+    ------
+    RenderedFrame
+        One frame after another.
 
     Raises
     ------
     ValueError
-        if a closed loop has no estimator, or a pose on the way has no picture (the dock behind the camera, a lamp
-        farther away than the point spread function holds).
+        If a closed loop has no estimator, or a pose on the way cannot be rendered (the dock behind the camera, a lamp
+        farther away than the point spread function is valid).
     """
     if isinstance(sequence.motion, ClosedLoop):
         if observe is None:
@@ -95,12 +108,24 @@ def film(sequence: FilmPlan, observe: Observe | None = None) -> Iterator[Rendere
 
 
 def scenes(sequence: FilmPlan) -> Iterator[tuple[float, Scene]]:
-    """Yield the time in seconds and the scene of each picture, not rendered; a closed loop has none beforehand.
+    """Yield the time and the scene of each frame without rendering it; not possible for a closed loop.
+
+    Parameters
+    ----------
+    sequence : FilmPlan
+        The sequence.
+
+    Yields
+    ------
+    time_s : float, seconds
+        Time since the first frame.
+    scene : Scene
+        The frame's scene.
 
     Raises
     ------
     ValueError
-        if the sequence is a closed loop, or the dock comes to lie behind the camera.
+        If the sequence is a closed loop, or the dock ends up behind the camera.
     """
     scene, motion = sequence.scene, sequence.motion
     if isinstance(motion, ClosedLoop):
@@ -133,16 +158,25 @@ def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[Ren
 
 
 def steer(observed: CirclePose, motion: ClosedLoop) -> tuple[np.ndarray, np.ndarray]:
-    """What the vehicle does until the next picture.
+    """What the vehicle does until the next frame.
 
-    It moves sideways onto the dock's axis, where the ring's image is a circle, ahead as far as is left to ``end_m``,
-    and turns its camera to the dock. So a normal on the wrong side leads it away from the axis, and the ring's image
-    becomes narrower.
+    It moves sideways onto the dock's axis, where the ring's image is a circle, closes in to ``end_m``, and turns its
+    camera towards the dock. So a normal on the wrong side leads it away from the axis, and the ring's image becomes
+    narrower.
+
+    Parameters
+    ----------
+    observed : CirclePose
+        Where the estimator sees the dock.
+    motion : ClosedLoop
+        Top speeds, frame rate and final distance.
 
     Returns
     -------
-    travel : (3,) in metres, in the camera's frame.
-    turn : rotation (3, 3) whose columns are the camera's new axes in its old frame.
+    travel : (3,) float array, metres
+        Translation in the camera frame.
+    turn : (3, 3) float array
+        Rotation whose columns are the camera's new axes in its old frame.
     """
     period_s = 1 / motion.rate_hz
     share = min(1.0, period_s / _RESPONSE_S)
@@ -159,7 +193,7 @@ def steer(observed: CirclePose, motion: ClosedLoop) -> tuple[np.ndarray, np.ndar
 
 
 class _Drift:
-    """Smooth random movement by currents: a sum of swings, so that it is known at any time."""
+    """Smooth random motion by currents: a sum of oscillations, so that it is known at any time."""
 
     def __init__(self, scene: Scene, motion: Motion) -> None:
         rng = random_stream(scene, "drift")
@@ -174,13 +208,13 @@ class _Drift:
 
 
 def _carried(position_m: np.ndarray, rotation: np.ndarray, drift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Position and rotation of the dock as the camera sees it, after the currents moved the vehicle."""
+    """Position and rotation of the dock in the camera frame after the currents moved the vehicle."""
     turn = _rotation(drift[3:])
     return turn @ position_m + drift[:3], turn @ rotation
 
 
 def _with_pose(scene: Scene, position_m: np.ndarray, rotation: np.ndarray, index: int) -> Scene:
-    """The scene with the dock elsewhere and the noise of another picture; the first keeps the scene's own."""
+    """The scene with another pose and another frame's noise; the first frame keeps the scene's own seed."""
     normal = -rotation[:, 2]
     theta_x, theta_y = math.asin(max(-1.0, min(1.0, normal[1]))), math.atan2(-normal[0], -normal[2])
     roll = rotation_from_angles(theta_x, theta_y).T @ rotation
@@ -194,10 +228,10 @@ def _with_pose(scene: Scene, position_m: np.ndarray, rotation: np.ndarray, index
 
 
 def _degrees(angle_rad: float) -> float:
-    """In degrees, without the noise of the last digits, so that an angle that stays is written as it was given."""
+    """Degrees, rounded so that an angle that does not change is written as it was given."""
     return round(math.degrees(angle_rad), 9)
 
 
 def _rotation(vector_rad: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) about a vector by its length in radians."""
+    """Rotation (3, 3) about a vector, by its length in radians."""
     return cv2.Rodrigues(np.asarray(vector_rad, dtype=float))[0]

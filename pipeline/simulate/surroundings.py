@@ -1,4 +1,4 @@
-"""What is in the picture besides lamps: water, panel, snow, things in front, burnt-in letters."""
+"""What a picture shows besides lamps: water, panel, snow, things in front, burnt-in text."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from dockpose.simulate.truth import dock_rotation, random_stream
 from PIL import Image, ImageDraw, ImageFont
 
 _EDGE_POINTS = 16
-_VEIL_SIZE = 0.45  # of the picture's width: how far the vehicle's own light reaches to the sides
+_VEIL_SIZE = 0.45  # of the picture's width: standard deviation of the vehicle's own light
 
 
 def background_picture(scene: Scene, water: Water, share: float = 1.0) -> np.ndarray:
     """The water without lamps, (H, W) float32 in grey levels before exposure, with the dock's panel in front of it.
 
-    ``share`` is how strongly the band in question sees the water's levels.
+    ``share`` is the response of the spectral band to the water's levels.
     """
     picture = np.float32(share) * _water(scene.background, scene, water)
     if scene.panel is not None:
@@ -35,7 +35,7 @@ def _water(background: Background, scene: Scene, water: Water) -> np.ndarray:
     across, down = (x + 0.5) / width - 0.5, (y + 0.5) / height - 0.5
     picture = background.level + background.gradient_x * across + background.gradient_y * down
     if background.backscatter_level > 0:
-        # Single scattering of a lamp beside the camera, summed along the line of sight as far as the dock.
+        # Single scattering of a lamp beside the camera, integrated along the line of sight as far as the dock.
         depth = 1 - math.exp(-2 * water.attenuation_per_m * scene.pose.position_m[2])
         reach = (across**2 + (down * height / width) ** 2) / (2 * _VEIL_SIZE**2)
         picture = picture + background.backscatter_level * depth * np.exp(-reach)
@@ -46,7 +46,7 @@ def _water(background: Background, scene: Scene, water: Water) -> np.ndarray:
 
 
 def _panel_outline(scene: Scene, panel: Panel) -> np.ndarray | None:
-    """Outline of the panel in the picture, its edges in pieces, since a lens bends them; None behind the camera."""
+    """Outline of the panel in the picture, its edges subdivided because a lens bends them; None behind the camera."""
     half = panel.size_m / 2
     side = np.linspace(-half, half, _EDGE_POINTS, endpoint=False)
     end = np.full_like(side, half)
@@ -77,7 +77,7 @@ def hide(picture: np.ndarray, occluders: Sequence[Occluder]) -> None:
 
 
 def burn_in(picture: np.ndarray, texts: Sequence[Text], largest: int) -> None:
-    """Write letters in Pillow's bitmap font over the finished (H, W) or (H, W, 3) picture; 255 is ``largest``."""
+    """Write text in Pillow's bitmap font over the finished (H, W) or (H, W, 3) picture; 255 maps to ``largest``."""
     for text in texts:
         if not text.text:
             continue
@@ -94,7 +94,7 @@ def burn_in(picture: np.ndarray, texts: Sequence[Text], largest: int) -> None:
 
 
 def _letters(text: Text) -> np.ndarray:
-    """Coverage 0..1 of the letters, as high as asked for."""
+    """Coverage, 0 to 1, of the letters at the requested height."""
     font = ImageFont.load_default_imagefont()
     left, top, right, bottom = (math.floor(value) for value in font.getbbox(text.text))
     canvas = Image.new("L", (max(1, right - left), max(1, bottom - top)), 0)
@@ -105,7 +105,7 @@ def _letters(text: Text) -> np.ndarray:
 
 
 def _cover(picture: np.ndarray, outline_px: np.ndarray, level: float) -> None:
-    """Fill an outline (a lens may bend it inwards) with a level, its edge softened over a pixel."""
+    """Fill an outline, which need not be convex, with a level; its edge is softened over a pixel."""
     mask = np.zeros(picture.shape, np.uint8)
     fixed = np.rint(np.clip(outline_px, -1e5, 1e5) * 16).astype(np.int32)
     cv2.fillPoly(mask, [fixed], 255, cv2.LINE_AA, shift=4)

@@ -1,4 +1,4 @@
-"""What a simulated picture really shows."""
+"""The truth of a simulated picture."""
 
 from __future__ import annotations
 
@@ -13,23 +13,32 @@ from dockpose.pose.circle import rotation_from_angles
 from dockpose.simulate.scene import Occluder, Scene
 
 _CIRCLE_POINTS = 360
-_DECIMALS = 9  # in files: fewer than the last digits, which differ from one machine's linear algebra to another's
+_DECIMALS = 9  # in files; leaves out the last digits, which differ between machines' linear algebra
 
 
 @dataclass(frozen=True)
 class Truth:
-    """The truth that belongs to a picture.
+    """The truth of a picture.
 
     Attributes
     ----------
-    position_m, normal : (3,) of the dock, in the camera frame.
-    lights_m : (N, 3) the lights in the camera frame.
-    lights_px : (N, 2) their images; NaN for those behind the camera.
-    lit : (N,) bool, neither missing nor off in this picture.
-    visible : (N,) bool, lit, on a side of the dock that faces the camera, inside the picture, not hidden.
-    centre_px : (2,) image of the dock's centre.
-    ellipse : image of the circle through the lights, in pixels of the undistorted picture, fitted to the circle itself
-        and to no picture; None where the circle is not wholly in front of the camera.
+    position_m : (3,) float array, metres
+        The dock's centre in the camera frame.
+    normal : (3,) float array
+        Unit normal of the dock's face in the camera frame.
+    lights_m : (N, 3) float array, metres
+        The lights in the camera frame.
+    lights_px : (N, 2) float array, pixels
+        Their images; NaN for those behind the camera.
+    lit : (N,) bool array
+        Neither missing nor off in this picture.
+    visible : (N,) bool array
+        Lit, facing the camera, inside the picture and not hidden.
+    centre_px : (2,) float array, pixels
+        Image of the dock's centre.
+    ellipse : Ellipse or None
+        Image of the circle through the lights, in pixels of the undistorted picture, computed from the circle itself;
+        None where the circle is not entirely in front of the camera.
     """
 
     position_m: np.ndarray
@@ -43,7 +52,7 @@ class Truth:
 
 
 def truth_of(scene: Scene) -> Truth:
-    """Work out what the picture of ``scene`` shows, without rendering it."""
+    """Compute what the picture of ``scene`` shows, without rendering it."""
     rotation = dock_rotation(scene)
     position = np.array(scene.pose.position_m)
     lights_m = _on_ring(scene, np.array(scene.light_angles_rad), position, rotation)
@@ -87,7 +96,7 @@ def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:
 
 
 def random_stream(scene: Scene, name: str) -> np.random.Generator:
-    """Random numbers of one part of a scene; a change of one part leaves the others' as they were."""
+    """Random numbers for one part of a scene; changing one part leaves the others' numbers unchanged."""
     return np.random.default_rng([scene.seed, *name.encode()])
 
 

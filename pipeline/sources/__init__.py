@@ -1,4 +1,7 @@
-"""Where pictures come from: files, videos, cameras, streams and simulated courses, all as frames with times."""
+"""Sources of frames with times: picture files, videos, cameras, streams and simulated courses.
+
+May import `dockpose.estimate` and `dockpose.simulate`, since simulated courses can be steered by an estimator.
+"""
 
 from dockpose.sources.ahead import read_ahead
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell

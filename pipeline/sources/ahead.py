@@ -1,4 +1,4 @@
-"""Reading ahead: the next frames are decoded while the last one is worked on."""
+"""Read-ahead: the next frames are decoded while the current one is processed."""
 
 from __future__ import annotations
 
@@ -12,15 +12,22 @@ _END = object()
 
 
 def read_ahead(items: Iterable[Item], at_most: int = 4) -> Iterator[Item]:
-    """Yield the items in order, taken from ``items`` by a thread that runs ahead.
+    """Yield the items in order, fetched by a thread that runs ahead.
 
-    Decoding lets go of Python's lock, so that it costs no time of the loop that works on the frames. An error of
-    ``items`` is raised where its item was due. The thread ends with the iterator.
+    Decoding releases Python's global lock, so it takes no time from the loop that processes the frames. An exception
+    from ``items`` is raised where its item was due. The thread ends with the iterator.
 
     Parameters
     ----------
-    items : iterated in the other thread.
-    at_most : how many items wait, which bounds the memory.
+    items : iterable
+        Iterated in the other thread.
+    at_most : int
+        Number of items that may wait, which bounds the memory.
+
+    Yields
+    ------
+    item
+        The items, in order.
     """
     waiting: queue.Queue[tuple[object, BaseException | None]] = queue.Queue(maxsize=at_most)
     stop = threading.Event()
@@ -39,7 +46,7 @@ def read_ahead(items: Iterable[Item], at_most: int = 4) -> Iterator[Item]:
             for item in items:
                 if not put(item):
                     return
-        except BaseException as error:  # it is raised again where the items are used
+        except BaseException as error:  # raised again where the items are consumed
             put(_END, error)
         else:
             put(_END)

@@ -1,4 +1,4 @@
-"""A frame, and what all sources of frames have in common."""
+"""Frames, and what all sources of frames have in common."""
 
 from __future__ import annotations
 
@@ -17,20 +17,25 @@ Source = TypeVar("Source", bound="Frames")
 
 
 class SourceError(ValueError):
-    """A source that gives no frames; the text names it and says why."""
+    """A source that yields no frames; the text names it and says why."""
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture of a source.
+    """One frame of a source.
 
     Attributes
     ----------
-    image : (H, W) grey or (H, W, 3) BGR array of uint8 or uint16.
-    index : its number in the source, from 0. A frame that was skipped or dropped leaves its number out.
-    time_s : since the source began, by its own clock; None where it has none, as a folder of pictures.
-    name : what to call it: a picture's path, or the source as it was named.
-    sha256 : of a picture's file; None for what is no file of its own.
+    image : (H, W) grey or (H, W, 3) BGR array, uint8 or uint16
+        The picture.
+    index : int
+        Its number in the source, from 0; the numbers of skipped or dropped frames are left out.
+    time_s : float or None, seconds
+        Time since the source began, by its own clock; None where it has none, such as a folder of pictures.
+    name : str
+        Display name: a picture's path, or the source as it was given.
+    sha256 : str or None
+        Checksum of the picture's file; None for a frame that is not a file of its own.
     """
 
     image: np.ndarray
@@ -41,18 +46,28 @@ class Frame:
 
 
 class Frames(abc.ABC):
-    """A source of frames, to be iterated once from its beginning and closed.
+    """A source of frames, to be iterated once from the beginning and then closed.
 
     Attributes
     ----------
-    source : as it was named.
-    is_live : whether frames come when they come, without an end; else it is a recording, which ends.
-    count : number of frames, the bad ones included; None where it is not known.
-    rate_hz : frames in a second; None where it is not known.
-    skipped : corrupt frames so far.
-    is_cut_short : whether a recording ends before its own header says.
-    dropped : frames of a live source so far that came faster than they were taken.
-    camera, dock : what a simulated course is seen with and shows; None for all other sources.
+    source : str
+        The source as it was given.
+    is_live : bool
+        Whether frames arrive in real time, without an end; otherwise it is a recording.
+    count : int or None
+        Number of frames, including corrupt ones; None where it is unknown.
+    rate_hz : float or None, hertz
+        Frames per second; None where it is unknown.
+    skipped : int
+        Corrupt frames so far.
+    is_cut_short : bool
+        Whether a recording has fewer frames than its own header says.
+    dropped : int
+        Frames of a live source so far that arrived faster than they were taken.
+    camera : Camera or None
+        The camera of a simulated course; None for other sources.
+    dock : Dock or None
+        The dock of a simulated course; None for other sources.
     """
 
     is_live: bool = False
@@ -70,30 +85,33 @@ class Frames(abc.ABC):
 
     @abc.abstractmethod
     def __iter__(self) -> Iterator[Frame]:
-        """Yield frame after frame; those that are corrupt are skipped, counted and told."""
+        """Yield one frame after another; corrupt ones are skipped, counted and reported."""
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
-        """Yield the frames of a recording whose index is at least ``start`` and below ``stop``.
-
-        They are the same as those that iteration yields.
-        """
-        raise SourceError(f"{self.source}: is live; it has no frame {start} to go to")
-
-    def at(self, index: int) -> Frame:
-        """Return the frame of a recording by its index, in any order.
+        """Yield the frames of a recording with ``start`` <= index < ``stop``, the same as iteration yields.
 
         Raises
         ------
         SourceError
-            if there is no such frame, it is corrupt, or the source is live.
+            If the source is live.
+        """
+        raise SourceError(f"{self.source}: is live, so there is no frame {start} to go to")
+
+    def at(self, index: int) -> Frame:
+        """Return the frame of a recording with that index, in any order.
+
+        Raises
+        ------
+        SourceError
+            If there is no such frame, it is corrupt, or the source is live.
         """
         for frame in self.between(index, index + 1):
             return frame
         known = "" if self.count is None else f" of {self.count}"
         raise SourceError(f"{self.source}: frame {index}{known} is not there or corrupt")
 
-    def close(self) -> None:  # noqa: B027  # most have nothing to let go of
-        """Let go of files, cameras and threads."""
+    def close(self) -> None:  # noqa: B027  # most have nothing to release
+        """Release files, cameras and threads."""
 
     def __enter__(self: Source) -> Source:
         return self

@@ -1,4 +1,4 @@
-"""Cameras and streams: a thread keeps the newest frame, and brings back what goes away."""
+"""Cameras and streams: a thread keeps the newest frame, and reconnects when the source goes away."""
 
 from __future__ import annotations
 
@@ -11,26 +11,30 @@ from dockpose.sources.capture import Capture
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
-_FAILURES = 5  # in a row, after which a source counts as lost; a corrupt frame is one
+_FAILURES = 5  # consecutive failures, such as corrupt frames, after which a source counts as lost
 
 
 class Live(Frames):
-    """Frames as they come; who is too slow for them gets the newest.
+    """Frames as they arrive; a slow consumer gets the newest.
 
-    The index counts the frames that came, so that a dropped one leaves its number out. Times are those of arrival,
+    The index counts the frames that arrived, so the numbers of dropped ones are left out. Times are those of arrival,
     in seconds since the first frame. Iteration ends when the source is closed.
 
     Parameters
     ----------
-    source : what to call it.
-    connect : opens it; raises SourceError where it does not answer.
-    tell : hears, in the reading thread, when the source is lost and back, and of corrupt frames.
-    first_pause_s, longest_pause_s : between tries to bring it back; each pause is twice the one before.
+    source : str
+        Display name.
+    connect : callable
+        Opens the source; raises SourceError if it does not answer.
+    tell : callable, optional
+        Called with a sentence, in the reading thread, when the source is lost or back and for corrupt frames.
+    first_pause_s, longest_pause_s : float, seconds
+        Pause before the first attempt to reconnect, and the longest; each is twice the one before.
 
     Raises
     ------
     SourceError
-        if it cannot be opened at first.
+        If it cannot be opened at first.
     """
 
     is_live = True
@@ -66,7 +70,7 @@ class Live(Frames):
             yield frame
 
     def close(self) -> None:
-        """End the iteration and let go of the source; its thread may take a read's time limit to notice."""
+        """End the iteration and release the source; its thread may need a read's time limit to notice."""
         self._stop.set()
         with self._changed:
             self._changed.notify_all()
@@ -109,7 +113,7 @@ class Live(Frames):
             self._changed.notify_all()
 
     def _bring_back(self) -> Capture | None:
-        """Try until the source answers; None where it was closed meanwhile."""
+        """Reconnect until the source answers; None if it was closed meanwhile."""
         pause_s, longest_s = self._pauses_s
         lost_s = time.monotonic()
         self._tell(f"{self.source}: no more frames come; it is tried again after {pause_s:g} s")

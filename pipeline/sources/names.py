@@ -1,4 +1,4 @@
-"""What kind of source a text names: a path is never taken for an address, nor an address for a path."""
+"""The kind of source that a text names; a path is never taken for an address, nor an address for a path."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ VIDEO_ENDINGS = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg
 
 
 class Kind(enum.Enum):
-    """What a source is."""
+    """The kind of a source."""
 
     PICTURE = "picture"
     FOLDER = "folder"
@@ -27,14 +27,31 @@ class Kind(enum.Enum):
 def kind_of(source: str) -> Kind:
     """Tell what kind of source a text names.
 
-    What is there as a file or folder is that, whatever its name. Else digits alone are a camera's number, and what
-    begins as an address does (``rtsp://``, ``http://``) is a stream. A file is a video by its ending, and a YAML file
-    a scene to simulate; what is neither is a picture.
+    An existing file or folder takes precedence, whatever its name: a video by its suffix, a scene if it is YAML, else a
+    picture. Otherwise digits alone are a camera's number, and a text that begins like an address (``rtsp://``,
+    ``http://``) is a stream.
+
+    Parameters
+    ----------
+    source : str
+        Path, glob, number or address.
+
+    Returns
+    -------
+    Kind
+        What it names.
+
+    Examples
+    --------
+    >>> kind_of("0"), kind_of("rtsp://auv.local/front")
+    (<Kind.CAMERA: 'camera'>, <Kind.STREAM: 'stream'>)
+    >>> kind_of("tank-*.png")
+    <Kind.GLOB: 'glob'>
     """
     path = Path(source)
     try:
         is_folder, is_file = path.is_dir(), path.exists()
-    except OSError:  # too long for a file's name
+    except OSError:  # too long for a file name
         is_folder = is_file = False
     if is_folder:
         return Kind.FOLDER

@@ -1,4 +1,4 @@
-"""From what was typed to a source of frames."""
+"""Open a source of frames by its name."""
 
 from __future__ import annotations
 
@@ -21,24 +21,41 @@ TIMEOUT_S = 10.0
 def open_frames(
     source: str, tell: Tell | None = None, *, rate_hz: float | None = None, timeout_s: float = TIMEOUT_S
 ) -> Frames:
-    """Open whatever a text names: see :func:`dockpose.sources.kind_of`.
+    """Open the source that a text names: see :func:`dockpose.sources.kind_of`.
 
     Parameters
     ----------
-    source : path of a picture, a folder, a video or a scene file, a glob, a camera's number, or a stream's address.
-    tell : hears, in plain sentences, of corrupt frames, and of a live source that goes away and comes back, from
-        whatever thread notices.
-    rate_hz : of pictures, whose times follow from it; without it they have none.
-    timeout_s : how long a stream may take to answer, and between two frames before it counts as lost.
+    source : str
+        Path of a picture, folder, video or scene file, a glob, a camera's number, or a stream's address.
+    tell : callable, optional
+        Called with plain sentences about corrupt frames, and when a live source goes away and comes back, from
+        whichever thread notices.
+    rate_hz : float, hertz, optional
+        Frame rate of pictures, which gives them times; None for no times.
+    timeout_s : float, seconds
+        How long a stream may take to answer, and between two frames before it counts as lost.
 
     Returns
     -------
-    Frames, to be iterated and closed; a context manager closes them.
+    Frames
+        Iterate and close it; as a context manager it closes itself.
 
     Raises
     ------
     SourceError
-        if there is nothing of that name, it does not answer in time, or it is nothing that gives frames.
+        If nothing has that name, it does not answer in time, or it yields no frames.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     for number in (10, 2):
+    ...         written = cv2.imwrite(f"{folder}/frame{number}.png", np.zeros((4, 6), np.uint8))
+    ...     with open_frames(folder, rate_hz=10.0) as frames:
+    ...         [(frame.index, frame.time_s, Path(frame.name).name) for frame in frames]
+    [(0, 0.0, 'frame2.png'), (1, 0.1, 'frame10.png')]
     """
     kind = kind_of(source)
     if kind is Kind.VIDEO:
@@ -59,7 +76,7 @@ def open_frames(
 
 
 def _open_stream(address: str, tell: Tell | None, timeout_s: float) -> Frames:
-    """A live stream; or, where the address turns out to be that of a file, which has an end, a recording."""
+    """A live stream, or a recording where the address turns out to be that of a file."""
     first: list[cv2.VideoCapture] = [_stream(address, timeout_s)]
     if 0 < first[0].get(cv2.CAP_PROP_FRAME_COUNT) < 1e9:
         first.pop().release()

@@ -1,4 +1,4 @@
-"""Picture files as frames: one, a folder's, or those that a glob matches."""
+"""Picture files as frames: a single one, a folder's, or those that match a glob."""
 
 from __future__ import annotations
 
@@ -16,14 +16,18 @@ PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".
 
 
 class Pictures(Frames):
-    """Picture files in the given order, each read when its turn comes.
+    """Picture files in the given order, each read when it is due.
 
     Parameters
     ----------
-    paths : of the files.
-    source : what to call them together.
-    rate_hz : in a second, where they belong together in time; None where they do not, and have no times.
-    tell : hears of each file that cannot be read, which is skipped.
+    paths : sequence of Path
+        The files.
+    source : str
+        Display name of them all.
+    rate_hz : float, hertz, optional
+        Frames per second, where they are a sequence; None where they are not, and have no times.
+    tell : callable, optional
+        Called with a sentence for each file that cannot be read, which is skipped.
     """
 
     def __init__(
@@ -38,7 +42,7 @@ class Pictures(Frames):
         return self.between(0, len(self.paths))
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
-        """Yield the pictures from number ``start`` up to before ``stop``."""
+        """Yield the pictures with ``start`` <= index < ``stop``."""
         for index in range(max(0, start), min(stop, len(self.paths))):
             path = self.paths[index]
             try:
@@ -50,12 +54,24 @@ class Pictures(Frames):
 
 
 def read_picture(path: Path) -> tuple[np.ndarray, str]:
-    """Read a picture file; returns the image, see :func:`dockpose.camera.image.decode`, and the SHA-256 of the file.
+    """Read a picture file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    image : (H, W) or (H, W, 3) BGR array, uint8 or uint16
+        The picture, see :func:`dockpose.camera.image.decode`.
+    sha256 : str
+        Checksum of the file.
 
     Raises
     ------
     ImageError
-        if the file cannot be read or is no picture.
+        If the file cannot be read or is not a picture.
     """
     try:
         data = path.read_bytes()
@@ -65,15 +81,25 @@ def read_picture(path: Path) -> tuple[np.ndarray, str]:
 
 
 def list_pictures(source: str) -> list[Path]:
-    """Picture files that a text stands for.
+    """List the picture files that a text stands for.
 
-    A folder stands for its pictures, a glob for the files it matches, both in numeric order (frame2 before frame10).
-    Anything else stands for itself, whether it exists or not.
+    A folder stands for its pictures, and a glob for the files it matches, both in numeric order (frame2 before
+    frame10). Anything else stands for itself, whether it exists or not.
+
+    Parameters
+    ----------
+    source : str
+        Path or glob.
+
+    Returns
+    -------
+    list of Path
+        The files.
 
     Raises
     ------
     SourceError
-        if a folder has no pictures, or a glob matches nothing.
+        If a folder has no pictures, or a glob matches nothing.
     """
     path = Path(source)
     if path.is_dir():
@@ -90,6 +116,6 @@ def list_pictures(source: str) -> list[Path]:
 
 
 def numeric(path: Path) -> list[tuple[int, int, str]]:
-    """Sort key by which digits count as numbers."""
+    """Sort key that compares runs of digits as numbers."""
     pieces = re.split(r"(\d+)", str(path))
     return [(1, int(piece), piece) if piece.isdecimal() else (0, 0, piece) for piece in pieces]

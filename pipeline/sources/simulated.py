@@ -1,4 +1,4 @@
-"""A simulated course as frames: a scene file in which the vehicle moves."""
+"""A simulated course as frames, from a scene file in which the vehicle moves."""
 
 from __future__ import annotations
 
@@ -13,19 +13,23 @@ from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 
 class Simulated(Frames):
-    """The pictures of a simulated sequence, rendered when their turn comes.
+    """Frames of a simulated sequence, each rendered when it is due.
 
     Parameters
     ----------
-    sequence : what to render.
-    source : what to call it.
-    tell : unused; a simulated frame is never corrupt.
-    observe : estimates poses and so steers a closed loop; the default is :func:`dockpose.estimate`.
+    sequence : FilmPlan
+        What to render.
+    source : str
+        Display name.
+    tell : callable, optional
+        Unused, since a simulated frame is never corrupt.
+    observe : callable, optional
+        Estimates poses to steer a closed loop; by default :func:`dockpose.estimate`.
 
     Raises
     ------
     SourceError
-        on iteration, if a pose on the way has no picture.
+        On iteration, if a pose on the way cannot be rendered.
     """
 
     def __init__(
@@ -42,7 +46,7 @@ class Simulated(Frames):
         return self.between(0, self.sequence.frames)
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
-        """Yield the frames from ``start`` up to before ``stop``; a closed loop is steered there from its beginning."""
+        """Yield the frames with ``start`` <= index < ``stop``; a closed loop is first run up to there."""
         start = max(0, start)
         try:
             if isinstance(self.sequence.motion, ClosedLoop):

@@ -1,4 +1,4 @@
-"""A video file as frames, in order and by their number."""
+"""A video file as frames, in order and by index."""
 
 from __future__ import annotations
 
@@ -14,30 +14,33 @@ from dockpose.sources.capture import open_file
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 _NO_STAMP = -(2**63)  # FFmpeg's AV_NOPTS_VALUE
-_NEAR = 32  # frames ahead that are reached by reading on rather than by seeking
-_STEPS_BACK = (0, 8, 64)  # where to seek, in frames before the wanted one, until it is not overshot
+_NEAR = 32  # frames this far ahead are reached by reading on rather than by seeking
+_STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
 _TRIES = 8  # at the end of a video whose frames cannot be counted
-# Containers whose header counts the frames; others tell a duration, from which the number is only guessed.
+# Containers whose header counts the frames; others give a duration, from which the count is only a guess.
 _COUNTED = (".mp4", ".m4v", ".mov", ".avi")
 
 
 class Video(Frames):
-    """The frames of a video file, found by their time stamps.
+    """Frames of a video file, identified by their time stamps.
 
-    A frame's index is the rank of its time stamp among those of all the file's packets, which are read, not decoded,
-    on opening (some microseconds each). So a corrupt frame leaves its index out, and a frame has the same index
+    A frame's index is the rank of its time stamp among those of all the file's packets, which are read on opening
+    without decoding (some microseconds each). So a corrupt frame leaves its index out, and a frame has the same index
     whether it was reached from the beginning or by seeking, which alone is not exact in OpenCV.
 
     Parameters
     ----------
-    source : path, or address of a file on a server.
-    tell : hears of corrupt frames, and on opening of a video that is cut short.
-    scan : read the packets' time stamps on opening; without, frames are counted, and reached from the beginning only.
+    source : str
+        Path, or address of a file on a server.
+    tell : callable, optional
+        Called with a sentence for corrupt frames, and on opening a video that is cut short.
+    scan : bool
+        Read the packets' time stamps on opening. Otherwise frames are counted, and only reached from the beginning.
 
     Raises
     ------
     SourceError
-        if it cannot be opened or is no video.
+        If it cannot be opened or is not a video.
     """
 
     def __init__(self, source: str, tell: Tell | None = None, *, scan: bool = True) -> None:
@@ -56,14 +59,14 @@ class Video(Frames):
 
     @property
     def is_counted(self) -> bool:
-        """Whether ``count`` was counted; else it is what the file's header says, or None."""
+        """Whether ``count`` was counted; otherwise it is what the file's header says, or None."""
         return self._stamps is not None
 
     def __iter__(self) -> Iterator[Frame]:
         yield from self.between(0, self.count if self.is_counted and self.count is not None else 2**62)
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
-        """Yield the frames from index ``start`` up to before ``stop``."""
+        """Yield the frames with ``start`` <= index < ``stop``."""
         reader = _Reader(self.source, self._stamps, self.rate_hz)
         try:
             yield from self._read(reader, max(0, start), stop)
@@ -71,7 +74,7 @@ class Video(Frames):
             reader.close()
 
     def at(self, index: int) -> Frame:
-        """Return one frame; frames close ahead of the last one are reached by reading on."""
+        """Return one frame; frames a little ahead of the last one are reached by reading on."""
         if self._kept is None:
             self._kept = _Reader(self.source, self._stamps, self.rate_hz)
         frame = self._kept.frame_at(index) if index >= 0 else None
@@ -80,7 +83,7 @@ class Video(Frames):
         return frame
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Release the file."""
         if self._kept is not None:
             self._kept.close()
             self._kept = None
@@ -117,12 +120,12 @@ class Video(Frames):
 
 
 class _Reader:
-    """Reads on in a video from wherever it was told to go to."""
+    """Reads on in a video from any frame."""
 
     def __init__(self, source: str, stamps: array[int] | None, rate_hz: float | None) -> None:
         self._source, self._stamps, self._rate_hz = source, stamps, rate_hz
         self._capture = open_file(source)
-        self._index = -1  # of the frame that was grabbed last
+        self._index = -1  # of the last frame that was grabbed
 
     def close(self) -> None:
         self._capture.release()
@@ -131,7 +134,7 @@ class _Reader:
         return self.frame() if self.go_to(index) == index else None
 
     def go_to(self, index: int) -> int | None:
-        """Grab the frame of that index; returns its index, or that of the next good one; None at the end."""
+        """Grab the frame of that index; return its index, or that of the next good one, or None at the end."""
         reached = self._near(index)
         while reached is not None and reached < index:
             reached = self.advance()
@@ -149,12 +152,12 @@ class _Reader:
         return None
 
     def frame(self) -> Frame | None:
-        """The frame that was grabbed last; None where it cannot be decoded."""
+        """Decode the last grabbed frame; None if that fails."""
         good, image = self._capture.retrieve()
         return Frame(image, self._index, self._time_s(), self._source) if good else None
 
     def _near(self, index: int) -> int | None:
-        """Go to that frame or somewhat before it; returns where."""
+        """Go to that frame or somewhat before it; return where."""
         if self._index == index:
             return index
         if self._index < index <= self._index + _NEAR:
@@ -185,7 +188,7 @@ class _Reader:
 
 
 def _time_stamps(capture: cv2.VideoCapture) -> array[int] | None:
-    """Time stamps of a video's packets in the order in which they are shown; None where they do not tell it apart."""
+    """Time stamps of a video's packets in display order; None where they do not identify the frames."""
     capture.set(cv2.CAP_PROP_FORMAT, -1)  # packets as they are
     stamps = array("q")
     while capture.grab():

@@ -1,4 +1,7 @@
-"""Threshold methods, one function a method, behind one registry."""
+"""Threshold methods, one function each, behind the registry `METHODS`.
+
+May import `dockpose.camera`.
+"""
 
 from __future__ import annotations
 

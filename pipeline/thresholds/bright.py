@@ -1,7 +1,7 @@
 """The bright pixels of a picture, and the groups (8-connected components) that they form at any level.
 
-Lights are a thousandth of a picture. So whoever looks at groups looks at the pixels above a floor alone: a list of them
-and of which touch which.
+Lights cover about a thousandth of a picture, so groups are found on a list of the pixels above a floor and of which
+touch which, rather than on the whole picture.
 """
 
 from __future__ import annotations
@@ -15,14 +15,18 @@ from dockpose.thresholds.flood import groups_at_every_level, label_groups, touch
 
 @dataclass(frozen=True)
 class BrightPixels:
-    """Pixels at or above a floor, in the order of the picture's rows.
+    """Pixels at or above a floor, row by row.
 
     Attributes
     ----------
-    floor : the level.
-    width : of the picture, in pixels.
-    index : (n,) place of each pixel, row * width + column.
-    level : (n,) int, at least ``floor``.
+    floor : int
+        The floor level.
+    width : int, pixels
+        Width of the picture.
+    index : (n,) int array
+        Position of each pixel, row * width + column.
+    level : (n,) int array
+        Grey level of each pixel, at least ``floor``.
     """
 
     floor: int
@@ -35,13 +39,13 @@ class BrightPixels:
 
     @cached_property
     def touching(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs (m,), (m,) of neighbours, also across corners, as numbers of pixels in this list; each pair once."""
+        """Pairs (m,), (m,) of neighbours, diagonal ones included, as indices into this list; each pair once."""
         if self.is_empty:
             return np.empty(0, np.int32), np.empty(0, np.int32)
         return touching_pairs(self.index, self.width)
 
     def above(self, floor: int) -> BrightPixels:
-        """Return those at or above another floor, which is not lower."""
+        """Return the pixels at or above another floor, which must not be lower."""
         kept = self.level >= floor
         return BrightPixels(floor, self.width, self.index[kept], self.level[kept])
 
@@ -51,7 +55,7 @@ class BrightPixels:
         return len(self.index) == 0
 
     def groups(self) -> tuple[int, np.ndarray]:
-        """How many groups the pixels form, and for each pixel the number (n,) of its group, 0 to that less 1."""
+        """Number of groups, and the group (n,) of each pixel, counted from 0."""
         return label_groups(len(self), *self.touching)
 
     def groups_at_every_level(self, min_area_px: int) -> np.ndarray:

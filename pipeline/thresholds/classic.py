@@ -1,6 +1,6 @@
-"""The rivals that split the histogram into two classes: Otsu, Kapur, Kittler and Illingworth, Li, Yen, triangle.
+"""Methods that split the histogram into two classes: Otsu, Kapur, Kittler and Illingworth, Li, Yen, triangle.
 
-Each gives the level from which on a pixel is foreground. A picture of one level has nothing to split: level 256.
+Each returns the lowest level of the foreground; a picture of a single level cannot be split and gets level 256.
 """
 
 from __future__ import annotations
@@ -16,17 +16,42 @@ _ONE_LEVEL = "The whole picture has one grey level, so there is nothing to tell 
 
 
 def otsu(histogram: Histogram) -> Threshold:
-    """Largest variance between the classes (Otsu 1979), by scikit-image."""
+    """Maximise the variance between the two classes, by scikit-image.
+
+    Parameters
+    ----------
+    histogram : Histogram
+        Histogram of the grey picture.
+
+    Returns
+    -------
+    Threshold
+        The level and why.
+
+    References
+    ----------
+    Otsu 1979, "A threshold selection method from gray-level histograms".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dockpose.thresholds import histogram_of
+    >>> grey = np.full((8, 8), 20, np.uint8)
+    >>> grey[3:5, 3:5] = 200
+    >>> threshold = otsu(histogram_of(grey))
+    >>> int((grey >= threshold.level).sum())
+    4
+    """
     return _split("otsu", histogram, _otsu_level, "It makes the variance between the two classes largest (Otsu 1979).")
 
 
 def kapur(histogram: Histogram) -> Threshold:
-    """Maximum entropy (Kapur, Sahoo and Wong 1985): argmax of H_background + H_foreground."""
+    """Maximum entropy: argmax of H_background + H_foreground (Kapur, Sahoo and Wong 1985)."""
     return _split("kapur", histogram, _kapur_level, "The two classes' entropies add up to the most (Kapur 1985).")
 
 
 def kittler(histogram: Histogram) -> Threshold:
-    """Minimum error (Kittler and Illingworth 1986), by trying every level."""
+    """Minimum error, by exhaustive search (Kittler and Illingworth 1986)."""
     reason = "Two normal distributions overlap the least there (Kittler and Illingworth 1986)."
     return _split("kittler", histogram, _kittler_level, reason)
 
@@ -37,12 +62,12 @@ def li(histogram: Histogram) -> Threshold:
 
 
 def yen(histogram: Histogram) -> Threshold:
-    """Largest correlation criterion (Yen, Chang and Chang 1995), by scikit-image."""
+    """Maximum correlation criterion (Yen, Chang and Chang 1995), by scikit-image."""
     return _split("yen", histogram, _yen_level, "It makes Yen's correlation criterion largest (Yen 1995).")
 
 
 def triangle(histogram: Histogram) -> Threshold:
-    """Farthest from the line between the histogram's peak and its far end (Zack 1977), by scikit-image."""
+    """Level farthest from the line between the histogram's peak and its far end (Zack 1977), by scikit-image."""
     return _split("triangle", histogram, _triangle_level, "The histogram lies farthest below its chord (Zack 1977).")
 
 
@@ -57,7 +82,7 @@ def _with_centres(histogram: Histogram) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _pixels(histogram: Histogram) -> np.ndarray:
-    """Levels of the pixels that count, in no order of theirs."""
+    """Levels of the pixels that count, sorted."""
     return np.repeat(np.arange(LEVELS, dtype=np.uint8), histogram.counts)
 
 
@@ -93,16 +118,16 @@ def _kapur_level(histogram: Histogram) -> int:
 def _kittler_level(histogram: Histogram) -> int:
     criterion = kittler_criterion(histogram.counts)
     if not np.isfinite(criterion).any():
-        # No split leaves two classes that vary: the middle between the two outermost levels.
+        # No split leaves two classes with a variance: take the middle between the outermost levels.
         present = np.flatnonzero(histogram.counts)
         return int(present[0] + present[-1]) // 2 + 1
     return int(np.argmin(criterion))
 
 
 def kittler_criterion(counts: np.ndarray) -> np.ndarray:
-    """J(t) = 1 + 2 (P1 ln s1 + P2 ln s2) - 2 (P1 ln P1 + P2 ln P2) at every level t of the foreground's start.
+    """J(t) = 1 + 2 (P1 ln s1 + P2 ln s2) - 2 (P1 ln P1 + P2 ln P2) for every first level t of the foreground.
 
-    Infinite where a class is empty or has no variance, which would make a saturated peak of one level win always.
+    Infinite where a class is empty or has no variance; otherwise a saturated peak of one level would always win.
     """
     levels = np.arange(LEVELS)
     total = counts.sum()

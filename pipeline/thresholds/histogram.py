@@ -1,4 +1,4 @@
-"""The one histogram that all threshold methods share, and what a method returns."""
+"""The histogram that all threshold methods share, and the result of a method."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dockpose.thresholds.bright import BrightPixels, bright_pixels
 from dockpose.thresholds.flood import LEVELS
 
 SKETCH_PX = 80_000
-SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16  # of the histogram, so that one odd level is no peak
+SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16  # of the histogram, so that a single odd level is not a peak
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,12 @@ class Histogram:
 
     Attributes
     ----------
-    levels : (H, W) uint8.
-    native_step : native grey steps in one level: 1 for 8-bit pictures, 256 for full 16-bit ones.
-    counted : (H, W) uint8, 0 where a pixel is masked and does not count; None where all do.
+    levels : (H, W) uint8 array
+        The picture.
+    native_step : int
+        Native grey steps in one level: 1 for 8-bit pictures, 256 for full 16-bit ones.
+    counted : (H, W) uint8 array or None
+        0 where a pixel is masked and does not count; None where all count.
     """
 
     levels: np.ndarray
@@ -38,15 +41,18 @@ class Histogram:
 
     @cached_property
     def sketch(self) -> np.ndarray:
-        """About how many pixels each level has (256,), from every few rows of a large picture: enough for the water."""
+        """Approximate number of pixels of each level (256,).
+
+        Taken from every few rows of a large picture, which is accurate enough for the water.
+        """
         step = -(-self.levels.size // SKETCH_PX)
         if step <= 1:
             return self.counts
         rough = _counts(self.levels[::step], None if self.counted is None else self.counted[::step]) * step
-        return rough if rough.any() else self.counts  # nothing is left where masks hide all of those rows
+        return rough if rough.any() else self.counts  # masks may hide every one of those rows
 
     def bright(self, floor: int) -> BrightPixels:
-        """Pixels at or above ``floor``; the picture is searched once, for the lowest floor that is asked for."""
+        """Pixels at or above ``floor``; the picture is searched once for the lowest floor asked for."""
         known = self._found.get("pixels")
         if known is None or floor < known.floor:
             known = self._found["pixels"] = bright_pixels(self.levels, floor)
@@ -55,14 +61,18 @@ class Histogram:
 
 @dataclass(frozen=True)
 class Peak:
-    """A local peak of the histogram, bright to dark: a candidate for the threshold.
+    """A local peak of the histogram: a candidate for the threshold.
 
     Attributes
     ----------
-    level : where the peak is.
-    down_to : the darkest level it stands for.
-    groups : the number of groups that holds over most of the levels it stands for.
-    votes : over how many of those levels it holds.
+    level : int
+        Where the peak is.
+    down_to : int
+        The darkest level it stands for.
+    groups : int
+        The number of groups at most of the levels it stands for.
+    votes : int
+        The number of those levels.
     """
 
     level: int
@@ -73,19 +83,27 @@ class Peak:
 
 @dataclass(frozen=True)
 class Threshold:
-    """The level that tells lights from water: a pixel at or above it is kept.
+    """The level that separates lights from water: a pixel at or above it is kept.
 
     Attributes
     ----------
-    method : name of the method in ``METHODS``.
-    level : 0..255; 256 keeps nothing.
-    native_level : the same on the picture's own scale (16-bit pictures: up to 65536).
-    histogram : (256,) pixels of each level; for the methods of HATS, which look at bright pixels only, that of a large
-        picture is estimated from every few rows below ``floor``.
-    reason : one sentence, why this level.
-    groups_at_level : (256,) number of groups at every level, -1 where it was not counted.
-    floor : where the background ends, as far as the method looks; 0 for methods that do not look for it.
-    kept : for methods with a level for each light: the pixels that are kept, and the number of the light of each.
+    method : str
+        Name of the method in ``METHODS``.
+    level : int
+        0..255; 256 keeps nothing.
+    native_level : int
+        The same on the picture's own scale (16-bit pictures: up to 65536).
+    histogram : (256,) int array
+        Number of pixels of each level. The HATS methods only look at bright pixels; theirs is, for a large picture,
+        estimated from every few rows below ``floor``.
+    reason : str
+        Why this level, in one sentence.
+    groups_at_level : (256,) int array
+        Number of groups at every level, -1 where it was not counted.
+    floor : int
+        Where the background ends, as far as the method needs it; 0 for methods that do not.
+    kept : (BrightPixels, (n,) int array) or None
+        For methods with a level per light: the pixels that are kept, and the index of the light of each.
     """
 
     method: str
@@ -101,7 +119,7 @@ class Threshold:
     def peaks(self) -> tuple[Peak, ...]:
         """Local peaks of the lightly smoothed histogram, bright to dark, and what each votes for.
 
-        Only people look at them: what the peaks between them vote is decided on the whole curve.
+        For display only: the vote itself is taken on the whole curve.
         """
         if self.level >= LEVELS or (self.groups_at_level[self.floor :] < 0).all():
             return ()
@@ -119,7 +137,27 @@ class Threshold:
 
 
 def histogram_of(grey: np.ndarray, counted: np.ndarray | None = None) -> Histogram:
-    """Histogram of a grey (H, W) uint8 or uint16 picture over 256 equal levels, of the pixels that count."""
+    """Histogram of a grey picture over 256 equal levels.
+
+    Parameters
+    ----------
+    grey : (H, W) array, uint8 or uint16
+        Grey picture.
+    counted : (H, W) uint8 array, optional
+        0 where a pixel does not count; None where all count.
+
+    Returns
+    -------
+    Histogram
+        The picture on 256 levels, with its histogram.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> histogram = histogram_of(np.array([[10, 10], [10, 250]], np.uint8))
+    >>> histogram.counts[[10, 250]].tolist()
+    [3, 1]
+    """
     return Histogram(*to_levels(grey), counted)
 
 
@@ -128,5 +166,5 @@ def _counts(levels: np.ndarray, counted: np.ndarray | None) -> np.ndarray:
 
 
 def threshold_at(method: str, histogram: Histogram, level: int, reason: str) -> Threshold:
-    """Return a threshold without more to tell than its level and its reason."""
+    """Return a threshold that has only a level and a reason."""
     return Threshold(method, level, level * histogram.native_step, histogram.counts, reason)

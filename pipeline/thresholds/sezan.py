@@ -1,4 +1,4 @@
-"""Sezan's peaks of the histogram (Sezan 1990)."""
+"""Sezan's peaks of the histogram."""
 
 from __future__ import annotations
 
@@ -10,14 +10,27 @@ from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 
 def sezan(histogram: Histogram) -> Threshold:
-    """Put the level between the background's peak and the next.
+    """Put the level between the background's peak and the next one.
+
+    Parameters
+    ----------
+    histogram : Histogram
+        Histogram of the grey picture.
+
+    Returns
+    -------
+    Threshold
+        The level and why; 256 for a picture of a single level.
 
     Notes
     -----
-    Sezan 1990, "A peak detection algorithm and its application to histogram-based image data reduction": the cumulative
-    histogram less its mean over a sliding window turns from plus to minus where a peak starts and is largest where it
-    ends. The window grows until two peaks are left; the level is midway between the end of the first and the start of
-    the second. Where only one is left, the level is where that one ends.
+    The cumulative histogram less its mean over a sliding window changes from plus to minus where a peak starts and has
+    its maximum where the peak ends. The window grows until two peaks are left, and the level is midway between the end
+    of the first and the start of the second. If only one is left, the level is where it ends.
+
+    References
+    ----------
+    Sezan 1990, "A peak detection algorithm and its application to histogram-based image data reduction".
     """
     if np.count_nonzero(histogram.counts) < 2:
         reason = "The whole picture has one grey level, so there is nothing to tell apart."
@@ -31,7 +44,7 @@ def sezan(histogram: Histogram) -> Threshold:
         if len(peaks) <= 2:
             break
     if len(peaks) < 2 and len(last) > 2:
-        # Growing the window took more than one peak away at once: the two that hold most pixels stand for them.
+        # Growing the window removed more than one peak at once: keep the two that hold the most pixels.
         peaks = sorted(sorted(last, key=lambda peak: -_share(cumulative, peak))[:2])
     if len(peaks) < 2:
         level = peaks[0][1] + 1 if peaks else LEVELS
@@ -47,14 +60,21 @@ def find_peaks(cumulative: np.ndarray, half: int) -> list[tuple[int, int]]:
 
     Parameters
     ----------
-    cumulative : (256,) share of pixels at or below each level.
-    half : of the window, in levels.
+    cumulative : (256,) float array
+        Share of pixels at or below each level.
+    half : int, levels
+        Half the window.
+
+    Returns
+    -------
+    list of (int, int)
+        Start and end level of each peak.
     """
     window = 2 * half + 1
     padded = np.concatenate([np.zeros(half), cumulative, np.ones(half)])
     signal = cumulative - np.convolve(padded, np.full(window, 1 / window), mode="valid")
     sign = np.sign(np.where(np.abs(signal) < 1e-12, 0, signal)).astype(int)
-    # Where the signal is zero it goes on with the sign it had; before the first peak that is plus.
+    # A zero keeps the sign before it; before the first peak that is plus.
     for level in range(LEVELS):
         if sign[level] == 0:
             sign[level] = sign[level - 1] if level else 1

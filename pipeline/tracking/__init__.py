@@ -1,4 +1,4 @@
-"""Following a dock over frames: both pose hypotheses, the chains they form, where to look next.
+"""Tracking a dock over frames: the two pose hypotheses, their chains, and where to search next.
 
-May import everything up to `estimate`.
+May import `dockpose.estimate` and everything below it.
 """

@@ -1,4 +1,4 @@
-"""One of the two hypotheses about a dock, followed over time: where its pose was, how it moves, where it will be."""
+"""One of the two hypotheses about a dock, filtered over time: its pose, its motion, and where it will be."""
 
 from __future__ import annotations
 
@@ -9,49 +9,57 @@ import numpy as np
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 
-# How the dock moved as the camera sees it: travel (3,) in metres, and the turn (3, 3) whose columns are the camera's
-# new axes in its old frame; as dockpose.simulate.sequence.steer() returns it.
+# How the vehicle moved: travel (3,) in metres in the camera's old frame, and the rotation (3, 3) whose columns are the
+# camera's new axes in its old frame, as dockpose.simulate.sequence.steer() returns them.
 Command = tuple[np.ndarray, np.ndarray]
 
-MEMORY_S = 1.0  # a vehicle keeps its speed about so long
-_BOUND = 3.0  # the fastest is so many standard deviations of the speeds that occur
-_CURRENTS = 0.2  # of the speeds that occur: what is left to chance where the motion is known
-# What the lights' scatter does not tell, as lights that stand a little off their place.
+MEMORY_S = 1.0  # a vehicle keeps its speed for about this long
+_BOUND = 3.0  # the top speed, in standard deviations of the speeds that occur
+_CURRENTS = 0.2  # of the speeds that occur: what remains random where the motion is known
+# Errors that the scatter of the lights does not show, such as lights slightly out of place.
 _LEAST_SIGMA_RAD, _LEAST_SIGMA_SHARE = math.radians(0.2), 1e-3
 _UNKNOWN_SIGMA_RAD, _UNKNOWN_SIGMA_SHARE = math.radians(5.0), 0.03
 
 
 @dataclass(frozen=True)
 class Speeds:
-    """What the vehicle can do: the fastest that it moves and turns, per second."""
+    """The top speeds of the vehicle, in metres and radians per second."""
 
     metres: float
     radians: float
 
     @classmethod
     def of(cls, settings: Settings) -> Speeds:
-        """The speeds that the settings allow."""
+        """The top speeds that the settings allow."""
         return cls(settings.max_speed_m_per_s, math.radians(settings.max_turn_deg_per_s))
 
     def reach_m(self, distance_m: float, time_s: float) -> float:
-        """How far a dock at that distance can come in the camera's frame."""
+        """How far a dock at that distance can move in the camera frame."""
         return (self.metres + self.radians * distance_m) * time_s
 
 
 @dataclass(frozen=True)
 class Chain:
-    """Position and normal (6,) of a dock, their rates of change, and the covariance of each with its rate.
+    """A Kalman filter of a dock's position and normal, with their rates of change.
 
     Attributes
     ----------
-    state, rates : (6,) position in metres and normal, and how they change in a second.
-    variances : (3, 6) of the state, of state and rate together, and of the rates.
+    state : (6,) float array
+        Position in metres, and normal.
+    rates : (6,) float array
+        Their change per second.
+    variances : (3, 6) float array
+        Variance of the state, covariance of state and rate, and variance of the rates.
 
     Notes
     -----
-    A Kalman filter for each of the six numbers by itself. Their rates are Ornstein-Uhlenbeck processes, of a vehicle
-    that keeps its speed for a while and never far exceeds what it can do (Bar-Shalom, Li and Kirubarajan, Estimation
-    with Applications to Tracking and Navigation, 8.2: Singer's model, there for accelerations).
+    Each of the six numbers has a Kalman filter of its own. The rates are Ornstein-Uhlenbeck processes: a vehicle keeps
+    its speed for a while, and hardly ever exceeds its top speed.
+
+    References
+    ----------
+    Bar-Shalom, Li and Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation", section 8.2
+    (Singer's model, there for accelerations).
     """
 
     state: np.ndarray
@@ -60,7 +68,7 @@ class Chain:
 
     @classmethod
     def begin(cls, pose: CirclePose, speeds: Speeds) -> Chain:
-        """Start from a pose at an unknown speed."""
+        """Start from a pose, with unknown speed."""
         state = np.concatenate([pose.position_m, pose.normal])
         rates = _speed_sigmas(state, speeds) ** 2
         return cls(state, np.zeros(6), np.array([_errors(pose) ** 2, np.zeros(6), rates]))
@@ -76,7 +84,22 @@ class Chain:
         return self.state[3:]
 
     def after(self, time_s: float, speeds: Speeds, command: Command | None = None) -> Chain:
-        """Predict where the dock is after some time; rates are those that the command, if there is one, leaves."""
+        """Predict the state some time later.
+
+        Parameters
+        ----------
+        time_s : float, seconds
+            Time that passes.
+        speeds : Speeds
+            Top speeds of the vehicle.
+        command : Command, optional
+            Known motion of the vehicle; the rates then describe what it leaves over.
+
+        Returns
+        -------
+        Chain
+            The prediction.
+        """
         state, rates = self.state, self.rates
         sigmas = _speed_sigmas(state, speeds) * (1.0 if command is None else _CURRENTS)
         if command is not None:
@@ -98,12 +121,12 @@ class Chain:
         return Chain(_with_unit_normal(state + moved * rates), kept * rates, variances)
 
     def off(self, pose: CirclePose) -> tuple[float, float]:
-        """Squared angle between a pose's normal and this one, and the variance that it should have along each way."""
+        """Squared angle between a pose's normal and the state's, and its expected variance along each axis."""
         apart = self.normal - pose.normal
         return float(apart @ apart), float(self.variances[0, 3:].mean()) + _normal_error(pose) ** 2
 
     def seen_as(self, pose: CirclePose) -> Chain:
-        """Move towards the pose in which the dock is seen now."""
+        """Update with the pose in which the dock is seen now."""
         value, both, rate = self.variances
         measured = np.concatenate([pose.position_m, pose.normal])
         spread = value + _errors(pose) ** 2
@@ -115,7 +138,7 @@ class Chain:
 
 
 def _speed_sigmas(state: np.ndarray, speeds: Speeds) -> np.ndarray:
-    """Standard deviations (6,) of the rates: a turn of the camera carries a dock farther the farther away it is."""
+    """Standard deviations (6,) of the rates; a rotation of the camera moves a distant dock farther than a near one."""
     distance = math.hypot(*state[:3].tolist())
     position = math.hypot(speeds.metres, speeds.radians * distance) / _BOUND
     return np.array([position] * 3 + [speeds.radians / _BOUND] * 3)

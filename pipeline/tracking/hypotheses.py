@@ -1,4 +1,4 @@
-"""The two hypotheses about which pose is right, and what a frame says about them: a hidden Markov model's step."""
+"""The two hypotheses about which pose is right, updated by each frame: one step of a hidden Markov model."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.pose.circle import CirclePose
 from dockpose.tracking.chain import Chain, Command, Speeds
 
-# A frame says no more than this, as log-odds: a light that is taken for another one makes any frame surer than it is.
+# Cap on the log-odds from one frame: a misidentified light makes a frame more certain than it should be.
 MOST_ODDS = 2.0
-WORTH_OF_MOTION = 0.5  # of what motion says: how vehicles move is hardly known
-# A candidate continues a chain within so many squared standard deviations, or where the vehicle can have turned so far,
-# and by this angle: seen nearly square on, noise tilts both candidates away from each other.
+WORTH_OF_MOTION = 0.5  # weight of the evidence from motion: how vehicles move is hardly known
+# A candidate continues a chain within this many squared standard deviations, or within the angle that the vehicle can
+# have turned plus this one: nearly square on, noise tilts both candidates away from each other.
 _MATCHED, _MATCHED_RAD = 16.0, math.radians(3.0)
 _MOST_MOTION = 9.0  # squared standard deviations that count against a chain
-_DOUBT = 5e-4  # left to either hypothesis, so that a wrong one heals within a few frames
-# What both candidates may be off by in every frame, as where lights do not stand quite in their places.
+_DOUBT = 5e-4  # least probability of either hypothesis, so that a wrong choice is corrected within a few frames
+# Error that both candidates may share in every frame, such as from lights slightly out of place.
 _COMMON_SIGMA_RAD = math.radians(0.5)
 _SURE_SIGMAS, _SURE_SHARE = 5.0, 0.02  # of a position's errors, and of the distance
 
@@ -32,11 +32,16 @@ class Hypotheses:
 
     Attributes
     ----------
-    chains : of the first and of the second hypothesis.
-    first : probability of the first.
-    seen : index of the frame's candidate that continues each chain; None where none does.
-    age : frames since they began.
-    gap_s : time since the dock was seen.
+    chains : tuple of 2 Chain
+        The first and the second hypothesis.
+    first : float
+        Probability of the first.
+    seen : tuple of 2 (int or None)
+        Index of the frame's candidate that continues each chain; None where none does.
+    age : int
+        Frames since the track began.
+    gap_s : float, seconds
+        Time since the dock was last seen.
     """
 
     chains: tuple[Chain, Chain]
@@ -56,12 +61,12 @@ class Hypotheses:
 
     @property
     def chosen(self) -> int:
-        """The likelier chain."""
+        """Index of the likelier chain."""
         return 0 if self.first >= 0.5 else 1
 
     @property
     def probability(self) -> float:
-        """That the likelier chain is right."""
+        """Probability that the likelier chain is right."""
         return max(self.first, 1 - self.first)
 
     @property
@@ -70,12 +75,12 @@ class Hypotheses:
         return bool(self.chains[self.chosen].position_m[2] > 0)
 
     def after(self, period_s: float, speeds: Speeds, command: Command | None = None) -> Hypotheses:
-        """Both chains where they should be in the next frame, in which nothing is seen yet."""
+        """Predict both chains for the next frame, in which nothing has been seen yet."""
         first, second = (chain.after(period_s, speeds, command) for chain in self.chains)
         return Hypotheses((first, second), self.first, (None, None), self.age + 1, self.gap_s + period_s)
 
     def is_near(self, pair: Pair, speeds: Speeds) -> bool:
-        """Whether the dock can have come to a frame's candidates since it was seen, at the speed that is allowed."""
+        """Whether the dock, at its top speed, can have reached a frame's candidates since it was last seen."""
         return any(self._is_near(pose, speeds) for pose in pair)
 
     def _is_near(self, pose: CirclePose, speeds: Speeds) -> bool:
@@ -85,18 +90,22 @@ class Hypotheses:
         return apart <= speeds.reach_m(distance, self.gap_s) + error
 
     def with_frame(self, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
-        """Take in the frame that these were predicted for.
+        """Update with the frame that these were predicted for.
 
         Parameters
         ----------
-        found : what it shows.
-        speeds : of the vehicle.
-        worth : share of the frame's own evidence that counts.
+        found : Estimate
+            What the frame shows.
+        speeds : Speeds
+            Top speeds of the vehicle.
+        worth : float
+            Weight of the frame's own evidence, 0 to 1.
 
         Returns
         -------
-        The hypotheses after it; None where it shows no dock, or one that cannot be this. Where one chain is continued
-        the other begins again at the twin of that, for a picture always has both.
+        Hypotheses or None
+            The hypotheses after the frame; None where it shows no dock, or one too far away to be this one. If only one
+            chain is continued, the other restarts at that candidate's twin, since a picture always has both.
         """
         pair = candidates_of(found)
         if pair is None or not self.is_near(pair, speeds):
@@ -121,29 +130,39 @@ class Hypotheses:
 
 
 def candidates_of(found: Estimate) -> Pair | None:
-    """Both candidates of a frame; one that came alone is its own twin. None where it shows no dock."""
+    """Both candidates of a frame; a single candidate is used for both. None where the frame shows no dock."""
     if found.status != "ok" or not found.candidates:
         return None
     return found.candidates[0], found.candidates[-1]
 
 
 def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
-    """Which candidate continues each chain, and the probability that the first chain is right, after a frame.
+    """Which candidate continues each chain, and the probability that the first chain is right.
 
     Parameters
     ----------
-    first : the probability before it.
-    off : (2, 2) squared standard deviations from each chain to each candidate.
-    log_odds : of the first candidate, by the frame alone.
+    first : float
+        The probability before the frame.
+    off : (2, 2) float array
+        Squared distance from each chain to each candidate, in standard deviations.
+    log_odds : float
+        Log-odds of the first candidate, by the frame alone.
+
+    Returns
+    -------
+    order : (int, int)
+        Index of the candidate that continues each chain.
+    first : float
+        The probability after the frame.
 
     Notes
     -----
-    The forward step of a hidden Markov model whose state is the candidate that is right. How well a chain is continued
-    at all is its likelihood by motion, tempered. How its probability divides between the two candidates is not: a
-    candidate that is out of the question for a chain takes nothing from it, and only where both nearly coincide do the
-    chains mix. The chains go on to the candidates that most of the probability went to.
+    The forward step of a hidden Markov model whose state is the right candidate. The likelihood of a chain is how well
+    motion allows it to be continued at all, tempered. How its probability divides between the two candidates is not
+    tempered: a candidate that is ruled out for a chain takes nothing from it, and the chains mix only where both
+    candidates nearly coincide. The chains continue to the candidates that received most of the probability.
     """
-    # The nearer candidate of each chain has 1, so that nothing vanishes.
+    # Relative to the nearer candidate of each chain, so that nothing underflows.
     nearest = off.min(axis=1, keepdims=True)
     fit = np.exp(-0.5 * (off - nearest))
     fit /= fit.sum(axis=1, keepdims=True)
@@ -155,14 +174,14 @@ def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int
 
 
 def _mixed(first: float, pair: Pair) -> float:
-    """The probability, where errors that both candidates share may bring the truth nearer to the other one."""
+    """The probability, given that errors shared by both candidates may bring the truth nearer to the other one."""
     gap = math.dist(pair[0].normal.tolist(), pair[1].normal.tolist())
     beyond = 0.5 * math.erfc(gap / (math.sqrt(8) * _COMMON_SIGMA_RAD))
     return first * (1 - beyond) + (1 - first) * beyond
 
 
 def _off(chains: tuple[Chain, Chain], pair: Pair) -> tuple[np.ndarray, np.ndarray]:
-    """Squared angles (2, 2) from each chain to each candidate, and in terms of the same deviation for all."""
+    """Squared angles (2, 2) from each chain to each candidate, and the same over a variance common to all."""
     off = [[chain.off(pose) for pose in pair] for chain in chains]
     spread = sum(variance for row in off for _, variance in row) / 4 + _COMMON_SIGMA_RAD**2
     squares = np.array([[square for square, _ in row] for row in off])
@@ -170,13 +189,13 @@ def _off(chains: tuple[Chain, Chain], pair: Pair) -> tuple[np.ndarray, np.ndarra
 
 
 def _twin(pose: CirclePose) -> CirclePose:
-    """About the other pose of the same picture: its normal is the mirror image about the line of sight."""
+    """The approximate other pose of the same picture: its normal is mirrored about the line of sight."""
     sight = pose.position_m / np.linalg.norm(pose.position_m)
     return replace(pose, normal=2 * float(pose.normal @ sight) * sight - pose.normal)
 
 
 def _log_odds(pair: Pair, worth: float) -> float:
-    """Log-odds of the first candidate by its frame alone, tempered."""
+    """Log-odds of the first candidate by its frame alone, tempered and capped."""
     first, second = (max(pose.probability or 0.0, 1e-300) for pose in pair)
     return min(MOST_ODDS, max(-MOST_ODDS, worth * math.log(first / second)))
 

@@ -1,4 +1,4 @@
-"""Searching frame after frame: around the ring of the frame before first, and the whole picture where that fails."""
+"""Searching frame after frame: first around the previous frame's ring, then the whole picture if that fails."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from dockpose.lights.region import Region, is_within, ring_region
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Speeds
 
-_NOMINAL_PERIOD_S = 0.1  # between frames whose times are not known
+_NOMINAL_PERIOD_S = 0.1  # between frames whose times are unknown
 _LEAST_PERIOD_S = 1e-3
-BLOCK = 25  # frames: the first of so many is searched as a whole
-_SHARE, _MARGIN_PX = 0.5, 20.0  # of the ring's size, and more: margin on each side
+BLOCK = 25  # frames; the first of each block is searched as a whole
+_SHARE, _MARGIN_PX = 0.5, 20.0  # margin on each side: this share of the ring's size, plus pixels
 _LEAST = 0.25  # of the picture's width and height; a smaller region has too little water for a histogram
-_LARGEST = 0.6  # of the picture's pixels; of a larger region the whole picture is as fast
+_LARGEST = 0.6  # of the picture's pixels; searching a larger region is no faster than searching everything
 
 
 @dataclass(frozen=True)
 class _Last:
-    """The frame before: its estimate, and the region around its ring."""
+    """The previous frame: its estimate, and the region around its ring."""
 
     found: Estimate
     index: int
@@ -32,16 +32,21 @@ class _Last:
 
 
 class Search:
-    """Searches the frames of a sequence, each but for some in a region around the ring of the frame before.
+    """Searches the frames of a sequence, most of them only in a region around the previous frame's ring.
 
-    The region hangs on the estimate of the frame before alone, and the first frame of each 25 is searched as a whole.
-    So blocks of 25 frames may be searched in any order and by several processes, with the same results.
+    The region depends only on the previous frame's estimate, and the first frame of every 25 is searched as a whole. So
+    blocks of 25 frames can be searched in any order and by several processes, with the same results.
 
     Parameters
     ----------
-    camera, dock : as for :func:`dockpose.estimate.estimate`.
-    max_speed_m_per_s, max_turn_deg_per_s : see the settings; they bound how far a ring can come.
-    whole_first : frames below this index are searched as a whole, so that what stays put is found soon.
+    camera : Camera
+        The camera that took the frames.
+    dock : Dock
+        The dock to look for.
+    settings : Settings
+        Its top speeds limit how far a ring can move between frames.
+    whole_first : int
+        Frames below this index are searched as a whole, so that burnt-in text is found soon.
     """
 
     def __init__(self, camera: Camera, dock: Dock, settings: Settings, *, whole_first: int = 0) -> None:
@@ -54,10 +59,19 @@ class Search:
 
         Parameters
         ----------
-        image : as for :func:`dockpose.estimate.estimate`.
-        index : its number in the sequence.
-        time_s : when it was taken; None for a tenth of a second after the frame before.
-        settings : how to search it.
+        image : (H, W) or (H, W, 3) array, uint8 or uint16
+            The frame, as for :func:`dockpose.estimate.estimate`.
+        index : int
+            Its number in the sequence.
+        time_s : float or None, seconds
+            When it was taken; None for a tenth of a second after the previous frame.
+        settings : Settings
+            How to search it.
+
+        Returns
+        -------
+        Estimate
+            What was found, in pixels of the whole picture.
         """
         shape = np.shape(image)
         region = self._region(shape[1], shape[0], index, time_s) if len(shape) > 1 else None
@@ -72,14 +86,14 @@ class Search:
         return found
 
     def remember(self, found: Estimate, index: int, time_s: float | None) -> None:
-        """Go on from a frame that was searched before."""
+        """Continue after a frame that was searched elsewhere."""
         self._last = _Last(found, index, time_s, self._ring_of(found))
 
     def _ring_of(self, found: Estimate) -> Region | None:
         return ring_region(found.candidates[0], found.camera, self._dock) if found.candidates else None
 
     def _region(self, width: int, height: int, index: int, time_s: float | None) -> Region | None:
-        """Where to search a picture of that size; None for all of it."""
+        """The region to search in a picture of that size; None for all of it."""
         last = self._last
         if last is None or last.ring is None or index < self._whole_first or index // BLOCK != last.index // BLOCK:
             return None
@@ -96,7 +110,7 @@ class Search:
         return x, y, across, down
 
     def _holds(self, found: Estimate, ring: Region | None, region: Region) -> bool:
-        """Whether what a region shows is all of the ring, as far as one can tell."""
+        """Whether the ring found in a region is complete, as far as one can tell."""
         if ring is None or self._last is None:
             return False
         all_there = (found.lights_on_ring or 0) >= (self._last.found.lights_on_ring or 0)

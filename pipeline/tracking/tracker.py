@@ -1,4 +1,4 @@
-"""Which of the two poses is right, over frames: a filter that carries both until one is known to be it."""
+"""Tracking: a filter over frames that carries both poses until it is known which one is right."""
 
 from __future__ import annotations
 
@@ -17,23 +17,26 @@ from dockpose.tracking.chain import Command, Speeds
 from dockpose.tracking.hypotheses import Hypotheses
 from dockpose.tracking.search import Search, period_s
 
-# The errors of lights' centres hang on where they fall on the pixels, and those of lights out of their place stay for
-# good. So a frame tells less than it does by itself: by this factor where the ring moved a pixel or more, and by the
-# smaller one where it stands still.
+# Centroid errors depend on sub-pixel position and persist between frames, and so do those of lights out of place. So
+# each frame's evidence is down-weighted: by the first factor if the ring moved a pixel or more, by the second at rest.
 WORTH, WORTH_AT_REST = 0.4, 0.07
-_RIVAL_FRAMES = 3  # a dock seen elsewhere for so many frames is followed from then on
+_RIVAL_FRAMES = 3  # a dock seen elsewhere for this many frames takes over the track
 
 
 @dataclass(frozen=True)
 class Track:
-    """How the dock is followed.
+    """State of the track.
 
     Attributes
     ----------
-    probability : that the chosen one of the two poses is right; None where the dock is lost.
-    age : frames since the track began, that one counted; 0 where the dock is lost.
-    predicted : the dock was not seen in this frame where it can be; the pose is a prediction.
-    lost : no dock is followed: none was seen yet, or not for too long.
+    probability : float or None
+        Probability that the chosen one of the two poses is right; None where the dock is lost.
+    age : int
+        Frames since the track began, including this one; 0 where the dock is lost.
+    predicted : bool
+        The dock was not seen in this frame, or not within reach; the pose is a prediction.
+    lost : bool
+        No dock is tracked: none has been seen yet, or not for too long.
     """
 
     probability: float | None = None
@@ -44,18 +47,25 @@ class Track:
 
 @dataclass(frozen=True)
 class Tracked:
-    """What was found in one frame, and what the frames before it make of that.
+    """What was found in one frame, and what the previous frames make of it.
 
     Attributes
     ----------
-    estimate : of the frame alone, as it was found.
-    track : how the dock is followed.
-    selected : index of the final choice among ``estimate.candidates``; None where none of them continues the track.
-    selected_by : "tracking" where the track decided; "spacing" or "colours" where the frame decides by itself and the
-        track agrees, or a track begins; None where nothing is selected.
-    pose : the candidate that is selected, or where the frame shows none the predicted pose; None where lost.
-    smoothed : the same over frames, for display; None where lost.
-    chain : 0 or 1, which of the two hypotheses the pose belongs to; their numbers hold as long as the track.
+    estimate : Estimate
+        Result of the frame alone.
+    track : Track
+        State of the track.
+    selected : int or None
+        Index of the final choice among ``estimate.candidates``; None where none of them continues the track.
+    selected_by : str or None
+        "tracking" where the track decided; "spacing" or "colours" where the frame decides by itself and the track
+        agrees, or a track begins; None where nothing is selected.
+    pose : CirclePose or None
+        The selected candidate, or the predicted pose where the frame shows none; None where lost.
+    smoothed : CirclePose or None
+        The pose filtered over frames, for display; None where lost.
+    chain : int or None
+        0 or 1, the hypothesis that the pose belongs to; the numbers are stable for the life of the track.
     """
 
     estimate: Estimate
@@ -73,7 +83,7 @@ class Tracked:
         time_s: float | None = None,
         sha256: str | None = None,
     ) -> dict[str, Any]:
-        """The estimate's JSON object with the final choice, and ``track``; the candidates are those of the frame."""
+        """The estimate's JSON object with the final choice, and ``track``; the candidates are the frame's own."""
         track = self.track
         return self.estimate.to_dict(source, frame, time_s, sha256) | {
             "selected": self.selected,
@@ -88,23 +98,44 @@ class Tracked:
 
 
 class Tracker:
-    """Follows one dock over frames, and tells which of its two poses is right.
+    """Tracks one dock over frames, and decides which of its two poses is right.
 
     Parameters
     ----------
-    camera, dock, settings : as for :func:`dockpose.estimate.estimate`; the settings bound the vehicle's speed.
-    use_region : let :meth:`see` search around the last ring first, which is faster, and the whole picture where that
-        fails and every 25 frames, see :class:`Search`. Numbers then depend on the frame before (see
-        :func:`estimate` for how much); without it, each frame's estimate is that of
-        :func:`estimate` alone, so that frames may be estimated in any order and by several processes,
-        and then followed in their own.
+    camera : Camera
+        The camera that takes the frames.
+    dock : Dock
+        The dock to track.
+    settings : Settings, optional
+        How to search each frame, and the vehicle's top speeds.
+    use_region : bool
+        Let :meth:`see` search around the last ring first, which is faster, and the whole picture where that fails and
+        every 25 frames, see :class:`Search`. Results then depend on the previous frame (see :func:`estimate` for how
+        much). Without it each frame's estimate is that of :func:`estimate` alone, so frames can be estimated in any
+        order and by several processes, and then followed in sequence.
 
     Notes
     -----
-    A hidden Markov model: hidden is which of the two candidates is right. A candidate's probability by its frame is
-    the emission, tempered, because errors are shared by frames in a row. The transition from either chain to either
-    candidate is the likelihood of that motion; so where both candidates nearly coincide their chains may cross, and
-    as much certainty is lost as that is ambiguous. Nothing is drawn at random.
+    A hidden Markov model whose hidden state is which of the two candidates is right. The emission is a candidate's
+    probability by its frame, tempered because consecutive frames share errors. The transition from either chain to
+    either candidate is the likelihood of that motion; so where both candidates nearly coincide the chains may cross,
+    and as much certainty is lost as the crossing is ambiguous. The filter is deterministic.
+
+    Examples
+    --------
+    >>> from dockpose import simulate
+    >>> camera = Camera(fx=700, fy=700, cx=319.5, cy=239.5, width=640, height=480)
+    >>> dock = Dock(diameter=0.30, lights=10)
+    >>> pose = simulate.Pose(position_m=(0.0, 0.0, 1.5), theta_y_deg=20.0)
+    >>> scene = simulate.Scene(camera=camera, dock=dock, pose=pose)
+    >>> plan = simulate.FilmPlan(scene=scene, motion=simulate.Hover(frames=3))
+    >>> tracker = Tracker(camera, dock)
+    >>> for frame in simulate.film(plan):
+    ...     tracked = tracker.see(frame.image, frame.time_s)
+    >>> tracked.track.age, tracked.track.lost
+    (3, False)
+    >>> bool(abs(tracked.pose.position_m[2] - 1.5) < 0.05)
+    True
     """
 
     def __init__(self, camera: Camera, dock: Dock, settings: Settings | None = None, *, use_region: bool = True):
@@ -114,7 +145,7 @@ class Tracker:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was seen."""
+        """Forget all previous frames."""
         self._state: Hypotheses | None = None
         self._rival: Hypotheses | None = None
         self._time_s: float | None = None
@@ -122,13 +153,21 @@ class Tracker:
         self._search, self._frames = Search(self.camera, self.dock, self.settings), 0
 
     def see(self, image: Any, time_s: float | None = None, command: Command | None = None) -> Tracked:
-        """Search the next frame, in a region of it where that is used, and follow the dock.
+        """Search the next frame and update the track.
 
         Parameters
         ----------
-        image : as for :func:`dockpose.estimate.estimate`.
-        time_s : when it was taken; None for a tenth of a second after the frame before.
-        command : the vehicle's motion since the frame before, where it is known.
+        image : (H, W) or (H, W, 3) array, uint8 or uint16
+            The frame, as for :func:`dockpose.estimate.estimate`.
+        time_s : float or None, seconds
+            When it was taken; None for a tenth of a second after the previous frame.
+        command : Command, optional
+            The vehicle's motion since the previous frame, where it is known.
+
+        Returns
+        -------
+        Tracked
+            The frame's estimate and the state of the track.
         """
         if self.use_region:
             found = self._search.see(image, self._frames, time_s, self.settings)
@@ -138,14 +177,22 @@ class Tracker:
         return self.follow(found, time_s, command)
 
     def follow(self, found: Estimate, time_s: float | None = None, command: Command | None = None) -> Tracked:
-        """Take in the estimate of the next frame.
+        """Update the track with the estimate of the next frame.
 
         Parameters
         ----------
-        found : what the frame shows, of the whole picture or a region.
-        time_s : when it was taken; None for a tenth of a second after the frame before. Where it is earlier than the
-            frame before, a new track begins.
-        command : the vehicle's motion since the frame before, where it is known.
+        found : Estimate
+            What the frame shows, searched as a whole or in a region.
+        time_s : float or None, seconds
+            When it was taken; None for a tenth of a second after the previous frame. If it is earlier than the previous
+            frame, a new track begins.
+        command : Command, optional
+            The vehicle's motion since the previous frame, where it is known.
+
+        Returns
+        -------
+        Tracked
+            The estimate and the state of the track.
         """
         if time_s is not None and self._time_s is not None and time_s < self._time_s:
             self.reset()
@@ -165,13 +212,13 @@ class Tracker:
         return _told(found, self._state)
 
     def _elsewhere(self, found: Estimate, worth: float, elapsed_s: float, command: Command | None) -> Hypotheses | None:
-        """The dock was not seen where it can be: follow for a while what looks like it elsewhere, without a break."""
+        """Track what resembles the dock elsewhere while it is not seen within reach, if every frame shows it."""
         before = self._rival and self._rival.after(elapsed_s, self._speeds, command)
         after = before and before.with_frame(found, self._speeds, worth)
         return after or Hypotheses.begin(found, self._speeds, WORTH)
 
     def _worth(self, ring: Ellipse | None) -> float:
-        """What a frame's evidence is worth, by how far the ring's picture moved since the frame before."""
+        """Weight of a frame's evidence, by how far the ring's image moved since the previous frame."""
         if ring is None or self._ring is None:
             return WORTH
         before, now = self._ring, ring
@@ -180,7 +227,7 @@ class Tracker:
 
 
 def _told(found: Estimate, state: Hypotheses | None) -> Tracked:
-    """What is said about a frame."""
+    """What is reported about a frame."""
     if state is None:
         return Tracked(found, Track())
     chosen = state.chosen

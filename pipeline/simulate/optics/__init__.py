@@ -1,4 +1,4 @@
-"""How light gets through water: absorption and scattering, point spread functions, glow.
+"""How light travels through water: absorption and scattering, point spread functions, glow.
 
-Imports nothing else of the simulator.
+May import `dockpose.checks` and the scene and emitters of the simulator.
 """

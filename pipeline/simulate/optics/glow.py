@@ -1,7 +1,8 @@
-"""The light of all lamps on the sensor: each one's direct light and its glow, at exact subpixel places.
+"""The light of all lamps on the sensor: direct light and glow, at exact subpixel positions.
 
-Near a lamp its own spread is evaluated at every pixel. Farther out the glow is smooth, and that of all lamps together
-is one convolution on a coarse grid; so the cost grows with the pixels of the picture, not with pixels times lamps.
+Near a lamp its own point spread function is evaluated at every pixel. Farther out the glow is smooth, and that of all
+lamps is computed in one convolution on a coarse grid. So the cost grows with the pixels of the picture, not with pixels
+times lamps.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from numpy.fft import fftfreq, irfft2, rfft2
 from scipy.fft import next_fast_len
 from scipy.special import j1
 
-COARSE = 4  # pixels of the picture in one of the coarse grid
+COARSE = 4  # pixels of the picture per cell of the coarse grid
 _NEAR_PX = 24.0
-_MARGIN = 4  # lamps up to this part of the picture outside it still shine in
+_MARGIN = 4  # lamps up to 1 / this of the picture's size outside it still shine in
 _PIXEL_VARIANCE = 1 / 12  # of the pixel's own square aperture
-_DISTANCE_STEP = 0.3  # in log distance, between which the shape of the glow is interpolated
+_DISTANCE_STEP = 0.3  # in log distance; the shape of the glow is interpolated in between
 _MOST_DISTANCES = 6
 _SMALL_ANGLE_RAD = 1e-4
 _LEAST_ANGLE_RAD = 1e-6  # a thousandth of a pixel
@@ -54,18 +55,24 @@ def light_on_sensor(scene: Scene, emitters: Emitters, water: Water) -> tuple[np.
 
     Parameters
     ----------
-    scene : for its camera, its point spread function and its sensor's blur.
-    emitters : what shines.
-    water : as the band in question sees it.
+    scene : Scene
+        For its camera, its point spread function and its sensor's blur.
+    emitters : Emitters
+        The points of light.
+    water : Water
+        Its properties in the spectral band.
 
     Returns
     -------
-    Two (H, W) float32 pictures in grey levels, before exposure.
+    direct : (H, W) float32 array
+        Direct light in grey levels, before exposure.
+    glow : (H, W) float32 array
+        Scattered light, likewise.
 
     Raises
     ------
     ValueError
-        if a lamp is farther away than the point spread function holds.
+        If a lamp is farther away than the point spread function is valid.
     """
     shape = (scene.camera.height, scene.camera.width)
     direct, glow = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
@@ -112,7 +119,7 @@ def _lamps(scene: Scene, emitters: Emitters, water: Water) -> list[_Lamp]:
 
 
 def _near_picture(centre: np.ndarray, scene: Scene) -> bool:
-    """Whether a lamp lies in the picture or a quarter of it outside; farther away its glow no longer counts."""
+    """Whether a lamp is in the picture or up to a quarter of it outside; the glow of others is negligible."""
     size = np.array([scene.camera.width, scene.camera.height])
     return bool(np.isfinite(centre).all() and (np.abs(centre - size / 2) < size * (0.5 + 1 / _MARGIN)).all())
 
@@ -120,7 +127,7 @@ def _near_picture(centre: np.ndarray, scene: Scene) -> bool:
 def _angle_of_px(scene: Scene, points_m: np.ndarray, centres_px: np.ndarray) -> np.ndarray:
     """For each point the matrix (2, 2) from pixels around its image to angles in radians around its direction.
 
-    Measured by projecting two neighbours, so that distortion and port have their part in it.
+    Obtained by projecting two neighbours, so it includes distortion and port.
     """
     unit = points_m / np.linalg.norm(points_m, axis=1, keepdims=True)
     right = np.column_stack([unit[:, 2], np.zeros(len(unit)), -unit[:, 0]])
@@ -144,7 +151,7 @@ def _lens_and_lamp(blur_rad: float, radius_rad: float) -> np.ndarray:
 
 
 def _distances(lamps: list[_Lamp]) -> np.ndarray:
-    """Distances at which the shape of the glow is worked out, from the nearest lamp's to the farthest's."""
+    """Distances at which the shape of the glow is computed, from the nearest lamp's to the farthest's."""
     lengths = [lamp.distance_m for lamp in lamps]
     near, far = min(lengths), max(lengths)
     count = min(_MOST_DISTANCES, 2 + int(math.log(far / near) / _DISTANCE_STEP))
@@ -152,7 +159,7 @@ def _distances(lamps: list[_Lamp]) -> np.ndarray:
 
 
 def _weights(distances: np.ndarray, distance_m: float) -> list[tuple[int, float]]:
-    """Which of the distances stand for a lamp, and with what share each."""
+    """Which of the distances represent a lamp, and the weight of each."""
     if len(distances) == 1:
         return [(0, 1.0)]
     place = float(np.interp(math.log(distance_m), np.log(distances), np.arange(len(distances))))
@@ -161,7 +168,7 @@ def _weights(distances: np.ndarray, distance_m: float) -> list[tuple[int, float]
 
 
 def _tails(scene: Scene, water: Water, distances: np.ndarray, lamps: list[_Lamp], near_px: float) -> list[np.ndarray]:
-    """Glow of unit share at each distance (n,) on ``ANGLES``, made smooth within ``near_px``."""
+    """Glow (n,) of unit share at each distance, on ``ANGLES``, smoothed within ``near_px``."""
     near_rad = near_px * float(np.median([lamp.rad_per_px for lamp in lamps]))
     tails = []
     for distance_m in distances:
@@ -175,7 +182,7 @@ def _tails(scene: Scene, water: Water, distances: np.ndarray, lamps: list[_Lamp]
 
 
 def _smooth_within(glow: np.ndarray, near_rad: float) -> np.ndarray:
-    """Continue the glow from ``near_rad`` inwards by a parabola, with no step and no kink."""
+    """Continue the glow from ``near_rad`` inwards by a parabola, with continuous value and slope."""
     step = 1.02
     value, next_value = np.interp([near_rad, step * near_rad], ANGLES, glow)
     slope = (next_value - value) / ((step - 1) * near_rad)
@@ -184,10 +191,10 @@ def _smooth_within(glow: np.ndarray, near_rad: float) -> np.ndarray:
 
 
 def _seen_rotated(scene: Scene, x_rad: np.ndarray, y_rad: np.ndarray) -> tuple[np.ndarray, float]:
-    """Angle on the symmetric glow of each angle in the picture, and by how much the glow is brighter for it.
+    """Angle on the symmetric glow of each angle in the picture, and the factor by which the glow is brighter.
 
-    The symmetric pattern is thought of as drawn on a plane that is turned about an axis in the picture, and seen in
-    perspective: narrower across the axis, and longer on the side that turns away (the paper's Figure 7).
+    The symmetric pattern is imagined on a plane that is rotated about an axis in the picture and seen in perspective:
+    narrower across the axis, and longer on the side that turns away (the paper's Figure 7).
     """
     tilt, axis = math.radians(scene.psf.tilt_deg), math.radians(scene.psf.tilt_axis_deg)
     along = x_rad * math.cos(axis) + y_rad * math.sin(axis)
@@ -199,7 +206,7 @@ def _seen_rotated(scene: Scene, x_rad: np.ndarray, y_rad: np.ndarray) -> tuple[n
 def _add_near(
     direct: np.ndarray, glow: np.ndarray, lamp: _Lamp, tail: np.ndarray, near_px: float, scene: Scene
 ) -> None:
-    """Add a lamp's direct light, and what of its glow the coarse grid does not have, around its place."""
+    """Add a lamp's direct light, and the part of its glow that the coarse grid lacks, around its image."""
     reach = math.ceil(1.3 * near_px)
     column, row = np.rint(lamp.centre_px).astype(int)
     height, width = direct.shape
@@ -219,7 +226,7 @@ def _add_near(
 
 
 def _at(values: np.ndarray, angles_rad: np.ndarray) -> np.ndarray:
-    """Values on ``ANGLES`` at other angles; the first few, where the transform starts, are left out."""
+    """Interpolate values on ``ANGLES`` at other angles; the first few, where the transform starts, are left out."""
     place = (np.log(np.maximum(angles_rad, _LEAST_ANGLE_RAD)) - math.log(ANGLES[0])) / math.log(ANGLES[1] / ANGLES[0])
     index = np.minimum(place.astype(np.intp), len(ANGLES) - 2)
     share = place - index
@@ -232,7 +239,7 @@ def _far(
     """The smooth part of all glow together, convolved on the coarse grid."""
     height, width = (math.ceil(size / COARSE) for size in shape)
     margin_y, margin_x = height // _MARGIN + 1, width // _MARGIN + 1
-    # As long as no offset between a lamp and a pixel is longer than half the grid, its wrapping around does no harm.
+    # Wrap-around is harmless as long as no offset between a lamp and a pixel exceeds half the grid.
     size = (_fast_length(2 * (height + margin_y)), _fast_length(2 * (width + margin_x)))
     angle_of_px = np.median([lamp.angle_of_px for lamp in lamps], axis=0)
     coarse = np.zeros((height, width))
@@ -253,7 +260,7 @@ def _fast_length(least: int) -> int:
 
 
 def _place(places: np.ndarray, lamp: _Lamp, weight: float, margin: tuple[int, int], picture: tuple[int, int]) -> None:
-    """Put a lamp's glow on the coarse grid, shared among four neighbours so that its centre stays where it is."""
+    """Put a lamp's glow on the coarse grid, shared among four neighbours so that its centroid is exact."""
     x, y = (lamp.centre_px - (COARSE - 1) / 2) / COARSE + margin
     column, row = math.floor(x), math.floor(y)
     if not (0 <= row < picture[1] + 2 * margin[1] - 1 and 0 <= column < picture[0] + 2 * margin[0] - 1):
@@ -264,7 +271,7 @@ def _place(places: np.ndarray, lamp: _Lamp, weight: float, margin: tuple[int, in
 
 
 def _kernel(scene: Scene, tail: np.ndarray, size: tuple[int, int], angle_of_px: np.ndarray) -> np.ndarray:
-    """The smooth glow around one lamp on the coarse grid, with the lamp in the first corner."""
+    """The smooth glow of one lamp on the coarse grid, with the lamp in the first corner."""
     y, x = np.meshgrid(*(COARSE * count * fftfreq(count) for count in size), indexing="ij")
     x_rad = angle_of_px[0, 0] * x + angle_of_px[0, 1] * y
     y_rad = angle_of_px[1, 0] * x + angle_of_px[1, 1] * y

@@ -1,8 +1,8 @@
 """The zeroth-order Hankel transform between a modulation transfer function and its point spread function.
 
-A radially symmetric picture and its spectrum are each other's transform: F(y) = 2 pi int f(x) J0(2 pi x y) x dx, with
-x an angle in radians and y a frequency in cycles per radian. The grids are logarithmic, since both span many decades
-(Hamilton 2000, FFTLog, by way of scipy.fft.fht).
+A radially symmetric image and its spectrum are each other's transform: F(y) = 2 pi int f(x) J0(2 pi x y) x dx, with x
+an angle in radians and y a frequency in cycles per radian. The grids are logarithmic, since both span many decades
+(Hamilton 2000, FFTLog, through scipy.fft.fht).
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from scipy.special import j0, j1
 
 _COUNT = 1536
 _STEP = math.log(1e12) / _COUNT
-# Water's own transfer function starts flat and falls like 1/x or more slowly: with this bias what is transformed ends
-# equally low on both sides, so that its periodic continuation does not ring. Functions that vanish need none.
+# Water's own transfer function starts flat and falls like 1/x or more slowly. With this bias the transformed function
+# is equally low at both ends, so that its periodic continuation does not ring. Functions that vanish need none.
 _SLOW_BIAS = 0.7
 _OFFSET = fhtoffset(_STEP, mu=0.0, bias=_SLOW_BIAS)
 _CENTRE_FREQUENCY = 30.0  # cycles/rad, about where water's modulation transfer functions fall
@@ -68,5 +68,5 @@ def _integral_near() -> PPoly:
 
 
 def _transform(values: np.ndarray, x: np.ndarray, y: np.ndarray, bias: float) -> np.ndarray:
-    # fht integrates with k = 2 pi y and an extra factor k; both cancel but for y.
+    # fht integrates over k = 2 pi y with an extra factor k; both cancel, except for a factor y.
     return fht(values * x, _STEP, mu=0.0, offset=_OFFSET, bias=bias) / y

@@ -1,4 +1,4 @@
-"""Point spread functions of water: where the light of one lamp goes, direct and as glow."""
+"""Point spread functions of water: how the light of one lamp is distributed, direct and as glow."""
 
 from __future__ import annotations
 
@@ -17,23 +17,31 @@ _WIDEST_RAD = math.pi / 2  # glow from behind the camera's back is not seen
 
 
 class Psf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Which point spread function the water has.
+    """The water's point spread function.
 
     Parameters
     ----------
-    model : one of ``MODELS``.
-    inner_cutoff_deg : for "hou" and "hou_poisson", which are singular at 0: flat within this angle.
-    theta0_rad : for the same, the mean scattering angle; None takes it from the water's phase function.
-    width_deg : for "gaussian", its standard deviation.
-    mtf_csv : for "mtf", a file with the columns cycles_per_rad, mtf; the last value is the direct light's share.
-    mtf_distance_m : the distance at which that was measured; at others the same water is meant.
-    tilt_deg, tilt_axis_deg : the glow is seen rotated by this angle about an axis in the picture, which makes it
-        asymmetric; the axis is measured from the x axis towards y.
+    model : str
+        One of ``MODELS``.
+    inner_cutoff_deg : float, degrees
+        For "hou" and "hou_poisson", which are singular at 0: constant within this angle.
+    theta0_rad : float, radians, optional
+        For the same, the mean scattering angle; None takes it from the water's phase function.
+    width_deg : float, degrees
+        For "gaussian", its standard deviation.
+    mtf_csv : str, optional
+        For "mtf", a file with the columns cycles_per_rad, mtf; the last value is the share of the direct light.
+    mtf_distance_m : float, metres
+        Distance at which that was measured; other distances assume the same water.
+    tilt_deg : float, degrees
+        The glow is seen rotated by this angle about an axis in the picture, which makes it asymmetric.
+    tilt_axis_deg : float, degrees
+        Direction of that axis, from the x axis towards y.
 
     Raises
     ------
     ValueError
-        if the model is unknown, or a number is out of range.
+        If the model is unknown, or a number is out of range.
     """
 
     model: str = "voss"
@@ -62,13 +70,16 @@ class Psf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class PointSpread:
-    """What one lamp at one distance looks like, per unit of light that would arrive through clear water.
+    """The image of one lamp at one distance, per unit of light that would arrive through clear water.
 
     Attributes
     ----------
-    direct_share : of the light, arriving along a straight line: e^{-c r}.
-    glow_per_sr : (n,) glow at the angles ``hankel.ANGLES`` from the lamp.
-    glow_transfer : (n,) its modulation transfer function at ``hankel.FREQUENCIES``; at 0 the share of the glow.
+    direct_share : float
+        Share of the light that arrives in a straight line: e^{-c r}.
+    glow_per_sr : (n,) float array, 1/sr
+        Glow at the angles ``hankel.ANGLES`` from the lamp.
+    glow_transfer : (n,) float array
+        Modulation transfer function of the glow at ``hankel.FREQUENCIES``; at 0 the share of the glow.
     """
 
     direct_share: float
@@ -82,19 +93,28 @@ class PointSpread:
 
 
 def point_spread(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator | None = None) -> PointSpread:
-    """Return the point spread function of ``water`` for a lamp at ``distance_m``.
+    """Return the point spread function of water for a lamp at a distance.
 
     Parameters
     ----------
-    psf : which model.
-    water : its coefficients.
-    distance_m : along the light's path, above 0.
-    rng : for "hou_poisson" only, which draws its number of scatterings; None draws with the seed 0.
+    psf : Psf
+        The model.
+    water : Water
+        Its coefficients.
+    distance_m : float, metres
+        Length of the light's path, above 0.
+    rng : numpy.random.Generator, optional
+        For "hou_poisson" only, which draws its number of scattering events; None uses the seed 0.
+
+    Returns
+    -------
+    PointSpread
+        Direct light and glow.
 
     Raises
     ------
     ValueError
-        if the distance is not positive, or lies beyond the model's validity; the text gives the limit.
+        If the distance is not positive, or beyond the model's validity; the text gives the limit.
     """
     check_number("distance_m", distance_m, above=0)
     return MODELS[psf.model](psf, water, distance_m, rng or np.random.default_rng(0))
@@ -128,7 +148,7 @@ def _hou_poisson(psf: Psf, water: Water, distance_m: float, rng: np.random.Gener
 
 
 def _measured(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
-    """A modulation transfer function measured at one distance; its logarithm grows with the distance."""
+    """A modulation transfer function measured at one distance; its logarithm is proportional to the distance."""
     frequencies, transfer = _read_transfer(str(psf.mtf_csv))
     log_transfer = np.interp(FREQUENCIES, frequencies, np.log(transfer)) * distance_m / psf.mtf_distance_m
     direct = math.exp(log_transfer[-1])
@@ -139,7 +159,13 @@ MODELS = {"voss": _voss, "hou": _hou, "hou_poisson": _hou_poisson, "gaussian": _
 
 
 def hou_exponent(psf: Psf, water: Water, distance_m: float) -> float:
-    """Hou's exponent m. Raises ValueError, with the largest distance, where the model does not hold."""
+    """Hou's exponent m = 1 / (w0 - 2 tau theta0).
+
+    Raises
+    ------
+    ValueError
+        If the model is not valid at that distance; the text gives the limit.
+    """
     theta0 = psf.theta0_rad if psf.theta0_rad is not None else scattering_angle_rad(water.phase_function)
     optical_length = water.attenuation_per_m * distance_m
     limit = water.albedo / (2 * theta0)

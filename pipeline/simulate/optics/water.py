@@ -1,4 +1,4 @@
-"""Water: how much light it absorbs and scatters, and into which angles."""
+"""Water: how much light it absorbs and scatters, and at which angles."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PETZOLD = Path(__file__).parent / "petzold.csv"
 _SMALLEST_ANGLE_RAD = 1e-7
 
 # Pure water's absorption (1/m) at 460, 530 and 620 nm less that at 514 nm (0.038): Pope and Fry 1997, Applied Optics
-# 36. What else absorbs in the water is taken to do so alike in all three.
+# 36. Everything else in the water is assumed to absorb equally in all three bands.
 _EXTRA_ABSORPTION_PER_M = {"blue": -0.028, "green": 0.005, "red": 0.237}
 BANDS = tuple(_EXTRA_ABSORPTION_PER_M)
 
@@ -26,14 +26,17 @@ class Water(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Parameters
     ----------
-    absorption_per_m : a, at least 0.
-    scattering_per_m : b, at least 0.
-    phase_function : which of Petzold's the scattering follows, one of ``PHASE_FUNCTIONS``.
+    absorption_per_m : float, 1/m
+        Absorption coefficient a, at least 0.
+    scattering_per_m : float, 1/m
+        Scattering coefficient b, at least 0.
+    phase_function : str
+        Which of Petzold's phase functions the scattering follows, one of ``PHASE_FUNCTIONS``.
 
     Raises
     ------
     ValueError
-        if a coefficient is negative or not finite, or the phase function is unknown.
+        If a coefficient is negative or not finite, or the phase function is unknown.
     """
 
     absorption_per_m: float
@@ -57,17 +60,17 @@ class Water(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def albedo(self) -> float:
-        """Single-scattering albedo w0 = b / c; 0 for water that does nothing."""
+        """Single-scattering albedo w0 = b / c; 0 for water that neither absorbs nor scatters."""
         return self.scattering_per_m / self.attenuation_per_m if self.attenuation_per_m > 0 else 0.0
 
     def in_band(self, band: str) -> Water:
-        """Return the water as a colour sees it: "blue" (460 nm), "green" (530 nm) or "red" (620 nm)."""
+        """Return the water's properties in a colour band: "blue" (460 nm), "green" (530 nm) or "red" (620 nm)."""
         absorption = max(0.0, self.absorption_per_m + _EXTRA_ABSORPTION_PER_M[band])
         return msgspec.structs.replace(self, absorption_per_m=absorption)
 
 
-# Petzold's three waters as derived from his table; "tank" is ours: filtered fresh water in a test tank after some use,
-# between his clear and his coastal water.
+# Petzold's three waters as derived from his table. "tank" is our own: filtered fresh water in a test tank after some
+# use, between his clear and coastal waters.
 PRESETS = {
     "clear": Water(0.114, 0.037, "clear"),
     "tank": Water(0.12, 0.12, "average"),
@@ -77,19 +80,25 @@ PRESETS = {
 
 
 def preset(name: str) -> Water:
-    """Water by name. Raises ValueError if there is none of that name."""
+    """Water by name.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that name.
+    """
     if name not in PRESETS:
         raise ValueError(f"water is {name!r}; it must be one of {', '.join(PRESETS)}, or coefficients")
     return PRESETS[name]
 
 
 def water_of_turbidity(turbidity: float) -> Water:
-    """Water between the presets: 0 is clear, 1/3 tank, 2/3 coastal, 1 harbour; coefficients change evenly in log.
+    """Water between the presets: 0 is clear, 1/3 tank, 2/3 coastal, 1 harbour; coefficients are interpolated in log.
 
     Raises
     ------
     ValueError
-        if the turbidity is not within 0..1.
+        If the turbidity is not within 0..1.
     """
     check_number("turbidity", turbidity)
     if not 0 <= turbidity <= 1:
@@ -106,10 +115,22 @@ def water_of_turbidity(turbidity: float) -> Water:
 def phase_function(name: str) -> tuple[np.ndarray, np.ndarray]:
     """Petzold's phase function of that name.
 
+    Parameters
+    ----------
+    name : str
+        One of ``PHASE_FUNCTIONS``.
+
     Returns
     -------
-    Angles (n,) in radians from 1e-7 to pi and values (n,) in 1/sr that integrate to 1 over the sphere: interpolated
-    in log-log, below 0.1 degrees continued by the power law of its first two points.
+    angles : (n,) float array, radians
+        From 1e-7 to pi.
+    values : (n,) float array, 1/sr
+        Integrates to 1 over the sphere. Interpolated in log-log, and extrapolated below 0.1 degrees by the power law of
+        its first two points.
+
+    References
+    ----------
+    Petzold 1972, "Volume scattering functions for selected ocean waters".
     """
     table = np.loadtxt(_PETZOLD, delimiter=",", skiprows=3)
     log_angle = np.log(np.radians(table[:, 0]))
@@ -124,17 +145,17 @@ def phase_function(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache
 def scattering_angle_rad(name: str) -> float:
-    """Wells' mean scattering angle theta0: the median angle over the square root of 3 (Wells 1973)."""
+    """Wells' mean scattering angle theta0 in radians: the median angle over the square root of 3 (Wells 1973)."""
     angles, values = phase_function(name)
     share = np.cumsum(values * np.sin(angles) * angles)
     return float(np.interp(0.5, share / share[-1], angles)) / math.sqrt(3)
 
 
 def mean_phase_transform(name: str, cycles_per_rad: np.ndarray) -> np.ndarray:
-    """Mean, over the frequencies from 0 up to each of ``cycles_per_rad``, of the phase function's Hankel transform.
+    """Mean of the phase function's Hankel transform over the frequencies from 0 up to each of ``cycles_per_rad``.
 
-    The mean over the frequency is taken first, of the Bessel function alone: (1/x) int_0^x J0, which dies away and so
-    needs no fine quadrature over the angle.
+    The Bessel function alone is averaged over the frequency first, (1/x) int_0^x J0, which decays and so needs no fine
+    quadrature over the angle.
     """
     angles, values = phase_function(name)
     x = 2 * math.pi * np.multiply.outer(cycles_per_rad, angles)

@@ -16,8 +16,8 @@ PRIOR_NUMBERS = 0.5
 # than their number: by about this factor, measured on rendered and drawn docks (tests/bench/bench_choice.py).
 WORTH_OF_EVIDENCE = 0.85
 # Prior of the noise of centroids: uniform in its logarithm between that of a good lamp and a poor one. Below, it grows
-# with the noise to the power _RISE; above, it falls with the power _FALL: lights that are out of place on the dock leave
-# residuals of pixels.
+# with the noise to the power _RISE; above, it falls with the power _FALL, since lights that are out of place on the
+# dock leave residuals of pixels.
 LIKELY_NOISE_PX, _RISE, _FALL = (0.05, 0.7), 0.5, 3.0
 _SCALES_PX = np.geomspace(1e-3, 1e3, 240)
 _LOG_SQUARES = np.linspace(math.log(1e-8), math.log(1e7), 100)

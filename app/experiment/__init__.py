@@ -5,14 +5,14 @@ A session is a folder:
 ``session.yaml``
     made once: the schema, when, which program and libraries, notes.
 ``results.csv``
-    a row a taken frame, see :class:`Row`; it is always whole, since each change replaces it in one step.
+    one row per frame, see :class:`Row`; always whole, since each change replaces it in one step.
 ``frames/0001.png``, ``frames/0001.json``
-    the pixels that were estimated, losslessly, and all that was found in them (schema 1, with camera, dock, settings
+    the pixels that were estimated, losslessly, and everything found in them (schema 1, with camera, dock, settings
     and versions).
 
-A row counts once :meth:`Session.take` has returned. Stopped before that, a program may leave a frame without a row:
-it is kept, since it can be opened and someone wanted it, its number is not used again, and :attr:`Session.notices`
-tells of it. Names that begin with a dot are the program's own.
+A row counts once :meth:`Session.take` has returned. A program that is stopped before may leave a frame without a row.
+That frame is kept, its number is not used again, and :attr:`Session.notices` reports it. Names that begin with a dot
+are the program's own.
 """
 
 from dockpose.app.experiment.record import SessionRecord, read_session

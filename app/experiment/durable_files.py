@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and that a power cut does not undo."""
+"""Writing files whole or not at all, so that they survive a power cut."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ TEMPORARY_ENDING = ".part"
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write a file under a temporary name, bring it onto the disk, and only then give it its name.
+    """Write a file under a temporary name, flush it to the disk, and only then give it its name.
 
-    A file that is there already is replaced in one step; :func:`sync_folder` makes the new name last. Raises OSError
-    where that cannot be done; the temporary file is removed then, and an older file is as it was.
+    An existing file is replaced in one step; :func:`sync_folder` then makes the new name durable. Raises OSError where
+    that fails, after removing the temporary file; an existing file is unchanged then.
     """
     temporary = path.with_name(f".{path.name}{TEMPORARY_ENDING}")
     try:
@@ -36,7 +36,7 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Bring a folder's names onto the disk. Windows does that by itself and lets no one ask for it."""
+    """Flush a folder's names to the disk. Windows does so by itself and offers no call for it."""
     if os.name == "nt":
         return
     descriptor = os.open(folder, os.O_RDONLY)
@@ -50,13 +50,13 @@ def sync_folder(folder: Path) -> None:
 
 
 def remove(path: Path) -> None:
-    """Remove a file if that can be done."""
+    """Remove a file if possible."""
     with contextlib.suppress(OSError):
         path.unlink()
 
 
 def remove_temporaries(folder: Path) -> None:
-    """Remove what a program that was stopped while writing left in a folder."""
+    """Remove the temporary files of a program that was stopped while writing."""
     for path in folder.glob(f".*{TEMPORARY_ENDING}"):
         remove(path)
 

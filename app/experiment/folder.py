@@ -1,4 +1,4 @@
-"""The sessions of one folder on this machine, as the page lists, starts and takes them up."""
+"""The sessions in one folder on this machine, which the page lists, starts and reopens."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class SessionFolder:
 
     Parameters
     ----------
-    root : the folder; it is made with the first session.
+    root : Path
+        The folder; created with the first session.
     """
 
     def __init__(self, root: Path) -> None:
@@ -34,25 +35,25 @@ class SessionFolder:
             return []
 
     def start(self, text: str, notes: str = "") -> Session:
-        """Start a session that is called after what was typed; nothing typed takes the day.
+        """Start a session named after what was typed, or after the day if nothing was typed.
 
         Raises
         ------
         SessionError
-            if it cannot be made.
+            If it cannot be made.
         """
         name = safe_name(text if text.strip() else f"{datetime.date.today():%Y-%m-%d}", taken=self._taken())
         return Session.create(self.root / name, notes)
 
     def take_up(self, name: str) -> Session:
-        """Take a session up again where it stood.
+        """Reopen a session.
 
         Raises
         ------
         SessionError, FileError
-            if it cannot be taken up; see :meth:`dockpose.app.experiment.Session.open`.
+            If it cannot be reopened; see :meth:`dockpose.app.experiment.Session.open`.
         UserError
-            if there is none of that name in the folder.
+            If there is none of that name in the folder.
         """
         if name not in self.names():
             raise UserError(f"{name}: there is no such session in {self.root}.")

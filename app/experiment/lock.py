@@ -1,4 +1,4 @@
-"""One program at a time on one folder. The system drops the lock when its holder ends, however it ends."""
+"""A lock that lets one program at a time use a folder. The system releases it when the holder ends, however."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ class InUseError(Exception):
 
 
 class FolderLock:
-    """Holds a folder from the moment it is made until :meth:`release`.
+    """Holds a folder from its creation until :meth:`release`.
 
     Raises
     ------
     InUseError
-        if it is held already.
+        If it is held already.
     OSError
-        if the folder cannot be written to, or cannot be locked.
+        If the folder cannot be written to, or cannot be locked.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""A session's folder as it stands, read without holding it."""
+"""Reading a session's folder, without locking it."""
 
 from __future__ import annotations
 
@@ -22,9 +22,12 @@ class SessionRecord:
 
     Attributes
     ----------
-    folder : where it is.
-    info : session.yaml.
-    rows : in the order in which they were taken.
+    folder : Path
+        Where it is.
+    info : dict
+        Content of session.yaml.
+    rows : tuple of Row
+        In the order in which they were taken.
     """
 
     folder: Path
@@ -60,12 +63,12 @@ def is_session(folder: Path) -> bool:
 
 
 def read_session(folder: Path) -> SessionRecord:
-    """Read a session's folder, also while a program is adding to it.
+    """Read a session's folder, even while a program is adding to it.
 
     Raises
     ------
     FileError
-        if it is no session, or a file of it cannot be read.
+        If it is no session, or a file of it cannot be read.
     """
     if not is_session(folder):
         raise FileError(f"{folder}: is no session; it has no file {INFO}")
@@ -77,7 +80,7 @@ def read_session(folder: Path) -> SessionRecord:
 
 def _read_rows(path: Path) -> list[Row]:
     try:
-        text = path.read_bytes().decode("utf-8-sig")  # a spreadsheet that saved it may have put a mark in front
+        text = path.read_bytes().decode("utf-8-sig")  # spreadsheets may save it with a byte order mark
     except FileNotFoundError:
         return []  # stopped after session.yaml was made, before the first row
     except OSError as error:

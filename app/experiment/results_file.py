@@ -1,4 +1,4 @@
-"""``results.csv`` of a session that is being added to."""
+"""``results.csv`` of an open session."""
 
 from __future__ import annotations
 
@@ -14,22 +14,24 @@ EMPTY = to_csv_line(COLUMNS).encode()
 
 
 class ResultsFile:
-    """The rows, in memory and on the disk, where both always agree.
+    """The rows, the same in memory as on the disk.
 
-    Each change writes all rows anew and puts the file in the old one's place. That is a few milliseconds at 2,000 rows,
-    and there is no moment at which the file ends in half a row, as there is when one is appended.
+    Each change rewrites all rows and replaces the file in one step, a few milliseconds at 2,000 rows. Appending would
+    leave half a row at the end if the program stopped while writing.
 
     Parameters
     ----------
-    folder : of the session.
-    rows : that its file holds.
+    folder : Path
+        Of the session.
+    rows : sequence of Row
+        That its file holds.
 
     Raises
     ------
     OSError
-        if a missing file cannot be made.
+        If a missing file cannot be made.
     FileError
-        if the file has columns that would be lost.
+        If the file has columns that would be lost.
     """
 
     def __init__(self, folder: Path, rows: Sequence[Row]) -> None:
@@ -50,14 +52,14 @@ class ResultsFile:
         self._write([*self.rows, row], [*self._lines, row_to_csv(row)])
 
     def replace(self, index: int, row: Row) -> None:
-        """Put another row in the place of one.
+        """Replace the row at ``index``.
 
         Raises
         ------
         OSError
-            if it cannot be written; the rows are as before then, on the disk as well.
+            If it cannot be written; the rows stay as they were, on the disk as well.
         FileError
-            if someone else changed the file meanwhile, whose work would be lost.
+            If another program has changed the file, whose work would be lost.
         """
         rows, lines = self.rows.copy(), self._lines.copy()
         rows[index], lines[index] = row, row_to_csv(row)
@@ -73,7 +75,7 @@ class ResultsFile:
         try:
             sync_folder(self._path.parent)
         except OSError:
-            # Where not even this can be written, the new rows stay, which are whole too.
+            # If even this fails, the new rows stay on the disk, and they are whole too.
             write_whole(self._path, before[2])
             self.rows, self._lines, self._content = before
             raise

@@ -1,4 +1,4 @@
-"""One row of a session's results: a taken frame, what was estimated, and what tape and protractor say."""
+"""One row of a session's results: a frame, its estimate, and what was measured by hand."""
 
 from __future__ import annotations
 
@@ -29,14 +29,17 @@ class Measured(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Parameters
     ----------
-    x_cm, y_cm, z_cm : of the dock's centre in the camera's frame.
-    theta_x_deg, theta_y_deg : the dock's pitch and yaw.
-    distance_cm : from the camera to the dock's centre, as the tape lies.
+    x_cm, y_cm, z_cm : float, optional
+        Dock's centre in the camera's frame.
+    theta_x_deg, theta_y_deg : float, optional
+        Pitch and yaw of the dock.
+    distance_cm : float, optional
+        From the camera straight to the dock's centre.
 
     Raises
     ------
     ValueError
-        if a number is not finite.
+        If a number is not finite.
     """
 
     x_cm: float | None = None
@@ -66,16 +69,26 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    number : of the frame, from 1.
-    time : when it was taken, ISO 8601 with the offset from UTC.
-    source : what the picture was called.
-    file, sha256 : the picture, from the session's folder, and its checksum.
-    source_sha256 : of the file that the picture came from, where that is known.
-    status : of the estimate; "ok" where there is a pose.
-    method, level, lights : of the threshold, and how many lights were on the ring.
-    pose, probability : which candidate was chosen, and how likely it is.
-    x_cm ... theta_y_deg : the chosen pose, each with its one-sigma.
-    measured_x_cm ... distance_cm, notes : what people wrote down; see :class:`Measured`.
+    number : int
+        Of the frame, from 1.
+    time : str
+        When it was taken, ISO 8601 with the offset from UTC.
+    source : str
+        Name of the picture.
+    file, sha256 : str
+        The stored picture, relative to the session's folder, and its checksum.
+    source_sha256 : str or None
+        Of the file that the picture came from, where known.
+    status : str
+        Of the estimate; "ok" where there is a pose.
+    method, level, lights : str, int, int or None
+        Of the threshold, and the number of lights on the ring.
+    pose, probability : str, float or None
+        The chosen candidate, and how likely it is.
+    x_cm ... theta_y_deg, sigma_x_cm ... sigma_theta_y_deg : float or None
+        The chosen pose, and one standard deviation of each number.
+    measured_x_cm ... distance_cm, notes : float or None, str
+        Entered by hand; see :class:`Measured`.
     """
 
     number: int
@@ -119,7 +132,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def measured(self) -> tuple[float | None, ...]:
-        """The same five as measured."""
+        """The same five numbers, measured by hand."""
         return tuple(getattr(self, f"measured_{name}") for name in POSE_COLUMNS)
 
     @property
@@ -133,7 +146,7 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def range_cm(self) -> float | None:
-        """How far away the dock was: by tape, else by the measured position, else as estimated."""
+        """Range of the dock: by tape, else from the measured position, else as estimated."""
         if self.distance_cm is not None:
             return self.distance_cm
         for x, y, z in (self.measured[:3], self.estimated[:3]):
@@ -143,13 +156,13 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
 
 COLUMNS = Row.__struct_fields__
-_TEXTS = ("source", "notes")  # of which a blank one is the empty text, and not unknown
+_TEXTS = ("source", "notes")  # blank means empty here, not unknown
 MEASURED_COLUMNS = (*(f"measured_{name}" for name in POSE_COLUMNS), "distance_cm")
 EDITABLE = (*MEASURED_COLUMNS, "notes")
 
 
 def estimate_values(found: Estimate) -> dict[str, Any]:
-    """What a row says of an estimate, by column."""
+    """Columns of a row that an estimate fills."""
     values: dict[str, Any] = {"status": found.status, "lights": found.lights_on_ring}
     if found.threshold is not None:
         values |= {"method": found.threshold.method, "level": found.threshold.level}
@@ -160,12 +173,12 @@ def estimate_values(found: Estimate) -> dict[str, Any]:
 
 
 def measured_values(measured: Measured) -> dict[str, Any]:
-    """What a row says of a measured pose, by column."""
+    """Columns of a row that a measured pose fills."""
     return dict(zip(MEASURED_COLUMNS, msgspec.structs.astuple(measured), strict=True))
 
 
 def checked_edit(fields: dict[str, Any]) -> dict[str, Any]:
-    """Return changes of a row that may be made. Raises ValueError that names the column and its value."""
+    """Return edits of a row, checked. Raises ValueError that names the column and its value."""
     for name, value in fields.items():
         if name not in EDITABLE:
             raise ValueError(f"{name} cannot be changed; what can is {', '.join(EDITABLE)}")
@@ -175,7 +188,7 @@ def checked_edit(fields: dict[str, Any]) -> dict[str, Any]:
 
 
 def clean_text(name: str, text: str) -> str:
-    """Return text that any file can hold: without control characters. Raises ValueError where it is too long."""
+    """Return text without control characters, for any file format. Raises ValueError where it is too long."""
     if len(text) > LONGEST_TEXT:
         raise ValueError(f"{name} has {len(text)} characters; at most {LONGEST_TEXT} are kept")
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text.replace("\r\n", "\n").replace("\r", "\n"))

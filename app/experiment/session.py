@@ -36,7 +36,7 @@ class SessionError(FileError):
 class Session:
     """One session, held until it is closed; made by :meth:`create` or :meth:`open`.
 
-    It may be used from several threads. ``notices`` are sentences about what was found on opening.
+    It may be used from several threads. ``notices`` are sentences about irregularities found on opening.
     """
 
     def __init__(self, record: SessionRecord, lock: FolderLock) -> None:
@@ -55,13 +55,15 @@ class Session:
 
         Parameters
         ----------
-        folder : where; it is made if need be, and must be empty.
-        notes : on the whole session.
+        folder : str or Path
+            Where; created if need be, and must be empty.
+        notes : str
+            On the whole session.
 
         Raises
         ------
         SessionError
-            if the folder is in use or not empty, or cannot be written to.
+            If the folder is in use or not empty, or cannot be written to.
         """
         folder, info = Path(folder), {"schema": SCHEMA, "created": _now(), "program": versions()}
         info["notes"] = clean_text("notes", notes)
@@ -84,22 +86,22 @@ class Session:
 
     @classmethod
     def open(cls, folder: str | Path) -> Session:
-        """Take a session up again where it stood; what a stopped program left half done is cleared away.
+        """Reopen a session; temporary files of a program that was stopped are removed.
 
         Raises
         ------
         SessionError
-            if it is no session, another program has it, or the folder cannot be written to.
+            If it is no session, another program has it, or the folder cannot be written to.
         FileError
-            if a file of it cannot be read.
+            If a file of it cannot be read.
         """
         folder = Path(folder)
         if not is_session(folder):
             raise SessionError(f"{folder}: is no session; it has no file {INFO}")
-        with _telling(folder, "the session cannot be taken up"):
+        with _telling(folder, "the session cannot be reopened"):
             lock = FolderLock(folder)
         try:
-            with _telling(folder, "the session cannot be taken up"):
+            with _telling(folder, "the session cannot be reopened"):
                 (folder / FRAMES).mkdir(exist_ok=True)
                 for place in (folder, folder / FRAMES):
                     remove_temporaries(place)
@@ -138,19 +140,25 @@ class Session:
 
         Parameters
         ----------
-        image : the picture that was estimated, 8 or 16 bit, grey, BGR or BGRA.
-        estimate : what was found in it.
-        source : what to call the picture.
-        measured : by hand; None for nothing.
-        notes : on this frame.
-        sha256 : of the file that the picture came from, where there is one.
+        image : array_like
+            The picture that was estimated, 8 or 16 bit, grey, BGR or BGRA.
+        estimate : Estimate
+            What was found in it.
+        source : str
+            Name of the picture.
+        measured : Measured, optional
+            What was measured by hand.
+        notes : str
+            On this frame.
+        sha256 : str, optional
+            Of the file that the picture came from.
 
         Raises
         ------
         SessionError
-            if it cannot be written; nothing of it is kept then, and the session can go on.
+            If it cannot be written; nothing of it is kept then, and the session can go on.
         ValueError
-            if a text is too long.
+            If a text is too long.
         """
         source, notes = clean_text("source", source), clean_text("notes", notes)
         png = cv2.imencode(".png", np.asarray(image))[1].tobytes()
@@ -175,14 +183,14 @@ class Session:
         return row
 
     def edit(self, number: int, **fields: Any) -> Row:
-        """Change what was measured or noted of a row: ``notes``, ``measured_x_cm`` and so on, ``distance_cm``.
+        """Edit the measured values (``measured_x_cm``, ..., ``distance_cm``) or ``notes`` of a row.
 
         Raises
         ------
         SessionError
-            if it cannot be written; the row is as before then.
+            If it cannot be written; the row stays as it was.
         ValueError
-            if there is no such row, or a value cannot be taken.
+            If there is no such row, or a value cannot be taken.
         """
         fields = checked_edit(fields)
         with self._busy:
@@ -236,7 +244,7 @@ class Session:
 
 
 def _check_unused(folder: Path) -> None:
-    """See that a folder is empty, but for what a program leaves that is stopped while it makes a session."""
+    """Check that a folder is empty, but for what a program stopped while making a session leaves."""
     names = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
     has_rows = RESULTS in names and (folder / RESULTS).read_bytes() != EMPTY
     has_frames = FRAMES in names and any((folder / FRAMES).iterdir())
@@ -255,7 +263,7 @@ def _make_files(folder: Path, info: dict[str, Any]) -> None:
 
 
 def _unmake(folder: Path, lock: FolderLock, is_new: bool) -> None:
-    """Take back what a session that could not be made has left."""
+    """Remove what a session that could not be made has left."""
     for path in (folder / INFO, folder / RESULTS, folder / LOCK):
         remove(path)
     lock.release()
@@ -286,7 +294,7 @@ def _notices(record: SessionRecord, unlisted: list[int]) -> Iterator[str]:
 
 @contextlib.contextmanager
 def _telling(folder: Path, what: str) -> Iterator[None]:
-    """Turn what the system says into one sentence."""
+    """Turn errors of the system into one sentence."""
     try:
         yield
     except InUseError as error:

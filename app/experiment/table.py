@@ -22,9 +22,11 @@ class Summary:
 
     Attributes
     ----------
-    counts : (5,) rows in which x, y, z, theta_x and theta_y were both estimated and measured.
-    means, rms : (5,) mean and root mean square of estimated minus measured, in centimetres and degrees; None where
-        nothing was measured.
+    counts : tuple of 5 int
+        Rows in which x, y, z, theta_x and theta_y were both estimated and measured.
+    means, rms : tuple of 5 float or None
+        Mean and root mean square of estimated minus measured, in centimetres and degrees; None where nothing was
+        measured.
     """
 
     counts: tuple[int, ...]
@@ -38,9 +40,12 @@ class Table:
 
     Attributes
     ----------
-    head : name of each column.
-    body : a row a taken frame.
-    foot : a row each of ``SUMMARIES``.
+    head : tuple of str
+        Name of each column.
+    body : tuple of tuple of str
+        One row per frame.
+    foot : tuple of tuple of str
+        One row for each of ``SUMMARIES``.
     """
 
     head: tuple[str, ...]
@@ -71,7 +76,7 @@ def table(rows: Sequence[Row], *, with_errors: bool = True) -> Table:
     counts = tuple(str(count) for count in total.counts)
     foot = []
     for name, cells in zip(SUMMARIES, (counts, _signed(total.means), _plain(total.rms)), strict=True):
-        # Where there are columns of errors, what sums them up stands below these.
+        # Summaries of errors stand below the columns of errors, if there are any.
         foot.append((name, *([""] * len(QUANTITIES) if with_errors else []), *cells, ""))
     return Table((*head, "Notes"), tuple(_cells(row, with_errors) for row in rows), tuple(foot))
 

@@ -1,4 +1,4 @@
-"""What stays put in frame after frame, as burnt-in text does, is masked in those that follow."""
+"""Automatic masks over what stays put from frame to frame, as burnt-in text does."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from dockpose.lights.masks import StillGroups
 
 
 class AutoMasks:
-    """Finds what stays put in frames that belong together: those of the same size, camera and dock, in a row.
+    """Finds what stays put in consecutive frames of the same size, camera and dock.
 
     Parameters
     ----------
-    settings : by which the frames are searched; the masks that are found come on top of theirs.
-    tell : hears which masks were found.
+    settings : Settings
+        For every frame; the masks that are found are added to theirs.
+    tell : callable
+        Receives a sentence about each new mask.
     """
 
     def __init__(self, settings: Settings, tell: Callable[[str], None]) -> None:
@@ -25,7 +27,7 @@ class AutoMasks:
         self._belongs: tuple[Any, ...] = ()
 
     def settings_for(self, shape: tuple[int, ...], camera: Camera, dock: Dock) -> Settings:
-        """By which settings the next frame, of that height and width, is to be searched."""
+        """Settings for the next frame, of that height and width, with the masks found so far."""
         belongs = (*shape[:2], camera, dock)
         if belongs != self._belongs:
             self._belongs, self._still = belongs, StillGroups()
@@ -34,7 +36,7 @@ class AutoMasks:
         return msgspec.structs.replace(self._settings, masks=(*self._settings.masks, *self._still.masks))
 
     def see(self, found: Estimate, name: str) -> None:
-        """Take in what was found in that frame; ``name`` is what to call it."""
+        """Learn from what was found in that frame, called ``name``."""
         on_ring = found.ring.on_ring if found.status == "ok" and found.ring is not None else None
         masks = self._still.see(found.markers, on_ring, found.region)
         if masks:

@@ -1,4 +1,4 @@
-"""Work that takes more than a moment: one at a time, in a thread of its own, with progress and cancel."""
+"""Longer work, one piece at a time in its own thread, with progress and cancelling."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class CancelledError(Exception):
 
 
 class Progress:
-    """What the work is handed: it tells how far it is, and hears there whether to stop."""
+    """Reports how far a piece of work is, and tells it when to stop."""
 
     def __init__(self, tell: Callable[[float], None]) -> None:
         self._tell = tell
@@ -25,13 +25,13 @@ class Progress:
         self._stop.set()
 
     def silent(self) -> Progress:
-        """The same work as a part of it sees it: asked to stop together, but what it tells is not heard."""
+        """For a part of the work: stops with it, but reports nothing."""
         part = Progress(lambda share: None)
         part._stop = self._stop
         return part
 
     def over(self, items: Sequence[Item]) -> Iterator[Item]:
-        """Yield the items, telling from 0 to 1 how many are done. Raises CancelledError once asked to stop."""
+        """Yield the items, reporting the share done, 0 to 1. Raises CancelledError once asked to stop."""
         for number, item in enumerate(items):
             if self._stop.is_set():
                 raise CancelledError
@@ -41,13 +41,16 @@ class Progress:
 
 
 class Task:
-    """Runs one piece of work at a time; while it runs, others are turned away.
+    """Runs one piece of work at a time and refuses others meanwhile.
 
     Parameters
     ----------
-    tell : called in the work's thread with how far it is, 0 to 1.
-    on_end : called there when the work is over, however it ended.
-    on_error : called there with what the work raised, unless it was cancelled.
+    tell : callable
+        Called in the work's thread with the share done, 0 to 1.
+    on_end : callable
+        Called there when the work is over, however it ended.
+    on_error : callable
+        Called there with what the work raised, unless it was cancelled.
     """
 
     def __init__(

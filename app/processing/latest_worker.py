@@ -1,4 +1,4 @@
-"""A thread that always works on the newest job and forgets the ones it had no time for."""
+"""A thread that always works on the newest job and drops those that it had no time for."""
 
 from __future__ import annotations
 
@@ -11,15 +11,18 @@ Job = TypeVar("Job")
 
 
 class LatestWorker(Generic[Job]):
-    """Works on one job at a time; of the jobs that wait, only the newest is kept.
+    """Works on one job at a time; of the waiting jobs, only the newest is kept.
 
-    A slider that is dragged asks for seventy results, of which only the last matters.
+    Dragging a slider asks for seventy results, of which only the last matters.
 
     Parameters
     ----------
-    work : called with each job, in the worker's own thread.
-    on_error : called there with whatever ``work`` raised; the worker goes on.
-    rest_s : asked after each job how long the next one, if any, is to wait; by default not at all.
+    work : callable
+        Called with each job, in the worker's own thread.
+    on_error : callable
+        Called there with what ``work`` raised; the worker goes on.
+    rest_s : callable
+        Called after each job for the time in seconds that the next one must wait.
     """
 
     def __init__(
@@ -40,7 +43,7 @@ class LatestWorker(Generic[Job]):
         self._thread.start()
 
     def submit(self, job: Job) -> None:
-        """Work on this job next, in place of any that waits."""
+        """Work on this job next, replacing any that waits."""
         with self._changed:
             self._waiting = [job]
             self._changed.notify_all()

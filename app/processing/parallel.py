@@ -1,8 +1,8 @@
-"""Estimates of a recording's frames: one after the other, by several processes, or on a Dask cluster.
+"""Estimates of a recording's frames by several processes, or on a Dask cluster.
 
-Every way gives the same estimates but for ``elapsed_ms``, which is measured. Chunks of frames begin where the whole
-picture is searched anyway, so that they need to know of no frame before. They are searched before it is known what
-those before them mask; where that turns out otherwise, the rest is searched again as it should be.
+The estimates are those of a single process, but for ``elapsed_ms``, which is measured. Chunks start at full-frame
+searches, so they are independent. They are searched before the automatic masks of earlier chunks are known; where
+these change the settings, the rest is searched again.
 """
 
 from __future__ import annotations
@@ -27,22 +27,26 @@ from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.sources import Frames, Pictures, open_frames
 from dockpose.tracking.search import BLOCK, Search
 
-_LARGEST_CHUNK = 10 * BLOCK  # frames; a video's decoder starts at a key frame, often one in 250
-_CHUNKS_EACH = 4  # of a short recording, so that nobody waits long for the last
+_LARGEST_CHUNK = 10 * BLOCK  # frames; a decoder starts at a key frame, often one in 250
+_CHUNKS_EACH = 4  # for each worker at least, so that none waits long for the last
 SCHEDULER_TIMEOUT_S = 10.0
-_AHEAD = 2  # chunks for each worker that are under way
+_AHEAD = 2  # submitted chunks for each worker
 
 
 @dataclass(frozen=True)
 class Found:
-    """What came of one frame.
+    """The result of one frame.
 
     Attributes
     ----------
-    index, time_s, name, sha256 : of the frame, see :class:`dockpose.sources.Frame`.
-    estimate : what it shows; None where it was skipped.
-    told : the sentence that says why it was skipped.
-    skipped : how many frames that sentence stands for.
+    index, time_s, name, sha256 : int, float or None, str, str or None
+        Of the frame, see :class:`dockpose.sources.Frame`.
+    estimate : Estimate or None
+        What it shows; None where it was skipped.
+    told : str
+        Why it was skipped, in a sentence.
+    skipped : int
+        How many frames that sentence stands for.
     """
 
     index: int
@@ -55,7 +59,7 @@ class Found:
 
 
 class Work(Protocol):
-    """Frames that can be estimated in any order; chunks of it can be sent to other processes."""
+    """Frames that can be estimated in any order, in chunks that can be sent to other processes."""
 
     def count(self) -> int:
         """Number of frames."""
@@ -66,11 +70,11 @@ class Work(Protocol):
         ...
 
     def label(self, found: Found) -> str:
-        """What to call a frame when something is told of it."""
+        """Name of a frame in messages."""
         ...
 
     def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
-        """What estimates the frames from ``start`` up to before ``stop``, in order, after the one before."""
+        """Return what estimates frames ``start`` to ``stop`` (excluded) in order; ``before`` is the one before them."""
         ...
 
 
@@ -80,11 +84,18 @@ class SequenceWork:
 
     Attributes
     ----------
-    source : to be opened by each worker: on a cluster, all must see it under the same path.
-    paths, rate_hz : of a sequence of pictures; ``paths`` is empty for anything else.
-    camera, dock : of all frames.
-    frames : how many.
-    folder : that relative paths start from.
+    source : str
+        Opened by each worker: on a cluster, all must see it under the same path.
+    paths : tuple of Path
+        Of a sequence of pictures; empty for anything else.
+    rate_hz : float or None
+        Of a sequence of pictures.
+    camera, dock : Camera, Dock
+        Of all frames.
+    frames : int
+        How many.
+    folder : str
+        That relative paths start from.
     """
 
     source: str
@@ -104,17 +115,17 @@ class SequenceWork:
         return self.camera, self.dock
 
     def label(self, found: Found) -> str:
-        """What to call a frame when something is told of it."""
+        """Name of a frame in messages."""
         return f"{found.name} frame {found.index}"
 
     def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
-        """What estimates the frames from ``start`` up to before ``stop``, in order, after the one before."""
+        """Return what estimates frames ``start`` to ``stop`` (excluded) in order; ``before`` is the one before them."""
         return functools.partial(_estimate_frames, self, start, stop, before)
 
 
 @dataclass(frozen=True)
 class PictureWork:
-    """Pictures that do not belong together, each with its camera and dock."""
+    """Unrelated pictures, each with its camera and dock."""
 
     jobs: tuple[Job, ...]
     folder: str = field(default_factory=os.getcwd)
@@ -128,16 +139,16 @@ class PictureWork:
         return self.jobs[index].camera, self.jobs[index].dock
 
     def label(self, found: Found) -> str:
-        """What to call a picture when something is told of it."""
+        """Name of a picture in messages."""
         return found.name
 
     def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
-        """What estimates the pictures from ``start`` up to before ``stop``, in order; the one before plays no part."""
+        """Return what estimates pictures ``start`` to ``stop`` (excluded) in order; ``before`` plays no part."""
         return functools.partial(_estimate_pictures, self.jobs[start:stop], self.folder, start)
 
 
 def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
-    """What searches the frames of a sequence, the same way in whatever process."""
+    """The search over the frames of a sequence, the same in every process."""
     return Search(camera, dock, settings, whole_first=BLOCK)
 
 
@@ -185,7 +196,7 @@ def _estimate_pictures(jobs: tuple[Job, ...], folder: str, start: int, settings:
 
 
 def _as_typed(text: str, names: Sequence[str], folder: str) -> str:
-    """The text with names as they were typed."""
+    """The text with file names as they were typed."""
     for name in names:
         text = text.replace(str(Path(folder) / name), name)
     return text
@@ -193,17 +204,19 @@ def _as_typed(text: str, names: Sequence[str], folder: str) -> str:
 
 @contextlib.contextmanager
 def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
-    """Processes of this machine, or those of a Dask cluster, and how many they are.
+    """Yield an executor on this machine or on a Dask cluster, and its number of workers.
 
     Parameters
     ----------
-    jobs : number of processes.
-    scheduler : address of a cluster's scheduler, as ``tcp://127.0.0.1:8786``; None for processes.
+    jobs : int
+        Number of processes on this machine.
+    scheduler : str or None
+        Address of a cluster's scheduler, as ``tcp://127.0.0.1:8786``; None for this machine.
 
     Raises
     ------
     UserError
-        if ``distributed`` is not installed, or no scheduler answers.
+        If ``distributed`` is not installed, or no scheduler answers.
     """
     if scheduler is not None:
         with _cluster(scheduler) as found:
@@ -218,15 +231,20 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
 
 
 def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings) -> Iterator[Found]:
-    """Estimate all frames by an executor; yield what was found, in order.
+    """Estimate all frames by an executor, and yield the results in order.
 
     Parameters
     ----------
-    work : the frames.
-    executor : runs chunks of them.
-    count : how many it runs at a time.
-    watched : finds masks in what is yielded.
-    settings : of the first frame.
+    work : Work
+        The frames.
+    executor : Executor
+        Runs chunks of them.
+    count : int
+        How many chunks it runs at a time.
+    auto_masks : AutoMasks
+        Learns from what is yielded.
+    settings : Settings
+        For the first frame.
     """
     total = work.count()
     size = min(_LARGEST_CHUNK, BLOCK * math.ceil(total / (_CHUNKS_EACH * count * BLOCK)))
@@ -261,7 +279,7 @@ def _cancel(waiting: deque[Future[list[Found]]]) -> None:
 
 @functools.lru_cache(maxsize=1)
 def _opened(source: str, paths: tuple[Path, ...], rate_hz: float | None, folder: str) -> tuple[Frames, list[str]]:
-    """A source that stays open in a worker from chunk to chunk, and what it tells."""
+    """A source that stays open in a worker from chunk to chunk, and the list of its messages."""
     told: list[str] = []
     if paths:
         return Pictures([Path(folder) / path for path in paths], source, rate_hz, told.append), told

@@ -10,25 +10,25 @@ from dockpose.sources import Frame, Frames
 
 SLOWEST, FASTEST = 0.1, 10.0
 _RATE_HZ = 10.0  # of frames that have no times
-_LATE_S = 0.25  # so much is made up for after a slow frame; beyond that time goes on from there
+_LATE_S = 0.25  # the most that is made up for after a slow frame
 
 
 class FramePlayer:
-    """Plays one source of frames: on and on, step by step, or from wherever it is told to go to.
+    """Plays a source of frames, steps through it, or goes to any frame.
 
-    A recording is shown frame by frame, none left out, as fast as its own rate times ``speed`` wants and ``show``
-    allows. Of a live source the newest frame is shown, and while it is paused none.
+    Every frame of a recording is shown, at its own rate times the speed or as fast as ``show`` allows. Of a live source
+    the newest frame is shown, and none while it is paused.
 
     Parameters
     ----------
-    frames : to play; closed with the player.
-    show : called in the player's thread with each frame; the next one waits until it returns.
-    on_end : called there when a recording was played to its end.
-    on_error : called there with what ended the playing, as a source that cannot be read any more.
-
-    Attributes
-    ----------
-    frames : that are played.
+    frames : Frames
+        What to play; closed with the player.
+    show : callable
+        Called in the player's thread with each frame; the next one waits until it returns.
+    on_end : callable
+        Called there at the end of a recording.
+    on_error : callable
+        Called there with the error that ended playing, as when a source can no longer be read.
     """
 
     def __init__(

@@ -1,27 +1,26 @@
-"""A stored result estimated again, and which of its numbers differ."""
+"""Estimating a stored result again, and finding which of its numbers differ."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Estimate, Settings, estimate
-from dockpose.app.processing.analysis import chosen_by_hand
+from dockpose.app.processing.analysis import nearest_pose, select_pose
 
 ROUNDING = 1e-11  # relative, and absolute below 1
-_FROM_OUTSIDE = ("hand", "tracking")  # by what a picture alone does not tell
+_FROM_OUTSIDE = ("hand", "tracking")  # choices that a picture alone does not determine
 _COMPARED = ("status", "image", "threshold", "markers", "ellipse", "candidates", "selected", "selected_by")
 
 
 def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
     """Estimate a picture with the camera, dock and settings of a JSON object of schema 1.
 
-    What was chosen by hand, or by the frames before, which are not there any more, is so again. Raises ValueError that
-    names what the object lacks or holds wrongly.
+    A choice made by hand or by earlier frames is repeated, for the picture alone does not determine it. Raises
+    ValueError that names what the object lacks or holds wrongly.
     """
     parts = {}
     for name, kind in (("camera", Camera), ("dock", Dock), ("settings", Settings)):
@@ -37,18 +36,18 @@ def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
         return found
     try:
         x, y, z = line["candidates"][line["selected"]]["normal"]
-        chosen = chosen_by_hand(found, (float(x), float(y), float(z)))
+        index = nearest_pose(found, (float(x), float(y), float(z)))
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise ValueError(f"says that a pose was chosen by {chosen_by}, but not which") from error
-    return chosen if chosen.choice is None else replace(chosen, choice=replace(chosen.choice, selected_by=chosen_by))
+    return select_pose(found, index, chosen_by)
 
 
 def differences(line: dict[str, Any], found: Estimate) -> list[tuple[str, Any, Any]]:
-    """Name, stored value and new value of every number that is not the same, but for rounding.
+    """Name, stored value and new value of every number that differs by more than rounding.
 
-    A frame that was followed from the one before was searched only where the dock was to be, and sums over a part of
-    the picture end on other last bits than those over all of it. Of lists that have another length only that is told.
-    What the stored object does not know is not compared.
+    Tracked frames are searched only near the predicted dock, and sums over part of a picture differ in their last bits
+    from sums over all of it. Of lists of different length only the lengths are reported. Keys that the stored object
+    lacks are not compared.
     """
     new = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
     return [entry for name in _COMPARED if name in line for entry in _different(name, line[name], new.get(name))]

@@ -1,4 +1,4 @@
-"""The course of a dock over the frames of a sequence, for charts and for the path in 3D."""
+"""The trajectory of a dock over the frames of a sequence, for charts and for the path in 3D."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import numpy as np
 from dockpose.sources import Frame
 from dockpose.tracking.tracker import Tracked
 
-MOST_POINTS = 20_000  # the oldest go, as those of a live source that runs for hours
+MOST_POINTS = 20_000  # beyond which the oldest are dropped; a live source may run for hours
 COLUMNS = ("time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "eccentricity", "probability", "lost")
 _NOMINAL_HZ = 10.0  # of frames without times
 
 
 class Trajectory:
-    """What was found in the frames that were seen, by their number; the rows are those of ``COLUMNS``."""
+    """What was found in each frame, by its number; the columns are ``COLUMNS``."""
 
     def __init__(self) -> None:
         self._rows: dict[int, tuple[float, ...]] = {}
@@ -23,7 +23,7 @@ class Trajectory:
         return len(self._rows)
 
     def note(self, frame: Frame, tracked: Tracked) -> None:
-        """Take down a frame; one that is seen again is taken down anew."""
+        """Record a frame, replacing any earlier entry."""
         pose, ellipse = tracked.pose, tracked.estimate.ellipse
         place = (math.nan,) * 3 if pose is None else tuple(pose.position_m.tolist())
         thetas = (math.nan,) * 2 if pose is None else (math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad))
@@ -40,9 +40,9 @@ class Trajectory:
             del self._rows[next(iter(self._rows))]
 
     def table(self, at_most: int) -> np.ndarray:
-        """Rows (N, len(COLUMNS)) in the order of time, thinned evenly where they are more than ``at_most``.
+        """Rows (N, len(COLUMNS)) in order of time, evenly thinned to ``at_most``; NaN where unknown.
 
-        NaN where something is not known. A frame without a dock is kept before others that stand for the same time.
+        Of the frames that one row stands for, one without a dock is preferred.
         """
         rows = np.array([self._rows[index] for index in sorted(self._rows)]).reshape(-1, len(COLUMNS))
         step = math.ceil(len(rows) / at_most)
@@ -53,6 +53,6 @@ class Trajectory:
         return np.array([max(rows[start : start + step], key=lambda row: row[lost]) for start in starts])
 
     def path_m(self, at_most: int) -> np.ndarray:
-        """Places (N, 3) of the dock's centre where it was seen, as seen from the camera."""
+        """Positions (N, 3) of the dock's centre, in the camera's frame, where it was seen."""
         table = self.table(at_most)
         return table[~np.isnan(table[:, 1]) & (table[:, COLUMNS.index("lost")] == 0), 1:4]

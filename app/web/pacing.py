@@ -1,4 +1,4 @@
-"""How often a browser is sent what, so that it does not fall behind."""
+"""How often browsers are sent updates, so that they do not fall behind."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ DRAWING_REST_S, DRAWING_REST_PLAYING_S = 0.7, 3.0
 
 
 class UpdatePacing:
-    """Decides about each frame of a sequence how much of it is shown, and how long the 3D scene rests.
+    """Decides how much of each frame of a sequence is shown, and how long the 3D scene rests.
 
     Parameters
     ----------
-    draws_slowly : set where a browser draws without a graphics card; all else then has to wait for the 3D scene.
-    is_playing : tells whether a sequence plays.
-    clock : gives seconds.
+    draws_slowly : threading.Event
+        Set where a browser draws without a graphics card, so that all else waits for the 3D scene.
+    is_playing : callable
+        Returns whether a sequence plays.
+    clock : callable
+        Returns seconds.
     """
 
     def __init__(
@@ -33,22 +36,22 @@ class UpdatePacing:
         self._all_s = self._picture_s = -math.inf
 
     def shows_all(self) -> bool:
-        """Whether the next frame is to be shown in all panels; those in between only as pictures."""
+        """Whether to show the next frame in all panels; those between are shown only as pictures."""
         every_s = ALL_SLOWLY_EVERY_S if self._draws_slowly.is_set() else ALL_EVERY_S
         return not self._is_playing() or self._clock() - self._all_s >= every_s
 
     def shows_picture(self) -> bool:
-        """Whether at least its picture is to be shown."""
+        """Whether to show at least its picture."""
         return self._clock() - self._picture_s >= PICTURE_EVERY_S
 
     def note(self, *, all_panels: bool) -> None:
-        """Take down that a picture was shown, in all panels or alone."""
+        """Record that a picture was shown, in all panels or alone."""
         self._picture_s = self._clock()
         if all_panels:
             self._all_s = self._picture_s
 
     def drawing_rest_s(self) -> float:
-        """How long the 3D scene is to rest after it was drawn."""
+        """Seconds for which the 3D scene rests after it was drawn."""
         if not self._draws_slowly.is_set():
             return 0.0
         return DRAWING_REST_PLAYING_S if self._is_playing() else DRAWING_REST_S

@@ -1,4 +1,4 @@
-"""Docks in the scene that were not estimated: the truth of a simulated picture, and the pose measured by hand."""
+"""Known docks in the 3D scene: the truth of a simulated picture, and a pose measured by hand."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from viser import transforms
 
 
 def cross_and_ring() -> np.ndarray:
-    """Pieces (N, 2, 3) of a dotted circle of radius 1, two diameters and a normal: like no estimated dock."""
+    """Segments (N, 2, 3) of a dotted circle of radius 1, two diameters and a normal: unlike any estimated dock."""
     angles = np.linspace(0, 2 * np.pi, 121)
     points = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
     ring = np.stack([points[:-1], points[1:]], axis=1)[::3]
@@ -18,7 +18,7 @@ def cross_and_ring() -> np.ndarray:
 
 
 class KnownDock:
-    """Draws one known pose, or nothing where it is not known."""
+    """Draws one known pose, if there is one."""
 
     def __init__(self, scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> None:
         path = f"/known_{name}"

@@ -1,4 +1,4 @@
-"""The scene between the panels, in metres: the camera with its image plane, both poses, and known ones beside them."""
+"""The 3D scene, in metres: the camera with its image plane, both candidate poses, and known ones."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _CELLS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 
 def ring_segments(*, dashed: bool) -> np.ndarray:
-    """Pieces (N, 2, 3) of a circle of radius 1 in the dock's plane: without gaps, or every other one."""
+    """Segments (N, 2, 3) of a circle of radius 1 in the dock's plane, solid or dashed."""
     angles = np.linspace(0, 2 * np.pi, 97)
     points = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
     pieces = np.stack([points[:-1], points[1:]], axis=1)
@@ -43,7 +43,7 @@ def ring_segments(*, dashed: bool) -> np.ndarray:
 
 
 def lights_on_ring(dock: Dock, roll_rad: float | None) -> np.ndarray:
-    """Places (N, 3) of a dock's lights on a circle of radius 1 in its plane; none where their number is not known."""
+    """Positions (N, 3) of a dock's lights on a circle of radius 1; empty where their number is unknown."""
     if dock.lights is None:
         return np.zeros((0, 3))
     angles = (roll_rad or 0.0) + dock.light_angles_rad()
@@ -51,10 +51,7 @@ def lights_on_ring(dock: Dock, roll_rad: float | None) -> np.ndarray:
 
 
 def image_plane(camera: Camera, z_m: float) -> tuple[float, float, tuple[float, float, float]]:
-    """Width, height and middle, in metres, of the image plane drawn at ``z_m`` before the camera.
-
-    The principal point lies on the optical axis, wherever it is in the picture.
-    """
+    """Width, height and centre in metres of the image plane at ``z_m``, its principal point on the optical axis."""
     width, height = camera.width * z_m / camera.fx, camera.height * z_m / camera.fy
     middle_x = ((camera.width - 1) / 2 - camera.cx) * z_m / camera.fx
     middle_y = ((camera.height - 1) / 2 - camera.cy) * z_m / camera.fy
@@ -62,7 +59,7 @@ def image_plane(camera: Camera, z_m: float) -> tuple[float, float, tuple[float, 
 
 
 def rays_to_lights(found: Estimate) -> np.ndarray:
-    """Lines (N, 2, 3) in metres through the water, from the camera or its port to the lights of the chosen pose."""
+    """Segments (N, 2, 3) in metres from the camera, or its port, to the lights of the chosen pose."""
     pose = found.selected
     if pose is None or found.markers is None or found.ring is None:
         return np.zeros((0, 2, 3))
@@ -70,14 +67,14 @@ def rays_to_lights(found: Estimate) -> np.ndarray:
     starts, rays = found.camera.ray_starts(points_px), found.camera.rays(points_px)
     lengths = ((pose.position_m - starts) @ pose.normal) / (rays @ pose.normal)
     ends = starts + rays * lengths[:, None]
-    if found.camera.port is not None:  # the rays seem to come from behind its outer face, but begin there
+    if found.camera.port is not None:  # the rays start at its outer face
         face_m = found.camera.port.air_gap_m + found.camera.port.glass_m
         starts = starts + rays * ((face_m - starts[:, 2]) / rays[:, 2])[:, None]
     return np.stack([starts, ends], axis=1)
 
 
 def path_segments(analysis: Analysis) -> np.ndarray:
-    """Pieces (N, 2, 3) in metres of the way that the dock's centre took over the frames of a sequence."""
+    """Segments (N, 2, 3) in metres of the dock's path over the frames of a sequence."""
     if analysis.tracked_frame is None:
         return np.zeros((0, 2, 3))
     path = analysis.tracked_frame.trajectory.path_m(_PATH_POINTS)
@@ -85,7 +82,7 @@ def path_segments(analysis: Analysis) -> np.ndarray:
 
 
 def pose_label(name: str, pose: CirclePose) -> str:
-    """What a pose is called in the scene: its letter, and how likely it is."""
+    """Label of a pose: its letter, and how likely it is."""
     return name if pose.probability is None else f"{name} {100 * pose.probability:.0f} %"
 
 
@@ -120,7 +117,7 @@ class _PoseNodes:
 
 
 class Scene3D:
-    """Draws readings. Its nodes are made once and then only changed, so that dragging a slider does not flicker."""
+    """Draws analyses. Nodes are made once and then changed, so that dragging a slider does not flicker."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
@@ -131,7 +128,7 @@ class Scene3D:
         self.camera = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
         scene = server.scene
         scene.set_up_direction("-y")
-        scene.configure_default_lights(cast_shadow=False)  # shadows tell nothing here, and take half the drawing time
+        scene.configure_default_lights(cast_shadow=False)  # shadows would take half the drawing time
         self._grid = scene.add_grid(
             "/grid", plane="xz", cell_color=_GREY, cell_thickness=0.5, section_color=_GREY, fade_strength=0.5
         )
@@ -160,12 +157,11 @@ class Scene3D:
 
     def show(self, analysis: Analysis) -> None:
         """Draw what was found; called from the worker's thread."""
-        found = analysis.estimate
-        view = analysis.view
+        found, view = analysis.estimate, analysis.view
         self.extent, self.camera = extent_of(found, view.truth, view.measured), found.camera
         plane_z = PLANE_AT * self.extent.depth_m
         with self._server.atomic():
-            plane_bottom = self._show_camera(analysis.view, plane_z)
+            plane_bottom = self._show_camera(view, plane_z)
             self._show_grid(max(float(self.extent.high[1]) + 0.15 * self.extent.depth_m, 1.05 * plane_bottom))
             self._rays.visible = found.selected is not None
             self._rays.points = rays_to_lights(found)
@@ -216,7 +212,7 @@ class Scene3D:
         nodes.label.text = pose_label(POSE_NAMES[index], pose)
 
     def _keep_labels_apart(self, found: Estimate) -> None:
-        """Write the label of the normal that ends farther left to the left of its tip, the other to the right."""
+        """Put the label of the normal that ends farther left to the left of its tip, the other to the right."""
         tips_x = [pose.position_m[0] + NORMAL_LENGTH * found.dock.radius * pose.normal[0] for pose in found.candidates]
         leftmost = int(np.argmin(tips_x)) if tips_x else 0
         for index, nodes in enumerate(self._poses):
@@ -263,7 +259,7 @@ class Scene3D:
             client.camera.look_at = place.look_at
 
     def look_from_everywhere(self, name: str) -> None:
-        """Move the viewpoint of every browser, and of those that are still to come."""
+        """Move the viewpoint of every browser, including those that connect later."""
         place = viewpoint(name, self.extent, self.camera, None)
         initial = self._server.initial_camera
         initial.fov, initial.position, initial.look_at = place.fov_rad, place.position, place.look_at
@@ -272,7 +268,7 @@ class Scene3D:
 
 
 def _translucent(picture: np.ndarray, widest_px: int) -> np.ndarray:
-    """The picture, at most so wide, with an opacity."""
+    """The picture, at most ``widest_px`` wide, with an opacity channel."""
     height, width = picture.shape[:2]
     scale = min(1.0, widest_px / width)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))

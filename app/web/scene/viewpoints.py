@@ -1,4 +1,4 @@
-"""Where to look at the scene from so that the camera and both docks are seen."""
+"""Viewpoints from which the camera and all docks are visible."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from dockpose import Camera
 
 OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE = "Fit", "Camera", "Side", "Above"
 NAMES = (OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE)
-# Unit-free directions from the scene's middle to the eye; the camera frame's y points down. Straight above would leave
-# the eye without an up direction, so it stands a little aside.
+# Directions from the scene's middle to the eye; the camera frame's y points down. From straight above there would be
+# no up direction, so the eye is a little to the side.
 _DIRECTIONS = {
     OVERVIEW: (0.62, -0.55, -0.75),
     FROM_SIDE: (1.0, -0.12, 0.0),
@@ -54,10 +54,14 @@ def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -
 
     Parameters
     ----------
-    name : one of ``NAMES``.
-    extent : what has to be seen.
-    camera : for the view through it.
-    aspect : width to height of the space it is shown in; None where it is not known yet.
+    name : str
+        One of ``NAMES``.
+    extent : Extent
+        What must be visible.
+    camera : Camera
+        For the view through it.
+    aspect : float or None
+        Width to height of the canvas; None where not known yet.
     """
     aspect = aspect or _ASPECT
     if name == FROM_CAMERA:
@@ -71,7 +75,7 @@ def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -
 
 
 def _distance(corners: np.ndarray, direction: np.ndarray, aspect: float) -> float:
-    """How far away the eye must stand for every corner to be inside its field of view."""
+    """Distance of the eye at which every corner is inside its field of view."""
     right = np.cross(direction, [0, -1.0, 0])
     right = right / np.linalg.norm(right)
     up = np.cross(right, direction)

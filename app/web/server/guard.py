@@ -1,6 +1,6 @@
-"""Who may talk to the page: requests from this machine's own page, with the token that was printed at the start.
+"""Access control: only requests of the page itself pass, from a browser that has shown the printed token.
 
-viser itself asks nobody who they are, so that any web page open in the same browser could steer it.
+viser has no access control, so any web page open in the same browser could control it.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from websockets import Headers
 from websockets.http11 import Request, Response
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
-# viser's page unpacks its script and its style itself, so both are inline, and its decoder is WebAssembly; pictures and
-# fonts come as data: and blob:. Nothing comes from another host, and nothing goes to one; handlers in HTML do not run.
+# viser's page unpacks its script and style itself, so both are inline, and its decoder is WebAssembly; pictures and
+# fonts come as data: and blob:. Nothing is loaded from or sent to another host; handlers in HTML do not run.
 CONTENT_POLICY = "; ".join(
     (
         "default-src 'none'",
@@ -48,19 +48,22 @@ _HEADERS = {
 
 
 class Guard:
-    """Decides about requests.
+    """Decides which requests pass.
 
     Parameters
     ----------
-    host : that the server listens on.
-    more_names : other names by which browsers may call it, as a reverse proxy's.
-    token : that a browser must show once; None makes a new one.
+    host : str
+        That the server listens on.
+    more_names : iterable of str
+        Other names that browsers may use for it, as a reverse proxy's.
+    token : str, optional
+        That a browser must show once; by default a new one.
     """
 
     def __init__(self, host: str, more_names: Iterable[str] = (), token: str | None = None) -> None:
         self.token = token or secrets.token_urlsafe(18)
         self._names = {name.lower() for name in (*LOOPBACK_NAMES, host, *more_names)}
-        # A name can be made to point here by anyone (DNS rebinding), a bare address cannot.
+        # Anyone can make a name point here (DNS rebinding), but not a bare address.
         self._takes_addresses = host not in LOOPBACK_NAMES
 
     def refusal(self, headers: Headers, path: str) -> str | None:
@@ -75,7 +78,7 @@ class Guard:
         return None
 
     def cookie(self, headers: Headers) -> str:
-        """The cookie by which a browser is known from then on."""
+        """The cookie that identifies a browser from then on."""
         name = cookie_name(headers.get("Host", ""))
         return f"{name}={self.token}; HttpOnly; SameSite=Strict; Path=/"
 
@@ -93,7 +96,7 @@ class Guard:
 
 
 def cookie_name(host: str) -> str:
-    """Name of the cookie for a Host: browsers share cookies among the ports of a machine, so the port is in it."""
+    """Name of the cookie for a Host, with the port in it: browsers share cookies among the ports of a machine."""
     port = host.rpartition(":")[2]
     return f"dockpose_{port}" if port.isdecimal() else "dockpose"
 
@@ -105,9 +108,9 @@ def is_upgrade(headers: Headers) -> bool:
 
 @contextlib.contextmanager
 def guarded(guard: Guard, pages: Mapping[str, Page]) -> Iterator[None]:
-    """Let the guard and our own pages go before a viser server that is made within this context.
+    """Put the guard and our own pages in front of a viser server that is made within this context.
 
-    viser offers no such place, but takes ``websockets``' serve function by its name when it starts.
+    viser has no hook for that, but looks up ``websockets``' serve function by name when it starts.
     """
     real = websocket_server.serve
 
@@ -125,13 +128,13 @@ def guarded(guard: Guard, pages: Mapping[str, Page]) -> Iterator[None]:
 
 
 def accept_values_only(server_or_client: viser.ViserServer | viser.ClientHandle) -> None:
-    """Let browsers set the values of controls, and nothing else of them: viser would take any property."""
+    """Let browsers set the values of controls and nothing else; viser would accept any property."""
     gui = server_or_client.gui
     connection = gui._websock_interface
 
     async def update(client_id: Any, message: messages.GuiUpdateMessage) -> None:
         if set(message.updates) == {"value"}:
-            with contextlib.suppress(TypeError, ValueError, AssertionError):  # a value of another type: left aside
+            with contextlib.suppress(TypeError, ValueError, AssertionError):  # a value of another type is ignored
                 await gui._handle_gui_updates(client_id, message)
 
     connection.unregister_handler(messages.GuiUpdateMessage, gui._handle_gui_updates)
@@ -147,7 +150,7 @@ def _answer(
     elif is_upgrade(request.headers):
         return otherwise(connection, request)
     else:
-        otherwise_page = otherwise(connection, request)  # asked in any case: it quietens the library's log
+        otherwise_page = otherwise(connection, request)  # called in any case, for it also silences the library's log
         page = pages.get(urlsplit(request.path).path)
         response = otherwise_page if page is None else _response(200, "OK", page)
         if page is not None and page.on_request is not None:
@@ -172,5 +175,5 @@ def _is_address(name: str) -> bool:
 
 
 def _same(one: str, other: str) -> bool:
-    """Compare in a time that tells nothing about where they differ."""
+    """Compare in constant time."""
     return hmac.compare_digest(one.encode(), other.encode())

@@ -1,4 +1,4 @@
-"""What the page may do, as given when it is started."""
+"""What the page may do, given at its start."""
 
 from __future__ import annotations
 
@@ -15,11 +15,16 @@ class Options:
 
     Attributes
     ----------
-    allow_hosts : names by which browsers may call it, besides this machine's own; a reverse proxy's.
-    folder : the folder on this machine whose pictures the page may show; None shows none.
-    upload_limit_bytes : of all pictures together that browsers have sent.
-    remember_in : folder in which the last settings are kept; None keeps none, and shows no first card either.
-    sessions : folder below which experiments are kept; it is made when the first one is started.
+    allow_hosts : tuple of str
+        Names that browsers may use for it, besides this machine's own; as a reverse proxy's.
+    folder : Path or None
+        The folder on this machine whose pictures the page may show; None shows none.
+    upload_limit_bytes : int
+        Of all uploaded pictures together.
+    remember_in : Path or None
+        Folder for the last settings; None keeps none, and shows no first card either.
+    sessions : Path
+        Folder for experiments; created with the first one.
     """
 
     allow_hosts: tuple[str, ...] = ()

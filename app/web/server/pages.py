@@ -1,4 +1,4 @@
-"""The web pages that are served beside viser's own: its front page with our script in it, and the help."""
+"""Web pages served beside viser's own: its front page with our script added, and the help."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SCRIPT_TAG = '<script src="/page.js" defer></script>'
 
 @dataclass(frozen=True)
 class Page:
-    """What is sent for one address, and what that sets off."""
+    """The answer to requests for one path, and what to call on each."""
 
     content_type: str
     body: bytes
@@ -22,7 +22,7 @@ class Page:
 
 
 def own_pages(on_software_webgl: Callable[[], None]) -> dict[str, Page]:
-    """Pages by their path; ``on_software_webgl`` is called when a browser tells that it has no graphics card."""
+    """Pages by path; ``on_software_webgl`` is called when a browser reports that it has no graphics card."""
     html = "text/html; charset=utf-8"
     front = Page(html, with_script(_viser_page()).encode())
     return {
@@ -35,7 +35,7 @@ def own_pages(on_software_webgl: Callable[[], None]) -> dict[str, Page]:
 
 
 def help_body() -> str:
-    """The inside of the help page, to be shown within another page."""
+    """The main part of the help page, to be shown within another page."""
     html = static_path("help.html").read_text(encoding="utf-8")
     return html[html.index("<main>") : html.index("</main>") + len("</main>")]
 

@@ -1,4 +1,4 @@
-"""Opening the viser server: the port that was asked for and no other, and a guard before it."""
+"""Starting the viser server, guarded, on exactly the port that was asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that browsers send: their size is capped before they arrive, and their names are made harmless."""
+"""Files that browsers send: capped in size before they arrive, with harmless names."""
 
 from __future__ import annotations
 
@@ -44,13 +44,15 @@ def refuse_shared_uploads(server: viser.ViserServer) -> None:
 class Uploads:
     """All files under way from browsers.
 
-    viser itself has no cap, keeps what arrives in memory until the client leaves, and hands two files that arrive
-    together over as one; here each goes to its receiver and is forgotten.
+    viser itself has no cap, keeps files in memory until the client leaves, and mixes up two that arrive together. Here
+    each file goes to its receiver and is forgotten.
 
     Parameters
     ----------
-    limit_bytes : of what is under way and what is kept, together.
-    make_room : is asked to keep no more than so many bytes of earlier files.
+    limit_bytes : int
+        Of all files under way and kept, together.
+    make_room : callable
+        Called to keep at most so many bytes of earlier files.
     """
 
     def __init__(
@@ -126,7 +128,7 @@ class ClientUploads:
         self._client.gui._thread_executor.submit(receiver, content, clean_name(transfer["filename"]))
 
     def _release_button(self, message: messages.FileTransferStartUpload) -> None:
-        """Have the page take the transfer for ended: its button waits for that, and a transfer cannot be refused."""
+        """Report the transfer as complete: the button waits for that, and viser cannot refuse a transfer."""
         self._client.gui._websock_interface.queue_message(
             messages.FileTransferPartAck(
                 source_component_uuid=message.source_component_uuid,

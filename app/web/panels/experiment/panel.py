@@ -181,7 +181,7 @@ class ExperimentPanel:
             except ValueError:
                 self._choice.value = NO_SESSION if self._session is None else self._session.record.name
                 raise
-            self._replace(session, "" if session is None else "Taken up again.")
+            self._replace(session, "" if session is None else "Reopened.")
         self._tell_notices(client)
 
     def _start_new(self, client: viser.ClientHandle) -> None:

@@ -18,7 +18,7 @@ from dockpose.app.state.preferences import Memory, with_last_settings
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout, Parts
-from dockpose.app.web.notifications import Colour, Notifications
+from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_refusal
 from dockpose.app.web.pacing import UpdatePacing
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
@@ -178,16 +178,14 @@ class App:
     ) -> None:
         """Apply a function to the view and have the result worked on; where it refuses, say so and keep the view."""
         with self._lock:
-            before = after = self._view
-            try:
-                after = self._view = function(before)
-            except ValueError as error:
-                self.notify("That did not work", str(error), "red", client)
-                reload = True
-            except Exception as error:  # viser would only write it to the terminal, where nobody looks
-                self.fail(error)
-                reload = True
-            if reload:
+            before = self._view
+
+            def apply() -> None:
+                self._view = function(before)
+
+            is_done = attempt(apply, self.notify, self.fail, client)
+            after = self._view
+            if reload or not is_done:
                 for panel in self._panels:
                     panel.load(after)
             if after is not before:
@@ -233,14 +231,14 @@ class App:
         """Give a browser that just came what it has for itself."""
         accept_values_only(client)
         uploads = self._uploads.attach(client)
-        for panel in self._layout.uploaders:
+        for panel in self._panels:
             panel.add_upload(client, uploads)
 
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""
         self._uploads.detach(client)
         self._notices.forget(client)
-        self._layout.habits.forget(client)
+        self._layout.settings.forget(client)
 
     def _work(self, job: View | Frame | None) -> None:
         """Work on a view, on a frame, or show all of the newest frame."""
@@ -297,7 +295,7 @@ class App:
             self._view = self._shown
             for panel in self._panels:
                 panel.load(self._shown)
-        self.notify("That did not work", str(error), "red", None)
+        tell_refusal(error, self.notify, None)
 
     def fail(self, error: Exception) -> None:
         """Tell of an error that nobody expected, in the terminal and in all browsers."""

@@ -55,6 +55,38 @@ class Notifications:
             self._last.pop(client.client_id, None)
 
 
+def attempt(
+    act: Callable[[], object], notify: Notify, fail: Callable[[Exception], None], client: viser.ClientHandle | None
+) -> bool:
+    """Do what a person asked for; return False where it cannot be done, once that was said.
+
+    Parameters
+    ----------
+    act : callable
+        What to do; a ValueError that it raises says in a sentence why it cannot be done.
+    notify : Notify
+        Shows that sentence.
+    fail : callable
+        Is given any other error, which viser would only write to the terminal, where nobody looks.
+    client : viser.ClientHandle, optional
+        The browser that asked; None for all.
+    """
+    try:
+        act()
+    except ValueError as error:
+        tell_refusal(error, notify, client)
+        return False
+    except Exception as error:
+        fail(error)
+        return False
+    return True
+
+
+def tell_refusal(error: ValueError, notify: Notify, client: viser.ClientHandle | None) -> None:
+    """Say why something cannot be done."""
+    notify("That did not work", str(error), "red", client)
+
+
 def together(sentences: list[str]) -> str:
     """Several sentences as one text: the first few and the last, and how many are left out between them."""
     if len(sentences) <= _MOST_SENTENCES:

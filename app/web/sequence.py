@@ -12,7 +12,7 @@ from dockpose.app.inputs.sequences import Given, Opened, choices, open_choice, o
 from dockpose.app.processing.following import FrameFollower
 from dockpose.app.processing.player import FramePlayer
 from dockpose.app.state.view import View
-from dockpose.app.web.notifications import Colour
+from dockpose.app.web.notifications import Colour, attempt
 from dockpose.sources import Frame
 
 NONE_CHOSEN = "(none)"
@@ -124,13 +124,8 @@ class SequenceController:
         self._stage.notify("About the sequence", sentence, "yellow", None)
 
     def _try(self, opening: Callable[[], Opened], client: viser.ClientHandle) -> None:
-        try:
-            self.open(opening())
-        except ValueError as error:
-            self._stage.notify("That did not work", str(error), "red", client)
+        if not attempt(lambda: self.open(opening()), self._stage.notify, self._stage.fail, client):
             self.on_change(self.name)
-        except Exception as error:  # viser would only write it to the terminal, where nobody looks
-            self._stage.fail(error)
 
     def _show_error(self, error: Exception) -> None:
         if isinstance(error, ValueError):

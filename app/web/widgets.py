@@ -1,8 +1,4 @@
-"""The panels of the page, one a file.
-
-A panel builds its controls where it is made. ``load(view)`` sets them to the values of a view, ``show(analysis)`` shows
-a result. What a person does in it goes out as a function from the present view to the next one.
-"""
+"""What panels are built from: the base class, sliders, buttons for files, and the wiring of what a person does."""
 
 from __future__ import annotations
 
@@ -12,11 +8,14 @@ from typing import Any, Protocol
 
 import viser
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.processing.background import Progress, Task
 from dockpose.app.state.parameters import Parameter
 from dockpose.app.state.view import View
-from dockpose.app.web.server.uploads import ClientUploads, Receiver
+from dockpose.app.web.notifications import Notify, tell_refusal
+from dockpose.app.web.server.uploads import ClientUploads
 
-YAML_FILES = ".yaml,.yml"
+Act = Callable[[viser.ClientHandle], object]
+_BUSY = "Something is being saved already. Wait for it, or stop it first."
 
 
 class Change(Protocol):
@@ -27,68 +26,95 @@ class Change(Protocol):
         ...
 
 
-class Panel(Protocol):
-    """What the server asks of every panel."""
+class Panel:
+    """A part of the page; it builds its controls when it is made.
+
+    What a person does in it goes out as a function from the present view to the next one. A panel overrides what it
+    needs of the methods below.
+    """
 
     def load(self, view: View) -> None:
         """Set the controls to the values of a view."""
-        ...
 
     def show(self, analysis: Analysis) -> None:
         """Show what was found; called from the worker's thread."""
-        ...
-
-
-class Uploader(Protocol):
-    """A panel that takes files."""
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its upload button."""
-        ...
+
+    def close(self) -> None:
+        """Stop whatever runs."""
+
+
+def on_person(attach: Callable[[Callable[[Any], None]], object], act: Act) -> None:
+    """Call ``act`` with the browser in which a person did something.
+
+    Parameters
+    ----------
+    attach : callable
+        Of a control: ``on_update``, ``on_click``, ``on_submit`` or ``on_trigger``.
+    act : callable
+        Not called where the program itself set the value.
+    """
+
+    def called(event: Any) -> None:
+        if event.client is not None:
+            act(event.client)
+
+    attach(called)
+
+
+def on_click(button: Any, act: Act) -> None:
+    """Call ``act`` with the browser in which a person presses this button, or one of this group."""
+    on_person(button.on_click, act)
 
 
 def on_change(handle: Any, change: Change, function: Callable[[View], View], *, reload: bool = False) -> None:
     """Apply ``function`` to the view whenever a person changes this control.
 
     The function must read the control's value itself. It runs with the view locked, and viser calls back out of
-    order, so that only the value at that moment is surely the newest.
+    order, so only the value at that moment is sure to be the newest.
     """
-
-    @handle.on_update
-    def _(event: viser.GuiEvent[Any]) -> None:
-        if event.client is not None:  # None: the program itself set the value
-            change(function, event.client, reload=reload)
+    on_person(handle.on_update, lambda client: change(function, client, reload=reload))
 
 
-def on_click(button: viser.GuiButtonHandle, act: Callable[[viser.ClientHandle], None]) -> None:
-    """Call ``act`` with the browser in which a person presses this button."""
+def on_download(button: Any, change: Change, name: str, make: Callable[[View], bytes]) -> None:
+    """Send ``make(view)`` to the downloads of the browser in which a person presses this button."""
 
-    @button.on_click
-    def _(event: viser.GuiEvent[Any]) -> None:
-        if event.client is not None:
-            act(event.client)
+    def send(view: View, client: viser.ClientHandle) -> View:
+        client.send_file_download(name, make(view), save_immediately=True)
+        return view
+
+    on_click(button, lambda client: change(lambda view: send(view, client), client))
 
 
-def add_file_button(
+def add_upload_button(
     area: viser.GuiFolderHandle,
     client: viser.ClientHandle,
     uploads: ClientUploads,
-    receiver: Receiver,
+    take: Callable[[bytes, str, viser.ClientHandle], None],
     label: str,
     hint: str,
     *,
-    mime_type: str = YAML_FILES,
+    mime_type: str = ".yaml,.yml",
     order: float | None = None,
 ) -> None:
-    """Give one browser a button in ``area`` that sends a file to ``receiver``.
+    """Give one browser a button in ``area`` that hands a file's bytes and name to ``take``.
 
-    A shared one would show each browser the uploads of the others.
+    A shared button would show each browser the uploads of the others.
     """
     with area:
         button = client.gui.add_upload_button(
             label, icon=viser.Icon.UPLOAD, mime_type=mime_type, hint=hint, order=order
         )
-    uploads.receive(button, receiver)
+    uploads.receive(button, lambda data, name: take(data, name, client))
+
+
+def loading(
+    change: Change, function: Callable[[View, bytes, str], View]
+) -> Callable[[bytes, str, viser.ClientHandle], None]:
+    """Return what :func:`add_upload_button` takes for a file that changes the view."""
+    return lambda data, name, client: change(lambda view: function(view, data, name), client, reload=True)
 
 
 class Slider:
@@ -130,3 +156,81 @@ class Slider:
         handle.precision = 0 if self._parameter.whole else max(1, math.ceil(-math.log10(limits.step)))
         if with_value:
             handle.value = round(self._parameter.get(view), 4)
+
+
+class BackgroundWork:
+    """Runs one piece of work at a time in a thread of its own, with a progress bar and a button to stop.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where to build the bar and the button; they show while something runs.
+    on_error : callable
+        Is given unexpected errors.
+    hint : str
+        What the button does.
+    """
+
+    def __init__(self, gui: viser.GuiApi, on_error: Callable[[Exception], None], hint: str) -> None:
+        self._bar = gui.add_progress_bar(0, visible=False, animated=True)
+        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint=hint)
+        self._task = Task(self._tell, lambda: self._show(False), on_error)
+        self._stop.on_click(lambda event: self._task.cancel())
+
+    def start(self, work: Callable[[Progress], None]) -> bool:
+        """Begin; return False where other work is still running."""
+
+        def shown(progress: Progress) -> None:
+            self._show(True)
+            work(progress)
+
+        return self._task.start(shown)
+
+    def close(self) -> None:
+        """Stop whatever runs."""
+        self._task.close()
+
+    def _tell(self, share: float) -> None:
+        if round(100 * share) != self._bar.value:
+            self._bar.value = round(100 * share)
+
+    def _show(self, is_running: bool) -> None:
+        self._bar.visible = self._stop.visible = is_running
+        self._bar.value = 0
+
+
+class Saver:
+    """Makes files one at a time and sends them to the browser that asked, with progress and a button to stop.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where to build it.
+    notify : Notify
+        Tells a browser why there is no file.
+    on_error : callable
+        Is given unexpected errors.
+    """
+
+    def __init__(self, gui: viser.GuiApi, notify: Notify, on_error: Callable[[Exception], None]) -> None:
+        self._notify = notify
+        self._work = BackgroundWork(gui, on_error, "Do not make the file.")
+        self.close = self._work.close
+
+    def save(self, client: viser.ClientHandle, name: str, make: Callable[[Progress], bytes]) -> None:
+        """Make a file and send it to the browser's downloads under that name.
+
+        Where ``make`` raises ValueError, its sentence is shown there.
+        """
+
+        def work(progress: Progress) -> None:
+            try:
+                content = make(progress)
+            except ValueError as error:
+                tell_refusal(error, self._notify, client)
+                return
+            for _ in progress.over(["send"]):  # unless it was asked to stop meanwhile
+                client.send_file_download(name, content, save_immediately=True)
+
+        if not self._work.start(work):
+            self._notify("Please wait", _BUSY, "yellow", client)

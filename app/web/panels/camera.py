@@ -25,7 +25,17 @@ from dockpose.app.state.dock import MAX_LIGHTS, angles_text, dropped_sentence, w
 from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, Parameter, put
 from dockpose.app.state.view import View
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Change, Slider, add_file_button, on_change, on_click
+from dockpose.app.web.widgets import (
+    Change,
+    Panel,
+    Slider,
+    add_upload_button,
+    loading,
+    on_change,
+    on_click,
+    on_download,
+    on_person,
+)
 from dockpose.camera.files import FORMATS
 
 _SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
@@ -39,7 +49,7 @@ def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
     return view
 
 
-class CameraPanel:
+class CameraPanel(Panel):
     """Sliders with typed values for lens, port and dock; camera files are loaded and saved."""
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
@@ -59,12 +69,9 @@ class CameraPanel:
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a camera file."""
-
-        def take(data: bytes, name: str) -> None:
-            self._change(lambda view: with_camera_file(view, data, name), client, reload=True)
-
         hint = "ROS camera_info, OpenCV FileStorage, or our own, as YAML."
-        add_file_button(self._area, client, uploads, take, "Load a camera file", hint)
+        take = loading(self._change, with_camera_file)
+        add_upload_button(self._area, client, uploads, take, "Load a camera file", hint)
 
     def load(self, view: View) -> None:
         """Set the sliders' ranges and values."""
@@ -109,16 +116,11 @@ class CameraPanel:
             )
         on_click(set_angles, lambda client: self._change(self._with_angles, client, reload=True))
 
-        @self._lights.on_update
-        def _(event: viser.GuiEvent[Any]) -> None:
-            client = event.client
-            if client is not None:
-                self._change(lambda view: self._with_lights(view, client), client)
-
-        @spacing.on_submit
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None:
-                self._change(self._with_angles, event.client, reload=True)
+        on_person(spacing.on_submit, lambda client: self._change(self._with_angles, client, reload=True))
+        on_person(
+            self._lights.on_update,
+            lambda client: self._change(lambda view: self._with_lights(view, client), client),
+        )
 
     def _add_intrinsics(self, gui: viser.GuiApi) -> None:
         self._add_sliders(gui, LENS)
@@ -158,7 +160,7 @@ class CameraPanel:
         save = gui.add_button("Save the camera", icon=viser.Icon.DOWNLOAD, hint="The camera as it stands here.")
         on_click(given, lambda client: self._change(with_given_values, client, reload=True))
         on_click(default, lambda client: self._change(with_default_values, client, reload=True))
-        on_click(save, lambda client: self._change(self._saver(client), client))
+        on_download(save, self._change, "camera.yaml", lambda view: camera_file(view.camera, self._format.value))
 
     def _load_port(self, view: View) -> None:
         self._port.value = has_port = view.camera.port is not None
@@ -195,11 +197,3 @@ class CameraPanel:
             return view if index is None or view.camera.port is None else put(view, name, index)
 
         return set_index
-
-    def _saver(self, client: viser.ClientHandle) -> Callable[[View], View]:
-        def save(view: View) -> View:
-            content = camera_file(view.camera, self._format.value)
-            client.send_file_download("camera.yaml", content, save_immediately=True)
-            return view
-
-        return save

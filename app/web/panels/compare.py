@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from html import escape
-from typing import Any
 
 import numpy as np
 import viser
@@ -13,13 +13,13 @@ from dockpose import Estimate
 from dockpose.app.drawing.montage import montage
 from dockpose.app.export.words import short_method
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.processing.background import Progress, Task
+from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import COMPARED, compare_view, error_words, sweep_levels
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.sweep import SweepChart
 from dockpose.app.web.html import MISSING, SMALL, help_link, row, table
-from dockpose.app.web.widgets import Change
+from dockpose.app.web.widgets import BackgroundWork, Change, Panel, on_click
 from dockpose.thresholds import LEVELS
 
 COLUMNS = ("level", "groups", "lights", "centre x, y (px)", "z (cm)", "θx (°)", "θy (°)", "time (ms)", "off by")
@@ -62,7 +62,7 @@ def method_cells(found: Estimate, view: View) -> list[str]:
     ]
 
 
-class ComparePanel:
+class ComparePanel(Panel):
     """Buttons that start a comparison or a sweep, with progress and cancel; what comes of them; methods to take over.
 
     Parameters
@@ -85,8 +85,7 @@ class ComparePanel:
             icon=viser.Icon.CHART_LINE,
             hint="Try every fixed level from 1 to 255: how far is the dock's centre off by three ways to find it?",
         )
-        self._bar = gui.add_progress_bar(0, visible=False, animated=True)
-        self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint="Give up the work.")
+        self._task = BackgroundWork(gui, on_error, "Give up the work.")
         self._note = gui.add_html(_note(_ASK))
         self._chart = SweepChart(gui)
         self._table = gui.add_html("")
@@ -101,15 +100,10 @@ class ComparePanel:
         ]
         self._montage = gui.add_image(np.zeros((3, 4, 3), np.uint8), format="jpeg", jpeg_quality=90, visible=False)
         gui.add_html(help_link("compare"))
-        self._task = Task(self._tell, self._on_end, on_error)
-        self._compare.on_click(lambda event: self._begin(self._do_compare))
-        self._sweep.on_click(lambda event: self._begin(self._do_sweep))
-        self._stop.on_click(lambda event: self._task.cancel())
+        on_click(self._compare, lambda client: self._begin(self._do_compare))
+        on_click(self._sweep, lambda client: self._begin(self._do_sweep))
         for group in self._take_over:
-            _on_take_over(group, change)
-
-    def load(self, view: View) -> None:
-        """Nothing here belongs to the view."""
+            on_click(group, partial(_take_over, group, change))
 
     def show(self, analysis: Analysis) -> None:
         """Remember what there is to compare; say when what was compared is of before."""
@@ -127,7 +121,6 @@ class ComparePanel:
             self._task.start(lambda progress: self._work(work, analysis, progress))
 
     def _work(self, work: Callable[[Analysis, Progress], None], analysis: Analysis, progress: Progress) -> None:
-        self._bar.visible = self._stop.visible = True
         work(analysis, progress)
         self._say_age()
 
@@ -150,23 +143,11 @@ class ComparePanel:
         self._worked_on["sweep"] = analysis.view
         self._chart.show(sweep_levels(analysis.view, analysis.estimate, progress, show=self._chart.grow))
 
-    def _tell(self, share: float) -> None:
-        if round(100 * share) != self._bar.value:
-            self._bar.value = round(100 * share)
-
-    def _on_end(self) -> None:
-        self._bar.visible = self._stop.visible = False
-
 
 def _note(words: str) -> str:
     return f'<div style="{SMALL}">{words}</div>' if words else ""
 
 
-def _on_take_over(group: viser.GuiButtonGroupHandle, change: Change) -> None:
-    methods = {short_method(name): name for name in COMPARED}
-
-    @group.on_click
-    def _(event: viser.GuiEvent[Any]) -> None:
-        if event.client is not None:
-            method = methods.get(group.value)
-            change(lambda view: with_method(view, method), event.client, reload=True)
+def _take_over(group: viser.GuiButtonGroupHandle, change: Change, client: viser.ClientHandle) -> None:
+    method = {short_method(name): name for name in COMPARED}.get(group.value)
+    change(lambda view: with_method(view, method), client, reload=True)

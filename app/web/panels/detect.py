@@ -9,12 +9,19 @@ import viser
 from dockpose import Estimate
 from dockpose.app.drawing.thresholded import counts
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.detection import with_centroid, with_method
+from dockpose.app.state.detection import (
+    mask_labels,
+    with_centroid,
+    with_mask,
+    with_method,
+    without_mask,
+    without_masks,
+)
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.histogram import HistogramChart
 from dockpose.app.web.html import SMALL
-from dockpose.app.web.widgets import Change, Slider, on_change
+from dockpose.app.web.widgets import Change, Panel, Slider, on_change, on_click
 from dockpose.thresholds import LEVELS, METHODS
 
 _METHOD_NAMES = {
@@ -24,6 +31,7 @@ _METHOD_NAMES = {
     "kittler": "Kittler-Illingworth (minimum error)",
     "fixed": "Fixed level",
 }
+NO_MASK = "(no mask)"
 _CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
 _KEY = (
     "Dots: peaks of the histogram; votes: how many groups a peak stands for (of peaks close together, the surest). "
@@ -62,8 +70,8 @@ def thrown_out_sentence(found: Estimate) -> str:
     return " ".join(parts) or "Nothing was masked or thrown out."
 
 
-class DetectPanel:
-    """Method, level, smallest group, kind of centre, and the histogram with the threshold marked."""
+class DetectPanel(Panel):
+    """Method, level, smallest group, kind of centre, the histogram with the threshold marked, and masks."""
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
         self._labels = {method_label(method): method for method in METHODS}
@@ -81,6 +89,8 @@ class DetectPanel:
         )
         self._chart = HistogramChart(gui)
         self._sentence = gui.add_html("")
+        with gui.add_folder("Masks: parts not looked at", expand_by_default=False):
+            self._add_masks(gui, change)
         on_change(self._method, change, self._with_method)
         on_change(self._centroid, change, self._with_centroid)
 
@@ -91,6 +101,9 @@ class DetectPanel:
         self._min_area.load(view)
         # Most groups are small: a longer slider would be too coarse for them.
         self._min_area.handle.max = min(DETECTION["min_area_px"].range(view).high, max(100, view.settings.min_area_px))
+        masks = tuple(mask_labels(view.settings.masks)) or (NO_MASK,)
+        if masks != self._mask.options:
+            self._mask.options, self._mask.value = masks, masks[-1]
         self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
 
     def show(self, analysis: Analysis) -> None:
@@ -108,6 +121,34 @@ class DetectPanel:
         if "fixed" not in (analysis.view.settings.method, self._labels.get(self._method.value)):
             self._level.handle.value = min(found.threshold.level, LEVELS - 1)
 
+    def _add_masks(self, gui: viser.GuiApi, change: Change) -> None:
+        self._corner = gui.add_vector2(
+            "Left, top (px)",
+            (0.0, 0.0),
+            min=(0.0, 0.0),
+            step=1.0,
+            hint="Upper left corner of the rectangle to hide, from the picture's upper left corner.",
+        )
+        self._size = gui.add_vector2(
+            "Width, height (px)",
+            (100.0, 40.0),
+            min=(1.0, 1.0),
+            step=1.0,
+            hint="Size of the rectangle to hide, as a date or a logo burnt into the picture.",
+        )
+        add = gui.add_button("Add this mask", icon=viser.Icon.PLUS, hint="Hide the rectangle given above.")
+        self._mask: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+            "Mask", [str(NO_MASK)], hint="The mask that the button below removes."
+        )
+        remove = gui.add_button("Remove this mask", icon=viser.Icon.MINUS, hint="Look at that part again.")
+        clear = gui.add_button("Remove all masks", icon=viser.Icon.ERASER, hint="Look at the whole picture again.")
+        on_click(add, lambda client: change(self._with_mask, client, reload=True))
+        on_click(
+            remove,
+            lambda client: change(lambda view: without_mask(view, self._mask.value), client, reload=True),
+        )
+        on_click(clear, lambda client: change(without_masks, client, reload=True))
+
     def _with_method(self, view: View) -> View:
         """Under "fixed" the level starts where the method before it left it."""
         method = self._labels.get(self._method.value, self._method.value)
@@ -120,3 +161,6 @@ class DetectPanel:
 
     def _with_centroid(self, view: View) -> View:
         return with_centroid(view, _CENTROIDS.get(self._centroid.value))
+
+    def _with_mask(self, view: View) -> View:
+        return with_mask(view, *self._corner.value, *self._size.value)

@@ -15,11 +15,9 @@ from dockpose.app.export.scene import scene_html
 from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL
 from dockpose.app.web.notifications import Notify
-from dockpose.app.web.saving import Saver
-from dockpose.app.web.widgets import on_click
+from dockpose.app.web.widgets import Panel, Saver, on_click
 
 WHAT = {
     "Annotated picture (PNG)": "annotated.png",
@@ -54,7 +52,7 @@ _NOT_DRAWN = (
 _WORDS = "What is saved goes to this browser's downloads: the picture and the numbers as they are shown now."
 
 
-class ExportPanel:
+class ExportPanel(Panel):
     """A drop-down of files, the layers of the annotated picture, and two buttons.
 
     Parameters
@@ -94,9 +92,6 @@ class ExportPanel:
     def layers(self) -> list[str]:
         """What is to be drawn on the annotated picture."""
         return [name for name, box in self._layers.items() if box.value]
-
-    def load(self, view: View) -> None:
-        """Nothing here belongs to the view."""
 
     def show(self, analysis: Analysis) -> None:
         """Remember what there is to save."""

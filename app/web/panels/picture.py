@@ -11,8 +11,8 @@ import viser
 from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.thresholded import threshold_picture
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.view import View
-from dockpose.app.web.panels.settings import help_link
+from dockpose.app.web.html import help_link
+from dockpose.app.web.widgets import Panel
 
 _JPEG_QUALITY = 90
 _TALLEST = 3 / 4  # height to width: a taller picture would push the table below it off a small screen
@@ -34,7 +34,7 @@ def widen(picture: np.ndarray) -> np.ndarray:
     return np.pad(picture, ((0, 0), (left, missing - left), (0, 0)), constant_values=128)
 
 
-class PicturePanel:
+class PicturePanel(Panel):
     """Tabs of pictures; hovering over one shows the button that enlarges it.
 
     Parameters
@@ -63,9 +63,6 @@ class PicturePanel:
             self._original = gui.add_image(black, format="jpeg", jpeg_quality=_JPEG_QUALITY)
             gui.add_html(help_link("original", "What is done with the picture before lights are looked for"))
         self._pictured: np.ndarray | None = None
-
-    def load(self, view: View) -> None:
-        """There are no controls here."""
 
     def show(self, analysis: Analysis) -> None:
         """Show the pictures; the original is sent only where it is another one.

@@ -14,10 +14,9 @@ from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
-from dockpose.app.web.html import MISSING, pose_name, row, table, wide_row
-from dockpose.app.web.panels.detect import SMALL
+from dockpose.app.web.html import MISSING, SMALL, pose_name, row, table, wide_row
 from dockpose.app.web.panels.result import candidate_row
-from dockpose.app.web.widgets import Change, on_change
+from dockpose.app.web.widgets import Change, Panel, on_change, on_click
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
@@ -129,7 +128,7 @@ def _ellipse_words(found: Estimate) -> str:
     )
 
 
-class PosePanel:
+class PosePanel(Panel):
     """Tables, three buttons to overrule the choice, and five numbers of a measured pose."""
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
@@ -164,11 +163,7 @@ class PosePanel:
         on_change(self._compare, change, self._with_measured)
         for number in self._measured.values():
             on_change(number, change, self._with_measured)
-
-        @use.on_click
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None:
-                change(lambda view: with_pose_by_hand(view, self._named(use.value)), event.client)
+        on_click(use, lambda client: change(lambda view: with_pose_by_hand(view, self._named(use.value)), client))
 
     def load(self, view: View) -> None:
         """Set the measured pose."""

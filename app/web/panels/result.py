@@ -8,8 +8,8 @@ from html import escape
 import viser
 from dockpose.app.export.words import status_line
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.view import View
 from dockpose.app.web.html import MISSING, pose_name, row, table, wide_row
+from dockpose.app.web.widgets import Panel
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 
@@ -75,29 +75,23 @@ def table_html(analysis: Analysis) -> str:
     return table("candidates", COLUMNS, rows, EXPLANATION)
 
 
-class StatusPanel:
+class StatusPanel(Panel):
     """One line and a sentence, always shown."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._status = gui.add_html("")
-
-    def load(self, view: View) -> None:
-        """There are no controls here."""
 
     def show(self, analysis: Analysis) -> None:
         """Say what was found."""
         self._status.content = status_html(analysis)
 
 
-class ResultPanel:
+class ResultPanel(Panel):
     """The table of both candidates."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._table = gui.add_html("")
         gui.add_html(STATUS_SPACE)
-
-    def load(self, view: View) -> None:
-        """There are no controls here."""
 
     def show(self, analysis: Analysis) -> None:
         """Fill the table."""

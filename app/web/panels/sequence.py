@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from html import escape
-from typing import Any
 
 import viser
 from dockpose.app.processing.analysis import Analysis, TrackedFrame
-from dockpose.app.state.view import View
 from dockpose.app.web.charts.trajectory import TrajectoryCharts
-from dockpose.app.web.panels.detect import SMALL
+from dockpose.app.web.html import SMALL
 from dockpose.app.web.sequence import NONE_CHOSEN, SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import add_file_button, on_click
+from dockpose.app.web.widgets import Panel, add_upload_button, on_click, on_person
 from dockpose.sources import Frames
 
 SURE = 0.999  # beyond it no more digits are told
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
 
 
-class SequencePanel:
+class SequencePanel(Panel):
     """Play, pause, step, speed and a slider of frames; charts over time below.
 
     Parameters
@@ -59,19 +56,19 @@ class SequencePanel:
             self._words = gui.add_html("", order=7)
         self._charts = TrajectoryCharts(gui)
         on_click(self._play, lambda client: self.toggle())
-        self._on_person(self._choice.on_update, lambda client: controller.choose(self._choice.value, client))
-        self._on_person(self._steps.on_click, lambda client: self._step(1 if self._steps.value == "Forward" else -1))
-        self._on_person(self._frame.on_update, lambda client: self._go_to())
-        self._on_person(self._speed.on_update, lambda client: self._set_speed())
+        on_person(self._choice.on_update, lambda client: controller.choose(self._choice.value, client))
+        on_person(self._steps.on_click, lambda client: self._step(1 if self._steps.value == "Forward" else -1))
+        on_person(self._frame.on_update, lambda client: self._go_to())
+        on_person(self._speed.on_update, lambda client: self._set_speed())
         self.reset(None)
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to send a video."""
-        add_file_button(
+        add_upload_button(
             self._area,
             client,
             uploads,
-            lambda data, name: self._controller.take(data, name, client),
+            self._controller.take,
             "Upload a video",
             "MP4, AVI, MOV, MKV or WebM. It stays on this machine, and is deleted when another sequence is chosen.",
             mime_type="video/*",
@@ -108,9 +105,6 @@ class SequencePanel:
             ("Pause", viser.Icon.PLAYER_PAUSE) if is_playing else ("Play", viser.Icon.PLAYER_PLAY)
         )
 
-    def load(self, view: View) -> None:
-        """There is nothing of the view here."""
-
     def show(self, analysis: Analysis) -> None:
         """Show where in the sequence the frame is, and the course so far."""
         player = self._controller.player
@@ -133,15 +127,6 @@ class SequencePanel:
     def _set_speed(self) -> None:
         if self._controller.player is not None:
             self._controller.player.set_speed(SPEEDS.get(self._speed.value, 1.0))
-
-    def _on_person(self, attach: Callable[[Any], Any], act: Callable[[viser.ClientHandle], None]) -> None:
-        """Call ``act`` where a person, and not the program, changed something."""
-
-        def called(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None:
-                act(event.client)
-
-        attach(called)
 
 
 def sequence_words(tracked_frame: TrackedFrame, frames: Frames) -> str:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.preferences import Memory, settings_file, with_settings_file
-from dockpose.app.state.view import View
 from dockpose.app.web.html import help_anchor, help_link
 from dockpose.app.web.server.pages import help_body
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Change, add_file_button
+from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, on_click, on_download, on_person
 from viser._gui_handles import GuiModalHandle
 
 FIRST_CARD = (
@@ -33,7 +32,7 @@ class Actions:
     play: Callable[[viser.ClientHandle], None]
 
 
-class HabitsPanel:
+class SettingsPanel(Panel):
     """Buttons, and the same in the command palette (Ctrl+K) with their keys."""
 
     def __init__(self, server: viser.ViserServer, change: Change, memory: Memory, actions: Actions) -> None:
@@ -50,26 +49,20 @@ class HabitsPanel:
             gui.add_html(help_link("page"))
             help_button = gui.add_button("Help (H)", icon=viser.Icon.HELP, hint="All of it, in a window over the page.")
             card = gui.add_button("Show the first card", hint="The three sentences of the first opening.")
-        _on(back.on_click, lambda client: (actions.undo if back.value == "Undo" else actions.redo)(client))
-        _on(save.on_click, lambda client: change(self._saver(client), client))
-        _on(help_button.on_click, self.show_help)
-        _on(card.on_click, self.show_first_card)
-        _on(self._dark.on_update, lambda client: self._set_dark(self._dark.value))
+        on_click(back, lambda client: (actions.undo if back.value == "Undo" else actions.redo)(client))
+        on_download(save, change, "settings.yaml", settings_file)
+        on_click(help_button, self.show_help)
+        on_click(card, self.show_first_card)
+        on_person(self._dark.on_update, lambda client: self._set_dark(self._dark.value))
         self._add_commands(actions)
         self._set_dark(memory.now.dark)
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load settings, and the first card if it is still to be seen."""
-
-        def take(data: bytes, name: str) -> None:
-            self._change(lambda view: with_settings_file(view, data, name), client, reload=True)
-
-        add_file_button(self._area, client, uploads, take, "Load settings", "A file that was saved here.")
+        take = loading(self._change, with_settings_file)
+        add_upload_button(self._area, client, uploads, take, "Load settings", "A file that was saved here.")
         if self._memory.now.shows_first_card:
             self.show_first_card(client)
-
-    def load(self, view: View) -> None:
-        """Nothing here depends on the view."""
 
     def show(self, analysis: Analysis) -> None:
         """Remember how was searched, for the next start."""
@@ -100,7 +93,7 @@ class HabitsPanel:
         with card:
             button = client.gui.add_button(words, order=0 if is_long else 2)
             client.gui.add_html(html, order=1)
-        _on(button.on_click, self._dismiss)
+        on_click(button, self._dismiss)
 
     def _dismiss(self, client: viser.ClientHandle) -> None:
         self._close_card(client)
@@ -115,13 +108,6 @@ class HabitsPanel:
         self._server.gui.configure_theme(dark_mode=bool(is_dark), show_logo=False, show_share_button=False)
         self._dark.value = bool(is_dark)
         self._memory.change(dark=bool(is_dark))
-
-    def _saver(self, client: viser.ClientHandle) -> Callable[[View], View]:
-        def save(view: View) -> View:
-            client.send_file_download("settings.yaml", settings_file(view), save_immediately=True)
-            return view
-
-        return save
 
     def _add_commands(self, actions: Actions) -> None:
         key, with_shift = "cmd/ctrl", "cmd/ctrl+shift"
@@ -142,14 +128,4 @@ class HabitsPanel:
         act: Callable[[viser.ClientHandle], None],
     ) -> None:
         command = self._server.gui.add_command(label, description=description, hotkey=hotkey, modifier=modifier)
-        _on(command.on_trigger, act)
-
-
-def _on(attach: Callable[[Callable[[Any], None]], Any], act: Callable[[viser.ClientHandle], Any]) -> None:
-    """Call ``act`` with the browser in which a person did something."""
-
-    def called(event: Any) -> None:
-        if event.client is not None:
-            act(event.client)
-
-    attach(called)
+        on_person(command.on_trigger, act)

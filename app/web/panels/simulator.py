@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import msgspec
 import viser
 from dockpose.app.inputs.received import read_sent
@@ -22,7 +20,7 @@ from dockpose.app.state.scene import (
 )
 from dockpose.app.state.view import View
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Change, Slider, add_file_button, on_change, on_click
+from dockpose.app.web.widgets import Change, Panel, Slider, add_upload_button, loading, on_change, on_click, on_download
 from dockpose.camera.files import to_yaml
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
@@ -30,7 +28,7 @@ from dockpose.simulate.optics.water import PRESETS
 _OTHER_WATER = "(own mixture)"
 
 
-class SimulatorPanel:
+class SimulatorPanel(Panel):
     """Sliders for pose, water and disturbances; a scene file can be loaded and saved."""
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
@@ -53,7 +51,7 @@ class SimulatorPanel:
                 "Save the scene", icon=viser.Icon.DOWNLOAD, hint="A YAML file with every number of the scene."
             )
         on_click(own, lambda client: change(with_camera_in_use, client, reload=True))
-        on_click(save, lambda client: change(self._saver(client), client))
+        on_download(save, change, "scene.yaml", lambda view: scene_bytes(scene_of(view)))
         on_change(self._water, change, self._with_water, reload=True)
         on_change(self._psf, change, lambda view: with_psf(view, self._psf.value))
         on_change(self._missing, change, lambda view: with_missing(view, self._missing.value))
@@ -61,14 +59,8 @@ class SimulatorPanel:
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a scene."""
-
-        def take(data: bytes, name: str) -> None:
-            self._change(
-                lambda view: with_scene(view, read_sent(data, name, load_scene), keep=False), client, reload=True
-            )
-
         hint = "A scene file, as saved here or as those beside the sample scenes."
-        add_file_button(self._area, client, uploads, take, "Load a scene", hint)
+        add_upload_button(self._area, client, uploads, loading(self._change, _with_scene_file), "Load a scene", hint)
 
     def load(self, view: View) -> None:
         """Set all controls to the scene that is shown, or the one to start from."""
@@ -111,14 +103,11 @@ class SimulatorPanel:
     def _with_water(self, view: View) -> View:
         return view if self._water.value == _OTHER_WATER else with_water(view, self._water.value)
 
-    def _saver(self, client: viser.ClientHandle) -> Callable[[View], View]:
-        def save(view: View) -> View:
-            client.send_file_download("scene.yaml", scene_bytes(scene_of(view)), save_immediately=True)
-            return view
-
-        return save
-
 
 def scene_bytes(scene: Scene) -> bytes:
     """A scene file that :func:`dockpose.simulate.load_scene` reads back to the same numbers."""
     return to_yaml(msgspec.to_builtins(scene)).encode()
+
+
+def _with_scene_file(view: View, data: bytes, name: str) -> View:
+    return with_scene(view, read_sent(data, name, load_scene), keep=False)

@@ -11,13 +11,13 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import sample_names
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Change, add_file_button, on_change, on_click
+from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, on_change, on_click
 
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
 
 
-class SourcePanel:
+class SourcePanel(Panel):
     """Samples, uploads, a folder, and buttons that page through whichever the picture is from.
 
     Parameters
@@ -65,16 +65,8 @@ class SourcePanel:
         on_click(
             self._forget, lambda client: change(lambda view: self._without_uploads(view, client), client, reload=True)
         )
-
-        @self._folder.on_update
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None:
-                change(self._with_folder, event.client)
-
-        @pages.on_click
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None:
-                self.turn(-1 if pages.value == "Previous" else 1, event.client)
+        on_change(self._folder, change, self._with_folder)
+        on_click(pages, lambda client: self.turn(-1 if pages.value == "Previous" else 1, client))
 
     def turn(self, by: int, client: viser.ClientHandle) -> None:
         """Show the next picture of the list, or the one before."""
@@ -82,15 +74,11 @@ class SourcePanel:
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its upload button."""
-
-        def take(data: bytes, name: str) -> None:
-            self._change(lambda view: self._with_new_upload(view, data, name), client, reload=True)
-
-        add_file_button(
+        add_upload_button(
             self._folder_area,
             client,
             uploads,
-            take,
+            loading(self._change, self._with_new_upload),
             "Upload pictures",
             "PNG, JPEG, TIFF, BMP, WebP or PNM, 8 or 16 bit, several at once; or drop them anywhere on the page. They "
             "stay on this machine.",

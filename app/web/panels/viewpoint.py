@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import viser
-from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.view import View
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.scene.viewpoints import NAMES
+from dockpose.app.web.widgets import Panel, on_click
 
 
-class ViewpointPanel:
+class ViewpointPanel(Panel):
     """One button a viewpoint; each moves only the browser it was pressed in."""
 
     def __init__(self, gui: viser.GuiApi, scene: Scene3D) -> None:
@@ -21,13 +18,8 @@ class ViewpointPanel:
             hint="Drag the scene to turn it, scroll to zoom, drag with the right button to shift.",
         )
 
-        @buttons.on_click
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client is not None and buttons.value in NAMES:
-                scene.look_from(event.client, buttons.value)
+        def look(client: viser.ClientHandle) -> None:
+            if buttons.value in NAMES:
+                scene.look_from(client, buttons.value)
 
-    def load(self, view: View) -> None:
-        """There is nothing to set."""
-
-    def show(self, analysis: Analysis) -> None:
-        """Nothing here depends on the result."""
+        on_click(buttons, look)

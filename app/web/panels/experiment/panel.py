@@ -15,9 +15,8 @@ from dockpose.app.export.contents import session_files
 from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.state.view import View
 from dockpose.app.web.charts.errors import ErrorCharts
-from dockpose.app.web.notifications import Notify
+from dockpose.app.web.notifications import Notify, attempt
 from dockpose.app.web.panels.experiment.measured import (
     BLANK,
     MeasuredFields,
@@ -28,8 +27,7 @@ from dockpose.app.web.panels.experiment.measured import (
     values_of,
 )
 from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
-from dockpose.app.web.saving import Saver
-from dockpose.app.web.widgets import on_click
+from dockpose.app.web.widgets import Act, Panel, Saver, on_click, on_person
 from dockpose.pose.known import KnownPose
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
@@ -47,7 +45,7 @@ WHAT = {
 _NOT_OPEN = "No session is open. Start one in the tab Experiment, or choose one there; then take the frame again."
 
 
-class ExperimentPanel:
+class ExperimentPanel(Panel):
     """Session, button to take a frame, boxes for what was measured, running table, charts and downloads.
 
     What is typed belongs to the next frame, or to the row that is chosen; both are kept apart until they are saved.
@@ -82,9 +80,6 @@ class ExperimentPanel:
         self._add_rows(gui)
         self._show_session("")
 
-    def load(self, view: View) -> None:
-        """Nothing here belongs to the view."""
-
     def show(self, analysis: Analysis) -> None:
         """Remember what a frame would be; a pose that was measured in the tab Pose goes into the boxes."""
         self._analysis = analysis
@@ -107,7 +102,7 @@ class ExperimentPanel:
 
     def take(self, client: viser.ClientHandle) -> None:
         """Take the frame that is shown, with the estimate that is shown, for the browser that asked."""
-        self._doing(self._take, client)
+        self._trying(self._take)(client)
 
     def _add_session(self, gui: viser.GuiApi) -> None:
         self._choice = gui.add_dropdown(
@@ -125,9 +120,9 @@ class ExperimentPanel:
         )
         self._words = gui.add_html("")
         key = gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
-        key.on_trigger(lambda event: self._on_person(event, self._take))
-        self._choice.on_update(lambda event: self._on_person(event, self._open_chosen))
-        on_click(self._start, lambda client: self._doing(self._start_new, client))
+        on_person(key.on_trigger, self.take)
+        on_person(self._choice.on_update, self._trying(self._open_chosen))
+        on_click(self._start, self._trying(self._start_new))
         on_click(self._take_button, self.take)
 
     def _add_fields(self, gui: viser.GuiApi) -> None:
@@ -146,8 +141,8 @@ class ExperimentPanel:
                 False,
                 hint="Leave the boxes as they are once a frame was taken; else they are empty again.",
             )
-        self._target.on_update(lambda event: self._on_person(event, self._choose_row))
-        on_click(self._save_row, lambda client: self._doing(self._save_chosen, client))
+        on_person(self._target.on_update, self._trying(self._choose_row))
+        on_click(self._save_row, self._trying(self._save_chosen))
 
     def _add_rows(self, gui: viser.GuiApi) -> None:
         self._table = gui.add_html("")
@@ -158,8 +153,8 @@ class ExperimentPanel:
         self._what = gui.add_dropdown("What", tuple(WHAT), hint="LaTeX, SVG and PDF are for papers.")
         self._save = gui.add_button("Save", icon=viser.Icon.DOWNLOAD, hint="It goes to this browser's downloads.")
         self._saver = Saver(gui, self._notify, self._on_error)
-        self._page.on_update(lambda event: self._on_person(event, self._turn_page))
-        on_click(self._save, lambda client: self._doing(self._download, client))
+        on_person(self._page.on_update, self._trying(self._turn_page))
+        on_click(self._save, self._trying(self._download))
 
     @property
     def _next_texts(self) -> Texts:
@@ -291,18 +286,9 @@ class ExperimentPanel:
         called = bundle_name(session.record.name, ".zip" if name == ALL else f"_{name}")
         self._saver.save(client, called, make)
 
-    def _on_person(self, event: Any, act: Callable[[viser.ClientHandle], None]) -> None:
-        if event.client is not None:  # None: the program itself set the value
-            self._doing(act, event.client)
-
-    def _doing(self, act: Callable[[viser.ClientHandle], None], client: viser.ClientHandle) -> None:
+    def _trying(self, act: Act) -> Act:
         """Do what a person asked for; where that cannot be done, say so, with all that was typed still there."""
-        try:
-            act(client)
-        except ValueError as error:
-            self._notify("That did not work", str(error), "red", client)
-        except Exception as error:  # viser would only write it to the terminal, where nobody looks
-            self._on_error(error)
+        return lambda client: attempt(lambda: act(client), self._notify, self._on_error, client)
 
 
 def target_name(number: int | None) -> str:

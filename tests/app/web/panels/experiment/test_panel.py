@@ -170,7 +170,7 @@ def test_what_is_taken_is_what_is_shown(panel):
     panel.panel.show(first)
     panel.panel.take(panel.client)
     assert panel.told[-1][1].startswith("No session is open")
-    panel.panel._doing(panel.panel._start_new, panel.client)
+    panel.panel._trying(panel.panel._start_new)(panel.client)
     # A result that no new estimate of the picture could give shows that none was made.
     shown = Analysis(first.view, replace(first.estimate, status="no_lights", choice=None))
     panel.panel.show(shown)

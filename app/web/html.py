@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES
+from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose
 
-MISSING = "–"
 SMALL = "padding: 0 0.75em 0.5em; font-size: 0.8em; line-height: 1.35"
 NUMBERS = "padding: 0.15em 0.3em; text-align: right; font-variant-numeric: tabular-nums"
 
@@ -38,6 +40,13 @@ def pose_name(index: int, is_chosen: bool) -> str:
     """Letter and colour of a pose; the chosen one's dot is full, and it says so."""
     mark = f'<span style="color: {POSE_COLOURS[index]}">{"●" if is_chosen else "○"}</span>'
     return f"{mark} {POSE_NAMES[index]}{', chosen' if is_chosen else ''}"
+
+
+def result_cells(pose: CirclePose | KnownPose) -> list[str]:
+    """Return a pose's position, angles, probability and reprojection error, as tables of candidates show them."""
+    if isinstance(pose, KnownPose):
+        return [*pose_cells(pose), MISSING, MISSING]
+    return [*pose_cells(pose), percent(pose.probability), number(pose.rms_px, 2)]
 
 
 def small(html: str, attributes: str = "") -> str:

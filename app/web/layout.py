@@ -19,14 +19,12 @@ from dockpose.app.web.panels.compare import ComparePanel
 from dockpose.app.web.panels.detect import DetectPanel
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
-from dockpose.app.web.panels.picture import PicturePanel
+from dockpose.app.web.panels.picture import PicturePanel, ResultPanel, StatusPanel, ViewpointPanel
 from dockpose.app.web.panels.pose import PosePanel
-from dockpose.app.web.panels.result import ResultPanel, StatusPanel
 from dockpose.app.web.panels.sequence import SequencePanel
 from dockpose.app.web.panels.settings import Actions, SettingsPanel
 from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
-from dockpose.app.web.panels.viewpoint import ViewpointPanel
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.widgets import Change, Panel

@@ -1,19 +1,38 @@
-"""The picture: annotated, as the threshold sees it, and as it came."""
+"""The picture in all its forms, what was found in it, and the viewpoint of the 3D scene."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from html import escape
 
 import cv2
 import numpy as np
 import viser
 from dockpose.app.drawing.canvas import to_bgr8
+from dockpose.app.drawing.numbers import QUANTITIES
 from dockpose.app.drawing.thresholded import threshold_picture
+from dockpose.app.export.words import status_line
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.web.html import help_link
-from dockpose.app.web.widgets import Panel
+from dockpose.app.web.html import help_link, pose_name, result_cells, row, table, wide_row
+from dockpose.app.web.scene.scene import Scene3D
+from dockpose.app.web.scene.viewpoints import NAMES
+from dockpose.app.web.widgets import Panel, on_click
 
+COLUMNS = (*QUANTITIES, "likely (%)", "error (px)")
+EXPLANATION = (
+    "The dock's centre from the camera: x right, y down, z ahead. θx, θy: pitch and yaw of its face, 0 where it is "
+    "square on. Error: how far off the lights are, root mean square."
+)
+# Along the bottom of the whole page, over whatever scrolls there; the panel at the left leaves STATUS_SPACE for it. The
+# panel at the right covers its end, so that long words break before it.
+_COVERED_PX = 385
+_LINE = (
+    "position: fixed; left: 0; right: 0; bottom: 0; z-index: 500; font-weight: 600; pointer-events: none; "
+    f"padding: 0.25em {_COVERED_PX}px 0.25em 0.75em; "
+    "background: var(--mantine-color-body); border-top: 1px solid rgba(128,128,128,0.5)"
+)
+STATUS_SPACE = '<div style="height: 2em"></div>'
 _JPEG_QUALITY = 90
 _TALLEST = 3 / 4  # height to width: a taller picture would push the table below it off a small screen
 _KEY = (
@@ -22,6 +41,35 @@ _KEY = (
     "<b style='color: #D55E00'>Orange under a cross</b>: thrown out. Grey, unmarked: smaller than the minimum area."
     "</div>"
 )
+
+
+def status_html(analysis: Analysis) -> str:
+    """The picture's name, what was found in it and what to try, in words; and the line of numbers along the bottom."""
+    found = analysis.estimate
+    verdict, colour = ("Dock found", "#009E73") if found.status == "ok" else ("No pose", "#D55E00")
+    words = " ".join(text for text in (found.message, analysis.view.note) if text)
+    return (
+        f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 3em">'
+        f'<b style="border-left: 0.35em solid {colour}; padding-left: 0.4em">{verdict}</b> in '
+        f"{escape(analysis.view.source)} ({found.width} × {found.height}). {escape(words)}"
+        f'<div id="status-line" style="{_LINE}; border-left: 0.6em solid {colour}">{escape(status_line(found))}</div>'
+        "</div>"
+    )
+
+
+def table_html(analysis: Analysis) -> str:
+    """Both candidates and, where they are known, the truth and the measured pose."""
+    found = analysis.estimate
+    rows = []
+    for index, pose in enumerate(found.candidates):
+        is_chosen = pose is found.selected
+        rows.append(row(pose_name(index, is_chosen), result_cells(pose), bold=is_chosen))
+    for name, known in (("Truth", analysis.view.truth), ("Measured", analysis.view.measured)):
+        if known is not None:
+            rows.append(row(name, result_cells(known)))
+    if not rows:
+        rows.append(wide_row("No pose to show.", len(COLUMNS) + 1))
+    return table("candidates", COLUMNS, rows, EXPLANATION)
 
 
 def widen(picture: np.ndarray) -> np.ndarray:
@@ -39,12 +87,15 @@ class PicturePanel(Panel):
 
     Parameters
     ----------
-    gui : to add to.
-    flush : sends what waits to be sent.
+    gui : viser.GuiApi
+        Where to build it.
+    flush : callable
+        Sends what waits to be sent.
 
     Attributes
     ----------
-    compare_tab : a tab between them for the comparison of methods to fill.
+    compare_tab : viser.GuiTabHandle
+        A tab between them for the comparison of methods to fill.
     """
 
     def __init__(self, gui: viser.GuiApi, flush: Callable[[], None]) -> None:
@@ -80,6 +131,46 @@ class PicturePanel(Panel):
         """Show the annotated picture alone."""
         self._annotated.image = _rgb(widen(analysis.annotated))
         self._flush()
+
+
+class StatusPanel(Panel):
+    """One line and a sentence, always shown."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._status = gui.add_html("")
+
+    def show(self, analysis: Analysis) -> None:
+        """Say what was found."""
+        self._status.content = status_html(analysis)
+
+
+class ResultPanel(Panel):
+    """The table of both candidates."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._table = gui.add_html("")
+        gui.add_html(STATUS_SPACE)
+
+    def show(self, analysis: Analysis) -> None:
+        """Fill the table."""
+        self._table.content = table_html(analysis)
+
+
+class ViewpointPanel(Panel):
+    """One button a viewpoint; each moves only the browser it was pressed in."""
+
+    def __init__(self, gui: viser.GuiApi, scene: Scene3D) -> None:
+        buttons = gui.add_button_group(
+            "3D view from",
+            NAMES,
+            hint="Drag the scene to turn it, scroll to zoom, drag with the right button to shift.",
+        )
+
+        def look(client: viser.ClientHandle) -> None:
+            if buttons.value in NAMES:
+                scene.look_from(client, buttons.value)
+
+        on_click(buttons, look)
 
 
 def _rgb(picture: np.ndarray) -> np.ndarray:

@@ -9,19 +9,26 @@ from html import escape
 import viser
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.numbers import (
+    MISSING,
+    QUANTITIES,
+    number,
+    percent,
+    pose_cells,
+    pose_sigmas,
+    pose_values,
+)
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
-from dockpose.app.web.html import MISSING, SMALL, pose_name, row, table, wide_row
-from dockpose.app.web.panels.result import candidate_row
+from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
 from dockpose.app.web.widgets import Change, Panel, on_change, on_click
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
 
 PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
-ERROR_COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
 _DEFAULT_MEASURED = (0.0, 0.0, 100.0, 0.0, 0.0)
 
 
@@ -55,11 +62,11 @@ def peers_html(found: Estimate) -> str:
         if isinstance(pose, str):
             rows.append(wide_row(f"{escape(name)}: {escape(pose)}", 7))
         else:
-            cells = candidate_row(pose)
+            cells = result_cells(pose)
             rows.append(row(escape(name), [*cells[:5], cells[6]]))
     if not rows:
         rows.append(wide_row("The colours do not tell which light is which.", 7))
-    return table("peers", (*ERROR_COLUMNS, "error (px)"), rows, "Point by point, since the lights' colours name them.")
+    return table("peers", (*QUANTITIES, "error (px)"), rows, "Point by point, since the lights' colours name them.")
 
 
 def errors_html(found: Estimate, known: KnownPose | None, name: str) -> str:
@@ -79,41 +86,29 @@ def errors_html(found: Estimate, known: KnownPose | None, name: str) -> str:
         words = f"The chosen pose is {escape(str(error))}."
     if not rows:
         rows.append(wide_row("No pose to compare.", 6))
-    return table(f"errors-{name}", ERROR_COLUMNS, rows, f"Estimated minus {name}. {words}")
+    return table(f"errors-{name}", QUANTITIES, rows, f"Estimated minus {name}. {words}")
 
 
 def error_cells(pose: CirclePose, known: KnownPose) -> list[str]:
     """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees."""
-    offsets = [100 * (found - true) for found, true in zip(pose.position_m, known.position_m, strict=True)]
-    turns = [
-        (math.degrees(found) - true + 180) % 360 - 180
-        for found, true in (
-            (pose.theta_x_rad, known.theta_x_deg),
-            (pose.theta_y_rad, known.theta_y_deg),
-        )
-    ]
-    return [f"{round(value, 1) + 0.0:+.1f}" for value in (*offsets, *turns)]  # + 0.0: no minus before nothing
+    errors = [found - true for found, true in zip(pose_values(pose), pose_values(known), strict=True)]
+    turns = [(turn + 180) % 360 - 180 for turn in errors[3:]]
+    return [number(value, signed=True) for value in (*errors[:3], *turns)]
 
 
 def _described(pose: CirclePose) -> dict[str, str]:
     """One candidate's numbers by their names with units."""
-    sigma_m, sigma_rad = pose.sigma_position_m, pose.sigma_theta_rad
-    cells = {}
-    for axis, name in enumerate("xyz"):
-        cells[f"{name} (cm)"] = _with_sigma(
-            100 * float(pose.position_m[axis]), None if sigma_m is None else 100 * sigma_m[axis]
-        )
-    for axis, (name, angle) in enumerate((("θx (°)", pose.theta_x_rad), ("θy (°)", pose.theta_y_rad))):
-        cells[name] = _with_sigma(math.degrees(angle), None if sigma_rad is None else math.degrees(sigma_rad[axis]))
-    cells["roll (°)"] = MISSING if pose.roll_rad is None else f"{math.degrees(pose.roll_rad):.1f}"
-    cells["dock centre (px)"] = f"{pose.centre_px[0]:.1f}, {pose.centre_px[1]:.1f}"
-    cells["likely (%)"] = MISSING if pose.probability is None else f"{100 * pose.probability:.1f}"
-    cells["reprojection error (px)"] = MISSING if pose.rms_px is None else f"{pose.rms_px:.3f}"
-    return cells
-
-
-def _with_sigma(value: float, sigma: float | None) -> str:
-    return f"{value:.2f}" if sigma is None else f"{value:.2f} ± {sigma:.2f}"
+    sigmas = (number(sigma, 2) for sigma in pose_sigmas(pose))
+    cells = {
+        name: value if sigma == MISSING else f"{value} ± {sigma}"
+        for name, value, sigma in zip(QUANTITIES, pose_cells(pose, 2), sigmas, strict=True)
+    }
+    return cells | {
+        "roll (°)": number(None if pose.roll_rad is None else math.degrees(pose.roll_rad)),
+        "dock centre (px)": f"{pose.centre_px[0]:.1f}, {pose.centre_px[1]:.1f}",
+        "likely (%)": percent(pose.probability),
+        "reprojection error (px)": number(pose.rms_px, 3),
+    }
 
 
 def _ellipse_words(found: Estimate) -> str:
@@ -160,21 +155,19 @@ class PosePanel(Panel):
         }
         self._errors = gui.add_html("")
         on_change(self._compare, change, self._with_measured)
-        for number in self._measured.values():
-            on_change(number, change, self._with_measured)
+        for box in self._measured.values():
+            on_change(box, change, self._with_measured)
         on_click(use, lambda client: change(lambda view: with_pose_by_hand(view, self._named(use.value)), client))
 
     def load(self, view: View) -> None:
         """Set the measured pose."""
         measured = view.measured
         self._compare.value = measured is not None
-        for number in self._measured.values():
-            number.visible = measured is not None
+        for box in self._measured.values():
+            box.visible = measured is not None
         if measured is not None:
-            values = [100 * value for value in measured.position_m]
-            values += [measured.theta_x_deg, measured.theta_y_deg]
-            for number, value in zip(self._measured.values(), values, strict=True):
-                number.value = round(value, 6)
+            for box, value in zip(self._measured.values(), pose_values(measured), strict=True):
+                box.value = round(value, 6)
 
     def show(self, analysis: Analysis) -> None:
         """Fill the tables."""
@@ -191,8 +184,8 @@ class PosePanel(Panel):
         return self._candidates[index] if index < len(self._candidates) else None
 
     def _with_measured(self, view: View) -> View:
-        for number in self._measured.values():
-            number.visible = bool(self._compare.value)
+        for box in self._measured.values():
+            box.visible = bool(self._compare.value)
         if not self._compare.value:
             return with_measured(view, None)
-        return with_measured(view, {name: number.value for name, number in self._measured.items()})
+        return with_measured(view, {name: box.value for name, box in self._measured.items()})

@@ -1,0 +1,38 @@
+import msgspec
+import pytest
+from dockpose.app.experiment import Row
+from dockpose.app.web.panels.experiment.measured import BLANK, measured_of, texts_of, texts_of_pose, values_of
+from dockpose.pose.known import KnownPose
+
+ROW = Row(
+    number=1, time="2026-01-01T00:00:00+00:00", source="tank", file="frames/0001.png", sha256="", status="ok",
+    x_cm=1.0, y_cm=2.0, z_cm=100.0, theta_x_deg=10.0, theta_y_deg=-5.0,
+)  # fmt: skip
+
+
+def changed(**fields) -> Row:
+    return msgspec.structs.replace(ROW, **fields)
+
+
+@pytest.mark.parametrize(
+    ("typed", "number"), [("", None), ("  ", None), ("12", 12), (" 1,5 ", 1.5), ("-3.25", -3.25), ("−4", -4), ("0", 0)]
+)
+def test_numbers_as_people_type_them(typed, number):
+    values = values_of(BLANK | {"measured_x_cm": typed, "notes": "n"})
+    assert values["measured_x_cm"] == number
+    assert values["notes"] == "n"
+    assert measured_of(values).x_cm == number
+
+
+@pytest.mark.parametrize("typed", ["a metre", "1 2", "nan", "inf", "1,234.5"])
+def test_what_is_no_number_is_named(typed):
+    with pytest.raises(ValueError, match=r"Measured θy \(°\) is '.*'; it must be a number"):
+        values_of(BLANK | {"measured_theta_y_deg": typed})
+
+
+def test_boxes_show_what_a_row_has():
+    texts = texts_of(changed(measured_z_cm=110.25, distance_cm=120.0, notes="n"))
+    assert (texts["measured_x_cm"], texts["measured_z_cm"], texts["distance_cm"]) == ("", "110.25", "120")
+    assert values_of(texts)["measured_z_cm"] == 110.25
+    pose = texts_of_pose(KnownPose((0.01, -0.02, 1.1), 0, -5))
+    assert list(pose.values()) == ["1", "-2", "110", "0", "-5", "", ""]

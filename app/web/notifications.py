@@ -1,4 +1,4 @@
-"""Sentences shown in a corner of the page; those that come in a rush share one notice, as forty bad files would."""
+"""Notifications in a corner of the page; bursts, as from forty bad files, are merged."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Notify = Callable[[str, str, Colour, viser.ClientHandle | None], None]
 
 @dataclass
 class _Notice:
-    """What one browser was told last."""
+    """The last notification in one browser."""
 
     handle: viser.NotificationHandle
     title: str
@@ -30,14 +30,14 @@ class _Notice:
 
 
 class Notifications:
-    """Shows notices in browsers."""
+    """Shows notifications in browsers, merging bursts."""
 
     def __init__(self) -> None:
         self._last: dict[int, _Notice] = {}
         self._lock = threading.Lock()
 
     def show(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle) -> None:
-        """Tell one browser; within two seconds of the last notice with this title, in the same notice."""
+        """Notify one browser; within two seconds of a notification with this title, extend that one."""
         now = time.monotonic()
         with self._lock:
             last = self._last.get(client.client_id)
@@ -88,7 +88,7 @@ def tell_refusal(error: ValueError, notify: Notify, client: viser.ClientHandle |
 
 
 def together(sentences: list[str]) -> str:
-    """Several sentences as one text: the first few and the last, and how many are left out between them."""
+    """Join sentences: the first few, how many are left out, and the last."""
     if len(sentences) <= _MOST_SENTENCES:
         return " | ".join(sentences)
     left_out = len(sentences) - _MOST_SENTENCES

@@ -1,4 +1,4 @@
-"""Boxes for what tape and protractor say of a frame; a blank one was not measured."""
+"""Boxes for what was measured by hand; a blank one was not measured."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ _HINTS = {
 }
 _PLACE = "Of the dock's centre, from the camera: x right, y down, z ahead. Leave it blank if not measured."
 
-# What stands in the boxes, by column of results.csv; "notes" too.
+# Contents of the boxes, by column of results.csv, "notes" included.
 Texts = dict[str, str]
 BLANK: Texts = dict.fromkeys(EDITABLE, "")
 
 
 def texts_of(row: Row) -> Texts:
-    """What stands in the boxes for a row that is there."""
+    """Contents of the boxes for a stored row."""
     return measured_texts([getattr(row, name) for name in MEASURED_COLUMNS]) | {"notes": row.notes}
 
 
 def texts_of_pose(known: KnownPose) -> Texts:
-    """The same for a measured pose as :attr:`View.measured` holds it; distance and notes are blank."""
+    """Contents of the boxes for a measured pose; distance and notes are blank."""
     pose = Measured.of_pose(known)
     return measured_texts([pose.x_cm, pose.y_cm, pose.z_cm, pose.theta_x_deg, pose.theta_y_deg, None]) | {"notes": ""}
 
 
 def measured_texts(numbers: list[float | None]) -> Texts:
-    """Numbers in the order of the columns as people type them."""
+    """Numbers, in the order of the columns, as people type them."""
     shown = ("" if number is None else f"{number:.6f}".rstrip("0").rstrip(".") for number in numbers)
     return dict(zip(MEASURED_COLUMNS, shown, strict=True))
 
 
 def values_of(texts: Texts) -> dict[str, Any]:
-    """What a row is to say, by column: a number or None, and the notes.
+    """Values of a row, by column: a number or None, and the notes.
 
-    A decimal comma is as good as a point. Raises ValueError that names the box and what stands there.
+    A decimal comma is accepted. Raises ValueError that names the box and its content.
     """
     return {name: _number(name, texts[name]) for name in MEASURED_COLUMNS} | {"notes": texts["notes"]}
 
@@ -79,7 +79,7 @@ class MeasuredFields:
 
     @property
     def texts(self) -> Texts:
-        """What stands in them; a browser may send anything, and what is no text is blank."""
+        """Their contents; a browser may send anything, and what is not text is blank."""
         values = {name: box.value for name, box in self._boxes.items()}
         return {name: value if isinstance(value, str) else "" for name, value in values.items()}
 

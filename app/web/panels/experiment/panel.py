@@ -1,4 +1,4 @@
-"""The tab Experiment: frames taken one by one, with what was measured, in a session on the disk."""
+"""The tab Experiment: a session on the disk, to which frames are added with what was measured."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ _NOT_OPEN = "No session is open. Start one in the tab Experiment, or choose one 
 
 
 class ExperimentPanel(Panel):
-    """Session, button to take a frame, boxes for what was measured, running table, charts and downloads.
+    """Session, button to take a frame, boxes for measured values, running table, charts and downloads.
 
-    What is typed belongs to the next frame, or to the row that is chosen; both are kept apart until they are saved.
+    What is typed belongs to the next frame or to the chosen row; drafts are kept apart until they are saved.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ class ExperimentPanel(Panel):
 
     @property
     def _next_texts(self) -> Texts:
-        """What was typed for the next frame."""
+        """The draft for the next frame."""
         return self._fields.texts if self._chosen_row is None else self._drafts.get(None, BLANK)
 
     @_next_texts.setter
@@ -219,7 +219,7 @@ class ExperimentPanel(Panel):
             self._show_row(int(word) if word.isdecimal() else None)
 
     def _show_row(self, number: int | None) -> None:
-        """Show the boxes of a row, or of the next frame; what was typed so far is kept for whom it belongs to."""
+        """Show the boxes of a row, or of the next frame, keeping the draft of the one shown before."""
         self._drafts[self._chosen_row] = self._fields.texts
         row = next((row for row in self._rows() if row.number == number), None)
         self._chosen_row = None if row is None else row.number
@@ -259,7 +259,7 @@ class ExperimentPanel(Panel):
         self._show_rows(said)
 
     def _show_rows(self, said: str) -> None:
-        """Show a page of the table, what sums it up, and the charts."""
+        """Show a page of the table, its summary, and the charts."""
         self._said, rows = said, self._rows()
         last = pages(len(rows))
         self._page_number = min(max(self._page_number, 1), last)

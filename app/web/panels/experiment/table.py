@@ -1,4 +1,4 @@
-"""The running table "estimated (measured)" of the page, as HTML: a page of rows, the newest first, and sums of all."""
+"""The running table "estimated (measured)" as HTML: a page of rows, the newest first, and a summary of all."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def rows_on_page(rows: Sequence[Row], page: int) -> list[Row]:
 
 
 def session_table(rows: Sequence[Row], page: int) -> str:
-    """The table; it says how many rows of how many it shows."""
+    """The table, with the number of rows shown and in all."""
     if not rows:
         return f'<div style="{SMALL}">{_NO_ROWS}</div>'
     shown = rows_on_page(rows, page)
@@ -61,7 +61,7 @@ def _summary_line(name: str, cells: Sequence[str]) -> str:
 
 
 def _row_lines(row: Row) -> str:
-    """A row of the table: below each other what was estimated, what was measured, and the error."""
+    """A row of the table: estimated, measured and error below each other."""
     first, *cells = table([row]).body[0]
     count, notes = len(QUANTITIES), row.notes
     columns = ""
@@ -77,13 +77,13 @@ def _row_lines(row: Row) -> str:
 
 
 def taken_words(row: Row) -> str:
-    """What became of a frame."""
+    """A sentence about a frame that was taken."""
     distance = "without a pose" if row.z_cm is None else f"z {row.z_cm:.1f} cm"
     measured = any(number is not None for number in (*row.measured, row.distance_cm))
     return f"Frame {row.number} is on disk: {row.source}, {distance}, {'' if measured else 'not yet '}measured."
 
 
 def state_html(folder: Path | None, rows: int, said: str) -> str:
-    """Which session is open, where it lies on the disk, and what was done last."""
+    """Which session is open, where it is on the disk, and what was done last."""
     where = _TO_BEGIN if folder is None else f"{rows} frame{'' if rows == 1 else 's'} in {folder}."
     return f'<div id="experiment" style="{SMALL}"><b>{escape(said)}</b> {escape(where)}</div>'

@@ -15,13 +15,7 @@ _MOST = 500
 
 
 class SessionFolder:
-    """Sessions below a folder, and nowhere else.
-
-    Parameters
-    ----------
-    root : Path
-        The folder; created with the first session.
-    """
+    """Sessions below ``root``, and nowhere else; the folder is created with the first session."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -35,13 +29,7 @@ class SessionFolder:
             return []
 
     def start(self, text: str, notes: str = "") -> Session:
-        """Start a session named after what was typed, or after the day if nothing was typed.
-
-        Raises
-        ------
-        SessionError
-            If it cannot be made.
-        """
+        """Start a session named after what was typed, else after the day. Raises SessionError if it cannot be made."""
         name = safe_name(text if text.strip() else f"{datetime.date.today():%Y-%m-%d}", taken=self._taken())
         return Session.create(self.root / name, notes)
 

@@ -18,17 +18,7 @@ INFO, RESULTS, FRAMES = "session.yaml", "results.csv", "frames"
 
 @dataclass(frozen=True)
 class SessionRecord:
-    """What a session's folder holds.
-
-    Attributes
-    ----------
-    folder : Path
-        Where it is.
-    info : dict
-        Content of session.yaml.
-    rows : tuple of Row
-        In the order in which they were taken.
-    """
+    """What a session's folder holds: the content of session.yaml, and the rows in the order they were taken."""
 
     folder: Path
     info: dict[str, Any]

@@ -19,19 +19,7 @@ class ResultsFile:
     Each change rewrites all rows and replaces the file in one step, a few milliseconds at 2,000 rows. Appending would
     leave half a row at the end if the program stopped while writing.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the session.
-    rows : sequence of Row
-        That its file holds.
-
-    Raises
-    ------
-    OSError
-        If a missing file cannot be made.
-    FileError
-        If the file has columns that would be lost.
+    Opening it raises OSError if a missing file cannot be made, FileError if the file has columns that would be lost.
     """
 
     def __init__(self, folder: Path, rows: Sequence[Row]) -> None:

@@ -36,17 +36,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Table:
-    """Text for every cell; the first columns are the frame's number and the notes come last.
-
-    Attributes
-    ----------
-    head : tuple of str
-        Name of each column.
-    body : tuple of tuple of str
-        One row per frame.
-    foot : tuple of tuple of str
-        One row for each of ``SUMMARIES``.
-    """
+    """Text for every cell: ``body`` has one row per frame, its number first and notes last, ``foot`` the summaries."""
 
     head: tuple[str, ...]
     body: tuple[tuple[str, ...], ...]

@@ -13,12 +13,7 @@ from dockpose.lights.masks import StillGroups
 class AutoMasks:
     """Finds what stays put in consecutive frames of the same size, camera and dock.
 
-    Parameters
-    ----------
-    settings : Settings
-        For every frame; the masks that are found are added to theirs.
-    tell : callable
-        Receives a sentence about each new mask.
+    The masks are added to those of ``settings``; ``tell`` receives a sentence about each new mask.
     """
 
     def __init__(self, settings: Settings, tell: Callable[[str], None]) -> None:

@@ -43,14 +43,8 @@ class Progress:
 class Task:
     """Runs one piece of work at a time and refuses others meanwhile.
 
-    Parameters
-    ----------
-    tell : callable
-        Called in the work's thread with the share done, 0 to 1.
-    on_end : callable
-        Called there when the work is over, however it ended.
-    on_error : callable
-        Called there with what the work raised, unless it was cancelled.
+    In the work's thread, ``tell`` is called with the share done, 0 to 1, ``on_error`` with what the work raised, unless
+    it was cancelled, and ``on_end`` when the work is over, however it ended.
     """
 
     def __init__(

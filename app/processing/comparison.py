@@ -26,14 +26,8 @@ CENTRES = ("mass moment of the lights", "ellipse centre", "true centre")
 class LevelSweep:
     """How far the dock's centre is off, level by level.
 
-    Attributes
-    ----------
-    levels : ndarray, shape (N,)
-        Grey levels.
-    errors_px : ndarray, shape (N, 3)
-        Distance of each of ``CENTRES`` from the reference; NaN where a level shows no dock.
-    reference : str
-        What they are measured against, in words.
+    ``errors_px`` (N, 3) are the distances of ``CENTRES`` from the ``reference``, told in words, at each of the
+    ``levels`` (N,); NaN where a level shows no dock.
     """
 
     levels: np.ndarray
@@ -74,18 +68,8 @@ def sweep_levels(
 ) -> LevelSweep:
     """Estimate the view at every fixed level (Fig. 14 of Ghosh et al. 2016).
 
-    Parameters
-    ----------
-    view : View
-        What to look at.
-    present : Estimate
-        Of the view as it is; its centre is the reference where no pose is known.
-    progress : Progress
-        Advances level by level.
-    levels : sequence of int
-        Which to try.
-    show : callable
-        Receives the sweep so far, level by level.
+    The reference is the centre of a known pose, or else that of ``present``, the estimate of the view as it is. After
+    each level, ``progress`` advances and ``show`` receives the sweep so far.
     """
     centre, reference = _reference(view, present)
     errors = np.full((len(levels), len(CENTRES)), np.nan)

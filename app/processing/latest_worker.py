@@ -13,16 +13,9 @@ Job = TypeVar("Job")
 class LatestWorker(Generic[Job]):
     """Works on one job at a time; of the waiting jobs, only the newest is kept.
 
-    Dragging a slider asks for seventy results, of which only the last matters.
-
-    Parameters
-    ----------
-    work : callable
-        Called with each job, in the worker's own thread.
-    on_error : callable
-        Called there with what ``work`` raised; the worker goes on.
-    rest_s : callable
-        Called after each job for the time in seconds that the next one must wait.
+    Dragging a slider asks for seventy results, of which only the last matters. ``work`` is called with each job in the
+    worker's own thread, ``on_error`` with whatever it raised, and ``rest_s`` after each job for the seconds that the
+    next one must wait.
     """
 
     def __init__(

@@ -35,18 +35,9 @@ _AHEAD = 2  # submitted chunks for each worker
 
 @dataclass(frozen=True)
 class Found:
-    """The result of one frame.
+    """The result of one :class:`dockpose.sources.Frame`.
 
-    Attributes
-    ----------
-    index, time_s, name, sha256 : int, float or None, str, str or None
-        Of the frame, see :class:`dockpose.sources.Frame`.
-    estimate : Estimate or None
-        What it shows; None where it was skipped.
-    told : str
-        Why it was skipped, in a sentence.
-    skipped : int
-        How many frames that sentence stands for.
+    Where it was skipped, there is no estimate, ``told`` says why, and ``skipped`` how many frames that stands for.
     """
 
     index: int
@@ -82,20 +73,8 @@ class Work(Protocol):
 class SequenceWork:
     """The frames of one recording.
 
-    Attributes
-    ----------
-    source : str
-        Opened by each worker: on a cluster, all must see it under the same path.
-    paths : tuple of Path
-        Of a sequence of pictures; empty for anything else.
-    rate_hz : float or None
-        Of a sequence of pictures.
-    camera, dock : Camera, Dock
-        Of all frames.
-    frames : int
-        How many.
-    folder : str
-        That relative paths start from.
+    Each worker opens ``source``, so on a cluster all must see it under the same path; relative paths start from
+    ``folder``. ``paths`` and ``rate_hz`` belong to sequences of pictures only.
     """
 
     source: str
@@ -206,17 +185,8 @@ def _as_typed(text: str, names: Sequence[str], folder: str) -> str:
 def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
     """Yield an executor on this machine or on a Dask cluster, and its number of workers.
 
-    Parameters
-    ----------
-    jobs : int
-        Number of processes on this machine.
-    scheduler : str or None
-        Address of a cluster's scheduler, as ``tcp://127.0.0.1:8786``; None for this machine.
-
-    Raises
-    ------
-    UserError
-        If ``distributed`` is not installed, or no scheduler answers.
+    ``jobs`` processes run on this machine, unless ``scheduler`` is the address of a cluster's scheduler, as
+    ``tcp://127.0.0.1:8786``. Raises UserError if ``distributed`` is not installed, or no scheduler answers.
     """
     if scheduler is not None:
         with _cluster(scheduler) as found:
@@ -233,18 +203,8 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
 def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings) -> Iterator[Found]:
     """Estimate all frames by an executor, and yield the results in order.
 
-    Parameters
-    ----------
-    work : Work
-        The frames.
-    executor : Executor
-        Runs chunks of them.
-    count : int
-        How many chunks it runs at a time.
-    auto_masks : AutoMasks
-        Learns from what is yielded.
-    settings : Settings
-        For the first frame.
+    The executor runs ``count`` chunks at a time. ``auto_masks`` learns from what is yielded, and changes the settings,
+    which are those of the first frame.
     """
     total = work.count()
     size = min(_LARGEST_CHUNK, BLOCK * math.ceil(total / (_CHUNKS_EACH * count * BLOCK)))

@@ -19,16 +19,8 @@ class FramePlayer:
     Every frame of a recording is shown, at its own rate times the speed or as fast as ``show`` allows. Of a live source
     the newest frame is shown, and none while it is paused.
 
-    Parameters
-    ----------
-    frames : Frames
-        What to play; closed with the player.
-    show : callable
-        Called in the player's thread with each frame; the next one waits until it returns.
-    on_end : callable
-        Called there at the end of a recording.
-    on_error : callable
-        Called there with the error that ended playing, as when a source can no longer be read.
+    In the player's thread, ``show`` is called with each frame, and the next one waits until it returns; ``on_end`` at
+    the end of a recording; ``on_error`` with what ended playing early. The frames are closed with the player.
     """
 
     def __init__(

@@ -16,14 +16,7 @@ DRAWING_REST_S, DRAWING_REST_PLAYING_S = 0.7, 3.0
 class UpdatePacing:
     """Decides how much of each frame of a sequence is shown, and how long the 3D scene rests.
 
-    Parameters
-    ----------
-    draws_slowly : threading.Event
-        Set where a browser draws without a graphics card, so that all else waits for the 3D scene.
-    is_playing : callable
-        Returns whether a sequence plays.
-    clock : callable
-        Returns seconds.
+    ``draws_slowly`` is set where a browser draws without a graphics card, so that all else waits for the 3D scene.
     """
 
     def __init__(

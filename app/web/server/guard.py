@@ -50,14 +50,8 @@ _HEADERS = {
 class Guard:
     """Decides which requests pass.
 
-    Parameters
-    ----------
-    host : str
-        That the server listens on.
-    more_names : iterable of str
-        Other names that browsers may use for it, as a reverse proxy's.
-    token : str, optional
-        That a browser must show once; by default a new one.
+    Browsers may use the name of ``host``, which the server listens on, or one of ``more_names``, as a reverse proxy's,
+    and must show the token once, by default a new one.
     """
 
     def __init__(self, host: str, more_names: Iterable[str] = (), token: str | None = None) -> None:

@@ -47,12 +47,8 @@ class Uploads:
     viser itself has no cap, keeps files in memory until the client leaves, and mixes up two that arrive together. Here
     each file goes to its receiver and is forgotten.
 
-    Parameters
-    ----------
-    limit_bytes : int
-        Of all files under way and kept, together.
-    make_room : callable
-        Called to keep at most so many bytes of earlier files.
+    ``limit_bytes`` caps all files under way and kept, together; ``make_room`` is called to keep at most so many bytes
+    of earlier files.
     """
 
     def __init__(

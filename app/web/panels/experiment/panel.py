@@ -48,14 +48,6 @@ class ExperimentPanel(Panel):
     """Session, button to take a frame, boxes for measured values, running table, charts and downloads.
 
     What is typed belongs to the next frame or to the chosen row; drafts are kept apart until they are saved.
-
-    Parameters
-    ----------
-    gui : where to build it.
-    sessions : the folder of sessions.
-    checksums : of the files that pictures come from.
-    notify : tells a browser what became of a frame.
-    on_error : told what goes wrong without anybody having expected it.
     """
 
     def __init__(

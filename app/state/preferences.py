@@ -1,4 +1,4 @@
-"""Settings in files: those one saves and loads, and the last ones, which are there again at the next start."""
+"""Settings in files: those that people save and load, and those restored at the next start."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Remembered(msgspec.Struct, frozen=True):
-    """What is there again at the next start. ``shows_first_card``: until it was clicked away."""
+    """What the next start restores; ``shows_first_card`` until the card was dismissed."""
 
     settings: Settings = Settings()
     dark: bool = False
@@ -59,10 +59,10 @@ def with_settings_file(view: View, data: bytes, name: str) -> View:
 
 
 def with_last_settings(view: View, settings: Settings) -> View:
-    """Search the first picture as was searched last.
+    """Search the first picture with the settings of the last run.
 
-    What fitted the last picture, a fixed level most of all, may hide the dock of this one. Where the default settings
-    show one and the last do not, the default ones are taken, and the note says so.
+    Settings that fitted the last picture, above all a fixed level, may hide the dock of this one. If only the default
+    settings show a dock, they are used instead, and the note says so.
     """
     last, default = replace(view, settings=settings), replace(view, settings=Settings())
     if settings == default.settings or _shows_dock(last) or not _shows_dock(default):
@@ -80,11 +80,12 @@ def _shows_dock(view: View) -> bool:
 
 
 class Memory:
-    """The last settings, in a folder of the user's; best effort: what cannot be read or written is left.
+    """The last settings, kept in a folder of the user's; files that cannot be read or written are ignored.
 
     Parameters
     ----------
-    folder : for the file; None remembers nothing, and shows no first card.
+    folder : Path, optional
+        For the file; None remembers nothing, and shows no first card.
     """
 
     def __init__(self, folder: Path | None) -> None:

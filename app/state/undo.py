@@ -1,4 +1,4 @@
-"""Undo and redo: the views that the operator's changes went through, as long as the picture is the same."""
+"""Undo and redo of the operator's changes to one picture."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class History:
         self._returned_to: View | None = None
 
     def note(self, before: View, after: View) -> None:
-        """Take down a change. Another picture forgets all, since its camera and scene are its own."""
+        """Record a change; another picture clears the history, since it brings its own camera and scene."""
         if after is before or after is self._returned_to:
             return
         self._returned_to = None

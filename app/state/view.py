@@ -26,19 +26,34 @@ class View:
 
     Attributes
     ----------
-    image : (H, W) grey or (H, W, 3) BGR array of uint8 or uint16.
-    source : what to call the picture: a sample's or a file's name.
-    camera : its intrinsics, for exactly this picture's size.
-    dock, settings : what is looked for and how.
-    given_camera, given_dock : those that came with the picture, to go back to.
-    sample : name of the sample scene that this is; None for any other picture.
-    truth : where the dock of a simulated picture really is, as in the YAML beside it; None where it is not known.
-    note : a sentence about what had to be assumed; empty where nothing had to be.
-    by_hand : normal of the pose that the operator chose; None leaves the choice to the program.
-    scene : what is simulated; None for a picture that is not, or not known to be.
-    is_stale : whether ``image`` is still to be rendered from ``scene``.
-    list_name, item : the list of pictures that this one is in ("samples", "uploads", "folder"), and its name there.
-    measured : pose that the operator measured; None where there is none.
+    image : np.ndarray
+        (H, W) grey or (H, W, 3) BGR, uint8 or uint16.
+    source : str
+        Name of the sample or file.
+    camera : Camera
+        For exactly this picture's size.
+    dock : Dock
+        What is searched for.
+    settings : Settings
+        How it is searched for.
+    given_camera, given_dock : Camera, Dock
+        Those that came with the picture, to go back to.
+    sample : str, optional
+        Name of the sample scene that this is.
+    truth : KnownPose, optional
+        Where the dock of a simulated picture really is.
+    note : str
+        What had to be assumed; empty where nothing had to be.
+    by_hand : tuple of float, optional
+        Normal of the pose that the operator chose; None leaves the choice to the program.
+    scene : Scene, optional
+        What is simulated.
+    is_stale : bool
+        Whether ``image`` is still to be rendered from ``scene``.
+    list_name, item : str
+        The list of pictures that this one is in ("samples", "uploads", "folder"), and its name there.
+    measured : KnownPose, optional
+        Pose that the operator measured.
     """
 
     image: np.ndarray
@@ -69,14 +84,17 @@ def open_source(source: str | None, camera: Camera | None, dock: Dock | None) ->
 
     Parameters
     ----------
-    source : path of a picture; None for the first sample scene.
-    camera, dock : None takes what the YAML beside the picture says; failing that the camera is guessed and the dock
-        is 0.30 m across.
+    source : str, optional
+        Path of a picture; None for the first sample scene.
+    camera : Camera, optional
+        None takes the one in the YAML beside the picture, or else guesses one.
+    dock : Dock, optional
+        None takes the one in the YAML beside the picture, or else one 0.30 m across.
 
     Raises
     ------
     ValueError
-        if the picture cannot be read, or the camera is not for a picture of this size.
+        If the picture cannot be read, or the camera is not for a picture of this size.
     """
     if source is None:
         return _sample_view(sample_names()[0], camera, dock)

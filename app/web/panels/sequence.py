@@ -22,8 +22,10 @@ class SequencePanel(Panel):
 
     Parameters
     ----------
-    gui : of the page.
-    controller : plays the sequences.
+    gui : viser.GuiApi
+        Where to build it.
+    controller : SequenceController
+        Plays the sequences.
     """
 
     def __init__(self, gui: viser.GuiApi, controller: SequenceController) -> None:

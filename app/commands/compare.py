@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 from dockpose import Camera, Dock, Estimate, Settings
 from dockpose.app.commands.output import PictureFolder, open_text, write_line
 from dockpose.app.drawing.montage import montage
+from dockpose.app.drawing.numbers import chance, number, pose_cells
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.sidecar import read_sidecar
 from dockpose.app.processing.comparison import compare
@@ -104,15 +104,11 @@ def _method_dict(found: Estimate) -> dict[str, Any]:
 
 def _cells(name: str, found: Estimate) -> tuple[str, ...]:
     pose = found.selected
-    numbers = ["-"] * 4
-    if pose is not None:
-        angles = (f"{math.degrees(angle):.1f}" for angle in (pose.theta_x_rad, pose.theta_y_rad))
-        chance = "-" if pose.probability is None else f"{100 * pose.probability:.0f} %"
-        numbers = [f"{100 * pose.position_m[2]:.1f}", *angles, chance]
+    numbers = ["-"] * 4 if pose is None else [*pose_cells(pose)[2:], chance(pose) or "-"]
     level = None if found.threshold is None else found.threshold.level
     groups = None if found.markers is None else len(found.markers)
     counts = ("-" if count is None else str(count) for count in (level, groups, found.lights_on_ring))
-    return (name, *counts, *numbers, f"{found.elapsed_ms:.1f}")
+    return (name, *counts, *numbers, number(found.elapsed_ms))
 
 
 def _remark(found: Estimate, truth: KnownPose | None) -> str:

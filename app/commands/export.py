@@ -93,8 +93,7 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
 def _files(
     source: Path, camera: Camera | None, dock: Dock | None, layers: Collection[str]
 ) -> dict[str, Callable[[], bytes]]:
-    from dockpose.app.export.bundle import picture_files
-    from dockpose.app.export.contents import sequence_files, session_files
+    from dockpose.app.export.bundle import picture_files, sequence_files, session_files
     from dockpose.app.processing.analysis import analyse
     from dockpose.app.state.view import open_source
 

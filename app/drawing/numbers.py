@@ -39,11 +39,9 @@ def pose_values(pose: CirclePose | KnownPose) -> tuple[float, ...]:
 
 def pose_sigmas(pose: CirclePose) -> tuple[float | None, ...]:
     """Return the one-sigma of each of :func:`pose_values`; None where it is unknown."""
-    lengths, angles = pose.sigma_position_m, pose.sigma_theta_rad
-    return (
-        *((None,) * 3 if lengths is None else (100 * sigma for sigma in lengths)),
-        *((None,) * 2 if angles is None else map(math.degrees, angles)),
-    )
+    x, y, z = pose.sigma_position_m or (math.inf,) * 3
+    sigmas = (100 * x, 100 * y, 100 * z, *map(math.degrees, pose.sigma_theta_rad or (math.inf,) * 2))
+    return tuple(sigma if math.isfinite(sigma) else None for sigma in sigmas)
 
 
 def pose_cells(pose: CirclePose | KnownPose, decimals: int = 1) -> list[str]:

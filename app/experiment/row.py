@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.numbers import pose_sigmas, pose_values
 from dockpose.checks import check_number
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
@@ -225,17 +226,10 @@ def rows_from_csv(text: str) -> list[Row]:
 
 
 def _pose_values(pose: CirclePose) -> dict[str, float | None]:
-    position = [100 * float(value) for value in pose.position_m]
-    angles = [math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)]
-    values: dict[str, float | None] = dict(zip(POSE_COLUMNS, map(_rounded, position + angles), strict=True))
-    for sigmas, names, factor in (
-        (pose.sigma_position_m, POSE_COLUMNS[:3], 100.0),
-        (pose.sigma_theta_rad, POSE_COLUMNS[3:], math.degrees(1.0)),
-    ):
-        if sigmas is not None:
-            values |= {f"sigma_{name}": _rounded(factor * sigma) for name, sigma in zip(names, sigmas, strict=True)}
-    return values
+    values = dict(zip(POSE_COLUMNS, map(_rounded, pose_values(pose)), strict=True))
+    sigmas = {f"sigma_{name}": _rounded(sigma) for name, sigma in zip(POSE_COLUMNS, pose_sigmas(pose), strict=True)}
+    return values | sigmas
 
 
-def _rounded(value: float) -> float | None:
-    return round(value, _DECIMALS) if math.isfinite(value) else None
+def _rounded(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else round(value, _DECIMALS)

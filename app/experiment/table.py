@@ -9,10 +9,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
 from dockpose.app.experiment.row import Row
 
-MISSING = "–"
-QUANTITIES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
 SUMMARIES = ("Compared", "Mean error", "RMS error")
 
 
@@ -80,8 +79,8 @@ def _cells(row: Row, with_errors: bool) -> tuple[str, ...]:
 
 
 def _plain(values: Sequence[float | None]) -> tuple[str, ...]:
-    return tuple(MISSING if value is None else f"{value:.2f}" for value in values)
+    return tuple(number(value, 2) for value in values)
 
 
 def _signed(values: Sequence[float | None]) -> tuple[str, ...]:
-    return tuple(MISSING if value is None else f"{value:+.2f}" for value in values)
+    return tuple(number(value, 2, signed=True) for value in values)

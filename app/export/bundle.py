@@ -1,73 +1,70 @@
-"""All results of one picture, a file each, and all of them in one ZIP file to take away."""
+"""All that can be taken away of a picture, a session or a sequence: names of files, and what makes each."""
 
 from __future__ import annotations
 
+import functools
 import io
 import zipfile
 from collections.abc import Callable, Collection, Mapping
-from pathlib import PurePosixPath, PureWindowsPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import TYPE_CHECKING, Any
 
+import msgspec
+from dockpose.app.drawing import figures
 from dockpose.app.drawing.annotated import annotate
-from dockpose.app.drawing.figures import to_pdf, to_svg
-from dockpose.app.drawing.figures import to_png as figure_png
 from dockpose.app.drawing.montage import montage
 from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.drawing.vector import picture_figure
+from dockpose.app.experiment import SessionRecord
 from dockpose.app.export.data import result_line, settings_yaml, to_csv, to_json, to_png
-from dockpose.app.export.plots import histogram_figure
-from dockpose.app.export.report import picture_report
+from dockpose.app.export.plots import error_figure, histogram_figure, sequence_figure
+from dockpose.app.export.report import picture_report, sequence_report, session_report
 from dockpose.app.export.ros import pose_yaml
+from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table
 from dockpose.app.inputs.filenames import safe_name
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view
+from dockpose.camera.files import FileError
+from dockpose.estimate import SCHEMA
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Files = dict[str, Callable[[], bytes]]
-
-
-def bundle(
-    analysis: Analysis, progress: Progress, *, with_montage: bool = True, layers: Collection[str] = LAYERS
-) -> bytes:
-    """Return a ZIP file of what was found, telling file by file; see :func:`picture_files`.
-
-    Raises
-    ------
-    CancelledError
-        if it was asked to stop.
-    """
-    files = picture_files(analysis, with_montage=with_montage, layers=layers, progress=progress.silent())
-    return to_zip(files, progress)
 
 
 def picture_files(
     analysis: Analysis,
     *,
-    with_montage: bool = True,
     layers: Collection[str] = LAYERS,
     sha256: str | None = None,
     progress: Progress | None = None,
 ) -> Files:
-    """What can be taken away of a picture: names of files, and what makes each.
+    """Return the files of one picture.
 
     Parameters
     ----------
-    analysis : what to write.
-    with_montage : whether to try every method for a montage, which takes longest.
-    layers : of the annotated picture.
-    sha256 : of the picture's file, where there is one.
-    progress : of the montage; where it is asked to stop, making that raises CancelledError.
+    analysis : Analysis
+        The picture and what was found in it.
+    layers : collection of str
+        What to draw on the annotated picture.
+    sha256 : str or None
+        Of the picture's file, where there is one.
+    progress : Progress or None
+        Of the montage, which takes longest; making it raises CancelledError once it is asked to stop.
 
     Returns
     -------
-    picture.png (the very pixels), annotated.png, .svg and .pdf, histogram.png and .svg, result.json (schema 1) and
-    .csv (a row), settings.yaml (camera, dock and settings), pose_ros.yaml where there is a pose, report.html, and
-    montage.png.
+    dict of str to callable
+        picture.png (the very pixels), annotated.png, .svg and .pdf, histogram.png and .svg, result.json (schema 1) and
+        .csv (a row), settings.yaml (camera, dock and settings), pose_ros.yaml where there is a pose, report.html, and
+        montage.png of all methods.
     """
     view, found = analysis.view, analysis.estimate
     files: Files = {
         "annotated.png": lambda: to_png(annotate(view.image, found, layers=layers)),
-        "annotated.svg": lambda: to_svg(picture_figure(view.image, found, layers), "annotated"),
-        "annotated.pdf": lambda: to_pdf(picture_figure(view.image, found, layers)),
+        **_figure_files("annotated", lambda: picture_figure(view.image, found, layers), "svg", "pdf"),
         "picture.png": lambda: to_png(view.image),
         "result.json": lambda: to_json(result_line(analysis, sha256)),
         "result.csv": lambda: to_csv([result_line(analysis, sha256)]),
@@ -76,14 +73,34 @@ def picture_files(
     }
     threshold = found.threshold
     if threshold is not None:
-        files["histogram.png"] = lambda: figure_png(histogram_figure(threshold))
-        files["histogram.svg"] = lambda: to_svg(histogram_figure(threshold), "histogram")
+        files |= _figure_files("histogram", lambda: histogram_figure(threshold), "png", "svg")
     if found.selected is not None:
         files["pose_ros.yaml"] = lambda: (pose_yaml(found) or "").encode()
-    if with_montage:
-        heard = progress or Progress(lambda share: None)
-        files["montage.png"] = lambda: to_png(montage(view.image, compare_view(view, heard), view.known_pose))
+    heard = progress or Progress(lambda share: None)
+    files["montage.png"] = lambda: to_png(montage(view.image, compare_view(view, heard), view.known_pose))
     return files
+
+
+def session_files(record: SessionRecord) -> Files:
+    """Return report, table and plot of a session; its frames lie in its folder as they are."""
+    return {
+        "report.html": lambda: session_report(record).encode(),
+        "table.csv": lambda: csv_table(record.rows).encode(),
+        "table.md": lambda: markdown_table(record.rows).encode(),
+        "table.tex": lambda: latex_table(record.rows).encode(),
+        "table.html": lambda: html_table(record.rows).encode(),
+        **_figure_files("errors", lambda: error_figure(record.rows), "svg", "png", "pdf"),
+    }
+
+
+def sequence_files(path: Path) -> Files:
+    """Return report, table and plot of a file of JSON lines. Raises FileError as :func:`read_lines` does."""
+    lines = read_lines(path)
+    return {
+        "report.html": lambda: sequence_report(path, lines).encode(),
+        "results.csv": lambda: to_csv(lines),
+        **_figure_files("poses", lambda: sequence_figure(lines), "svg", "png", "pdf"),
+    }
 
 
 def to_zip(files: Mapping[str, Callable[[], bytes]], progress: Progress | None = None) -> bytes:
@@ -96,6 +113,94 @@ def to_zip(files: Mapping[str, Callable[[], bytes]], progress: Progress | None =
 
 
 def bundle_name(source: str, ending: str = ".zip") -> str:
-    """File name of what is taken away of a picture, whatever the picture is called and on whatever system."""
+    """Return a file name for what is made of a source, valid on every system whatever the source is called."""
     last = PureWindowsPath(PurePosixPath(source).name).stem
     return f"dockpose_{safe_name(last, ending)}"
+
+
+def read_lines(path: Path) -> list[dict[str, Any]]:
+    """Read lines of schema 1 as ``dockpose estimate --json`` writes them.
+
+    A last line cut short, as a stopped run may leave it, is left out where others are whole.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read or has no lines, or a line is not of the schema; it is named by its number.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read ({error.strerror or error})") from error
+    pieces = content.splitlines()
+    lines = []
+    for number, piece in enumerate(pieces, start=1):
+        if not piece.strip():
+            continue
+        try:
+            line = msgspec.json.decode(piece)
+            msgspec.convert(line, _Line)
+        except (ValueError, UnicodeDecodeError) as error:
+            if number == len(pieces) > 1 and not content.endswith(b"\n"):
+                break
+            raise FileError(f"{path}: line {number} does not follow schema {SCHEMA} ({error})") from error
+        lines.append(line)
+    if not lines:
+        raise FileError(f"{path}: has no lines")
+    return lines
+
+
+def _figure_files(name: str, make: Callable[[], Figure], *kinds: str) -> Files:
+    """Return the files of a figure, one of each kind."""
+    save = {"svg": functools.partial(figures.to_svg, name=name), "png": figures.to_png, "pdf": figures.to_pdf}
+    return {f"{name}.{kind}": lambda to_bytes=save[kind]: to_bytes(make()) for kind in kinds}
+
+
+class _Candidate(msgspec.Struct):
+    position_m: tuple[float, float, float]
+    theta_x_deg: float
+    theta_y_deg: float
+    probability: float | None
+    rms_px: float | None
+
+
+class _Track(msgspec.Struct):
+    probability: float | None = None
+    age: int | None = None
+    predicted: bool | None = None
+    lost: bool | None = None
+
+
+class _Threshold(msgspec.Struct):
+    method: str
+    level: int
+    groups: int | None
+
+
+class _Marker(msgspec.Struct):
+    on_ring: bool | None
+
+
+class _Line(msgspec.Struct):
+    """What reports and tables read of a line; it has more."""
+
+    schema: int
+    source: str | None
+    frame: int | None
+    time_s: float | None
+    sha256: str | None
+    status: str
+    message: str
+    threshold: _Threshold | None
+    markers: list[_Marker]
+    candidates: list[_Candidate]
+    selected: int | None
+    selected_by: str | None
+    elapsed_ms: float | None
+    track: _Track | None = None
+
+    def __post_init__(self) -> None:
+        if self.schema != SCHEMA:
+            raise ValueError(f"schema is {self.schema}; it must be {SCHEMA}")
+        if self.selected is not None and not 0 <= self.selected < len(self.candidates):
+            raise ValueError(f"selected is {self.selected}, of {len(self.candidates)} candidates")

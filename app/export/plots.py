@@ -2,43 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, GROUPS_COLOUR, ORANGE, PEAKS_COLOUR, THRESHOLD_COLOUR
 from dockpose.app.drawing.figures import new_figure
+from dockpose.app.drawing.numbers import QUANTITIES
 from dockpose.app.experiment.row import Row
-from dockpose.app.experiment.table import QUANTITIES
 from dockpose.thresholds import LEVELS, Threshold
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, and a mark of its own for each quantity.
-_STYLES = (("#0072B2", "o"), ("#E69F00", "s"), ("#009E73", "^"), ("#0072B2", "o"), ("#E69F00", "s"))
-_THRESHOLD, _PEAKS, _GROUPS, _BARS = "#D55E00", "#CC79A7", "#0072B2", "#7f8fa6"
+_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (BLUE, "o"), (ORANGE, "s"))  # one for each of QUANTITIES
 
 
 def histogram_figure(threshold: Threshold) -> Figure:
-    """Pixels of each grey level, the threshold, the peaks, and how many groups each level leaves."""
+    """Return a plot of the pixels at each grey level, the threshold, the peaks, and the groups each level leaves."""
     figure = new_figure(6.5, 3.0)
     axes = figure.add_subplot()
     levels = np.arange(LEVELS)
-    axes.fill_between(levels, threshold.histogram + 1, 1, step="mid", color=_BARS, label="pixels + 1")
+    axes.fill_between(levels, threshold.histogram + 1, 1, step="mid", color=BARS_COLOUR, label="pixels + 1")
     axes.set_yscale("log")
     axes.set_xlim(0, LEVELS - 1)
     axes.set_xlabel("grey level (0 to 255)")
     axes.set_ylabel("pixels + 1")
     if threshold.level < LEVELS:
-        axes.axvline(threshold.level, color=_THRESHOLD, label=f"level {threshold.level} ({threshold.method})")
+        axes.axvline(threshold.level, color=THRESHOLD_COLOUR, label=f"level {threshold.level} ({threshold.method})")
     peaks = [peak.level for peak in threshold.peaks]
     if peaks:
-        axes.plot(peaks, threshold.histogram[peaks] + 1, "v", color=_PEAKS, label="peaks")
+        axes.plot(peaks, threshold.histogram[peaks] + 1, "v", color=PEAKS_COLOUR, label="peaks")
     groups = np.where(threshold.groups_at_level < 0, np.nan, threshold.groups_at_level)
     if np.isfinite(groups).any():
         right = axes.twinx()
-        right.plot(levels, groups, "--", color=_GROUPS, drawstyle="steps-mid")
-        axes.plot([], [], "--", color=_GROUPS, label="groups (right)")
+        right.plot(levels, groups, "--", color=GROUPS_COLOUR, drawstyle="steps-mid")
+        axes.plot([], [], "--", color=GROUPS_COLOUR, label="groups (right)")
         right.set_ylabel("groups")
         at_level = groups[threshold.level] if threshold.level < LEVELS else np.nan
         right.set_ylim(0, max(10.0, 2 * np.nan_to_num(at_level)))
@@ -48,7 +47,7 @@ def histogram_figure(threshold: Threshold) -> Figure:
 
 
 def error_figure(rows: Sequence[Row]) -> Figure:
-    """Estimated minus measured against range: position above, angles below; says so where nothing was measured."""
+    """Return a plot of estimated minus measured against range: position above, angles below."""
     figure = new_figure(6.5, 4.8)
     figure.set_layout_engine("constrained")
     above, below = figure.subplots(2, 1, sharex=True)
@@ -71,11 +70,11 @@ def error_figure(rows: Sequence[Row]) -> Figure:
 
 
 def sequence_figure(lines: Sequence[dict[str, Any]]) -> Figure:
-    """The chosen pose of each line of schema 1 over time, or over frames where times are not known."""
+    """Return a plot of the chosen pose of each line of schema 1 over time, or over frames where times are unknown."""
     times = [line.get("time_s") for line in lines]
     timed = all(time is not None for time in times) and len(set(times)) == len(times)
     across = np.array(times if timed else range(len(lines)), dtype=float)
-    poses = [_chosen(line) for line in lines]
+    poses = [chosen_of(line) for line in lines]
     figure = new_figure(6.5, 6.4)
     figure.set_layout_engine("constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
@@ -85,11 +84,11 @@ def sequence_figure(lines: Sequence[dict[str, Any]]) -> Figure:
         values = [np.nan if pose is None else pose[index] for pose in poses]
         axes.plot(across, values, mark, color=colour, markersize=2.5, label=QUANTITIES[index].split()[0])
     chances = [np.nan if pose is None or pose[5] is None else pose[5] for pose in poses]
-    bottom.plot(across, chances, "o", color="#0072B2", markersize=2.5, label="of the chosen pose, one picture alone")
+    bottom.plot(across, chances, "o", color=BLUE, markersize=2.5, label="of the chosen pose, from its frame alone")
     tracked = [(line.get("track") or {}).get("probability") for line in lines]
     if any(chance is not None for chance in tracked):
         values = [np.nan if chance is None else chance for chance in tracked]
-        bottom.plot(across, values, "^", color="#E69F00", markersize=2.5, label="with the frames before")
+        bottom.plot(across, values, "^", color=ORANGE, markersize=2.5, label="with earlier frames")
     for axes, label in ((top, "position (cm)"), (middle, "attitude (°)"), (bottom, "probability")):
         axes.set_ylabel(label)
         axes.legend(fontsize=8)
@@ -98,14 +97,10 @@ def sequence_figure(lines: Sequence[dict[str, Any]]) -> Figure:
     return figure
 
 
-def _chosen(line: dict[str, Any]) -> list[Any] | None:
-    """x, y, z in centimetres, the angles in degrees, and the probability of a line's chosen pose."""
+def chosen_of(line: Mapping[str, Any]) -> list[Any] | None:
+    """Return a line's chosen pose in the order and units of ``QUANTITIES``, then its probability; None without one."""
     if line["selected"] is None:
         return None
     pose = line["candidates"][line["selected"]]
-    return [
-        *(100 * value for value in pose["position_m"]),
-        pose["theta_x_deg"],
-        pose["theta_y_deg"],
-        pose["probability"],
-    ]
+    lengths = (100 * value for value in pose["position_m"])
+    return [*lengths, pose["theta_x_deg"], pose["theta_y_deg"], pose["probability"]]

@@ -1,4 +1,4 @@
-"""One HTML file that says it all, of a picture, a sequence or a session; it opens offline and prints well."""
+"""Reports on a picture, a sequence or a session: one HTML file each, which opens offline and prints well."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ from dockpose import Estimate
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.figures import to_svg
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, percent, pose_cells, pose_sigmas, status_words
 from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.experiment import SessionRecord
-from dockpose.app.experiment.table import MISSING, table
+from dockpose.app.experiment.table import table
 from dockpose.app.experiment.versions import versions
-from dockpose.app.export.plots import error_figure, histogram_figure, sequence_figure
+from dockpose.app.export.plots import chosen_of, error_figure, histogram_figure, sequence_figure
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.replay import estimate_again
@@ -42,7 +43,7 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class ReportTable:
-    """A table of the report; cells are plain text. ``note`` stands below it."""
+    """A table of plain text, with a note below."""
 
     title: str
     head: Sequence[str]
@@ -53,14 +54,20 @@ class ReportTable:
 
 @dataclass(frozen=True)
 class Report:
-    """What the template is filled in with; every text is plain and is escaped there.
+    """Content of the template, which escapes every text.
 
     Attributes
     ----------
-    title, kind : what it is of, and whether that is a picture, a sequence or a session.
-    facts : name and value, to stand at the top.
-    groups : title and names and values: set-up, camera, dock, settings, versions.
-    tables, plots, pictures : in the order in which they stand; plots are our own SVG, pictures data addresses.
+    title, kind : str
+        Name of the source; "picture", "sequence" or "session".
+    facts : mapping
+        Names and values for the top.
+    groups : mapping
+        By title, names and values of the set-up: camera, dock, settings, versions.
+    tables, plots, pictures : sequence
+        In their order; plots are SVG made here, pictures data URIs.
+    note : str
+        A sentence below the title.
     """
 
     title: str
@@ -73,13 +80,13 @@ class Report:
     note: str = ""
 
     def html(self) -> str:
-        """The file's text."""
+        """Return the text of the file."""
         made = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
         return _template().render(report=self, made=made)
 
 
 def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
-    """Report of one picture: both poses, the histogram, and all that it was read with."""
+    """Return the report of one picture: both poses, the histogram, and all settings."""
     view, found = analysis.view, analysis.estimate
     facts = {"Source": view.source, "Result": found.message, "Choice": why_this_one(found)}
     facts |= {"SHA-256 of the file": sha256} if sha256 else {}
@@ -102,7 +109,7 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
 
 
 def session_report(record: SessionRecord) -> str:
-    """Report of a session: the table "estimated (measured)", errors against range, and its pictures."""
+    """Return the report of a session: the table "estimated (measured)", errors against range, and its pictures."""
     content = table(record.rows)
     ok = sum(row.status == "ok" for row in record.rows)
     facts = {
@@ -137,7 +144,7 @@ def session_report(record: SessionRecord) -> str:
 
 
 def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
-    """Report of a sequence: lines of schema 1 as ``dockpose estimate --json`` writes them."""
+    """Return the report of a sequence from lines of schema 1 as ``dockpose estimate --json`` writes them."""
     ok = sum(line["status"] == "ok" for line in lines)
     facts = {"File": path.name, "Frames": f"{len(lines)}, a dock in {ok}"}
     times = [line["time_s"] for line in lines if line.get("time_s") is not None]
@@ -149,7 +156,7 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
             caption = f"{line['source']}, frame {line['frame']}"
             pictures.append((caption, _annotated_uri(image, line, MOST_PICTURES)))
     shown = [_sequence_row(line) for line in _spread(lines, MOST_ROWS)]
-    head = ("Frame", "Time (s)", "x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "likely (%)", "Track", "Source")
+    head = ("Frame", "Time (s)", *QUANTITIES, "likely (%)", "Track", "Source")
     first = lines[0] if lines else {}
     return Report(
         path.name,
@@ -174,7 +181,7 @@ def _groups(line: Mapping[str, Any]) -> dict[str, dict[str, str]]:
 
 
 def _texts(values: Any) -> dict[str, str]:
-    """Names and values as text, those within others by a dot."""
+    """Return names and values as text; nested names are joined by dots."""
     texts: dict[str, str] = {}
     for name, value in values.items() if isinstance(values, dict) else ():
         if isinstance(value, dict):
@@ -185,41 +192,32 @@ def _texts(values: Any) -> dict[str, str]:
 
 
 def _candidates_table(found: Estimate) -> ReportTable:
-    head = ("", "x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "likely (%)", "error (px)")
     body = []
-    for index, pose in enumerate(found.to_dict()["candidates"]):
-        values = [*(100 * value for value in pose["position_m"]), pose["theta_x_deg"], pose["theta_y_deg"]]
-        sigmas = [100 * value for value in pose["sigma_position_m"] or ()] + list(pose["sigma_theta_deg"] or ())
-        cells = [f"{value:.2f}" for value in values]
-        if len(sigmas) == len(cells):
-            cells = [f"{cell} ± {sigma:.2f}" for cell, sigma in zip(cells, sigmas, strict=True)]
-        chosen = found.choice is not None and index == found.choice.selected
-        name = f"{POSE_NAMES[index]}{', chosen' if chosen else ''}"
-        body.append((name, *cells, _number(pose["probability"], 100, 1), _number(pose["rms_px"], 1, 3)))
+    for name, pose in zip(POSE_NAMES, found.candidates, strict=False):
+        cells, sigmas = pose_cells(pose, 2), pose_sigmas(pose)
+        if None not in sigmas:
+            cells = [f"{cell} ± {number(sigma, 2)}" for cell, sigma in zip(cells, sigmas, strict=True)]
+        chosen = ", chosen" if pose is found.selected else ""
+        body.append((f"{name}{chosen}", *cells, percent(pose.probability), number(pose.rms_px, 3)))
+    head = ("", *QUANTITIES, "likely (%)", "error (px)")
     return ReportTable("Both poses", head, body, note="±: one-sigma. Position in the camera's frame: x right, y down.")
 
 
 def _sequence_row(line: Mapping[str, Any]) -> list[str]:
-    cells = [str(line["frame"]), _number(line["time_s"], 1, 3)]
-    if line["selected"] is None:
-        cells += [line["status"].replace("_", " "), *[""] * 5]
+    pose = chosen_of(line)
+    if pose is None:
+        cells = [status_words(line["status"]), *[""] * 5]
     else:
-        pose = line["candidates"][line["selected"]]
-        cells += [_number(value, 100, 2) for value in pose["position_m"]]
-        cells += [_number(pose["theta_x_deg"], 1, 2), _number(pose["theta_y_deg"], 1, 2)]
-        cells.append(_number(pose["probability"], 100, 1))
-    track = line.get("track")
+        cells = [*(number(value, 2) for value in pose[:5]), percent(pose[5])]
+    track = line.get("track") or {}
     state = "" if not track else "lost" if track.get("lost") else "predicted" if track.get("predicted") else "seen"
-    chance = _number(track.get("probability"), 100, 1) if track else ""
-    return [*cells, f"{state} {chance} %" if state and chance != MISSING else state, str(line["source"] or "")]
-
-
-def _number(value: float | None, factor: float, decimals: int) -> str:
-    return MISSING if value is None else f"{factor * value:.{decimals}f}"
+    likely = track.get("probability")
+    state += f" {percent(likely)} %" if likely is not None else ""
+    return [str(line["frame"]), number(line["time_s"], 3), *cells, state, str(line["source"] or "")]
 
 
 def _picture_of(line: Mapping[str, Any], folder: Path) -> np.ndarray | None:
-    """The picture of a line, where its file is still there and still the same."""
+    """Return the picture of a line if its file is still there, unchanged."""
     if not line.get("source") or not line.get("sha256"):
         return None
     for path in (Path(line["source"]), folder / line["source"]):
@@ -237,7 +235,7 @@ def _annotated_uri(image: np.ndarray, line: dict[str, Any], pictures: int) -> st
 
 
 def _data_uri(picture: np.ndarray, pictures: int) -> str:
-    """A picture as an address that holds it, scaled down to the width that so many pictures are given."""
+    """Return a picture as a data URI, smaller where there are many."""
     scale = min(1.0, _WIDEST_PX[pictures] / picture.shape[1])
     size = (max(1, round(scale * picture.shape[1])), max(1, round(scale * picture.shape[0])))
     scaled = picture if scale == 1 else cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
@@ -246,13 +244,13 @@ def _data_uri(picture: np.ndarray, pictures: int) -> str:
 
 
 def _svg(figure: Figure, name: str) -> Markup:
-    """A figure to stand within HTML: without the lines in front that a file has, and without numbers for width."""
+    """Return a figure as SVG to embed in HTML: without the XML header, and without a fixed size."""
     text = to_svg(figure, name).decode()
     return Markup(re.sub(r' width="[\d.]+pt" height="[\d.]+pt"', "", text[text.index("<svg") :], count=1))
 
 
 def _spread(items: Sequence[Item], most: int) -> Iterable[Item]:
-    """At most so many of them, evenly spread, the first and the last included."""
+    """Return at most so many of the items, evenly spread, with the first and the last."""
     if len(items) <= most:
         return items
     return [items[round(index * (len(items) - 1) / (most - 1))] for index in range(most)]

@@ -7,8 +7,9 @@ import re
 from collections.abc import Sequence
 from csv import writer
 
+from dockpose.app.drawing.numbers import MISSING
 from dockpose.app.experiment.row import POSE_COLUMNS, Row
-from dockpose.app.experiment.table import MISSING, Table, table
+from dockpose.app.experiment.table import Table, table
 from dockpose.app.export.latex import to_latex
 from markupsafe import Markup, escape
 

@@ -5,7 +5,7 @@ from dockpose import estimate
 from dockpose.app.drawing.figures import to_svg
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.experiment import Measured, Session
-from dockpose.app.export.contents import session_files
+from dockpose.app.export.bundle import session_files
 from dockpose.app.inputs.sidecar import load_sample
 
 pytestmark = pytest.mark.browser

@@ -147,7 +147,7 @@ def test_coloured_lights_are_also_solved_point_by_point(page):
 
 def test_methods_are_compared_when_asked_and_one_taken_over(page):
     page.tab("Compare")
-    page.page.get_by_text("It is not done while sliders move").wait_for()
+    page.page.get_by_text("This does not run while sliders move").wait_for()
     press(page, "Compare all methods")
     rows = page.page.locator("#methods tbody tr")
     page.until(lambda: rows.count() == len(COMPARED))

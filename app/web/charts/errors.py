@@ -66,7 +66,7 @@ class ErrorCharts:
             points = error_points(rows, marks)
             if len(points):
                 ends = fitting_ends(np.append(points[:, 1:], 0.0), _LEAST)
-                chart.show(points.T, x=fitting_ends(points[:, 0], _LEAST), y=ends)
+                chart.show(tuple(points.T), x=fitting_ends(points[:, 0], _LEAST), y=ends)
             else:
                 chart.hide()
 

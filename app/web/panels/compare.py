@@ -1,8 +1,7 @@
-"""The tab Compare: every threshold method side by side, when asked for, and a sweep over the level."""
+"""The Compare tab: every threshold method side by side, and a sweep over the level, each on request."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from functools import partial
 from html import escape
@@ -11,6 +10,7 @@ import numpy as np
 import viser
 from dockpose import Estimate
 from dockpose.app.drawing.montage import montage
+from dockpose.app.drawing.numbers import MISSING, number, pose_cells, status_words
 from dockpose.app.export.words import short_method
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
@@ -18,24 +18,24 @@ from dockpose.app.processing.comparison import COMPARED, compare_view, error_wor
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.sweep import SweepChart
-from dockpose.app.web.html import MISSING, SMALL, help_link, row, table
+from dockpose.app.web.html import help_link, row, small, table
 from dockpose.app.web.widgets import BackgroundWork, Change, Panel, on_click
 from dockpose.thresholds import LEVELS
 
 COLUMNS = ("level", "groups", "lights", "centre x, y (px)", "z (cm)", "θx (°)", "θy (°)", "time (ms)", "off by")
 _IN_A_ROW = 5
-_ASK = "Press the button to try every method on this picture. It is not done while sliders move."
+_ASK = "Press the button to try every method on this picture. This does not run while sliders move."
 _TABLE_NOTE = (
-    "Off by: distance and angle from the truth, or else from the measured pose. A click on a row, or on a picture "
-    "below, takes the method over."
+    "Off by: distance and angle from the truth, or else from the measured pose. Click a row, or a picture below, to "
+    "use its method."
 )
 # static/page.js presses the button of that name; with the keyboard Enter does.
 _PRESSED = 'role="button" tabindex="0" data-method="{name}" title="Use {name}"'
-_OLD = "The picture or the settings have changed since what is shown here was worked out: press the button again."
+_OLD = "The picture or the settings have changed since these results: press the button again."
 
 
 def compare_html(found: Mapping[str, Estimate], view: View) -> str:
-    """A row a method: what it found, how long that took, and how far off it is where that is known."""
+    """Return a row a method: what it found, how long it took, and its error where the pose is known."""
     rows = [
         row(short_method(name), method_cells(one, view), attributes=_PRESSED.format(name=short_method(name)))
         for name, one in found.items()
@@ -44,32 +44,28 @@ def compare_html(found: Mapping[str, Estimate], view: View) -> str:
 
 
 def method_cells(found: Estimate, view: View) -> list[str]:
-    """The numbers of one method; where no pose came out, the reason stands in place of the centre."""
+    """Return the numbers of one method; without a pose, the reason stands in place of the centre."""
     level = MISSING if found.threshold is None or found.threshold.level >= LEVELS else str(found.threshold.level)
     groups = MISSING if found.markers is None else str(len(found.markers))
     counts = [level, groups, str(found.lights_on_ring or 0)]
-    time_ms, pose = f"{found.elapsed_ms:.1f}", found.selected
+    time_ms, pose = number(found.elapsed_ms), found.selected
     if pose is None:
-        return [*counts, escape(found.status.replace("_", " ")), MISSING, MISSING, MISSING, time_ms, MISSING]
-    return [
-        *counts,
-        f"{pose.centre_px[0]:.1f},&nbsp;{pose.centre_px[1]:.1f}",
-        f"{100 * pose.position_m[2]:.1f}",
-        f"{math.degrees(pose.theta_x_rad):.1f}",
-        f"{math.degrees(pose.theta_y_rad):.1f}",
-        time_ms,
-        error_words(found, view) or MISSING,
-    ]
+        return [*counts, escape(status_words(found.status)), MISSING, MISSING, MISSING, time_ms, MISSING]
+    x_px, y_px = map(number, pose.centre_px)
+    return [*counts, f"{x_px},&nbsp;{y_px}", *pose_cells(pose)[2:], time_ms, error_words(found, view) or MISSING]
 
 
 class ComparePanel(Panel):
-    """Buttons that start a comparison or a sweep, with progress and cancel; what comes of them; methods to take over.
+    """Buttons that start and stop a comparison or a sweep, their results, and buttons to use a method.
 
     Parameters
     ----------
-    gui : where to build it.
-    change : applies what a person does.
-    on_error : told what goes wrong in the background.
+    gui : viser.GuiApi
+        Where to build it.
+    change : callable
+        Applies a change of the view.
+    on_error : callable
+        Given errors in the background.
     """
 
     def __init__(self, gui: viser.GuiApi, change: Change, on_error: Callable[[Exception], None]) -> None:
@@ -85,8 +81,8 @@ class ComparePanel(Panel):
             icon=viser.Icon.CHART_LINE,
             hint="Try every fixed level from 1 to 255: how far is the dock's centre off by three ways to find it?",
         )
-        self._task = BackgroundWork(gui, on_error, "Give up the work.")
-        self._note = gui.add_html(_note(_ASK))
+        self._task = BackgroundWork(gui, on_error, "Stop the work.")
+        self._note = gui.add_html(small(_ASK))
         self._chart = SweepChart(gui)
         self._table = gui.add_html("")
         self._take_over = [
@@ -94,7 +90,7 @@ class ComparePanel(Panel):
                 "Use method" if first == 0 else "or",
                 tuple(short_method(name) for name in COMPARED[first : first + _IN_A_ROW]),
                 visible=False,
-                hint="Take this method over for the picture.",
+                hint="Use this method for the picture.",
             )
             for first in range(0, len(COMPARED), _IN_A_ROW)
         ]
@@ -106,7 +102,7 @@ class ComparePanel(Panel):
             on_click(group, partial(_take_over, group, change))
 
     def show(self, analysis: Analysis) -> None:
-        """Remember what there is to compare; say when what was compared is of before."""
+        """Remember what there is to compare, and say when the results shown are outdated."""
         self._analysis = analysis
         if self._worked_on:
             self._say_age()
@@ -125,10 +121,10 @@ class ComparePanel(Panel):
         self._say_age()
 
     def _say_age(self) -> None:
-        """Say where something shown here is of a view before the present one."""
+        """Say whether a result shown here is of an earlier view."""
         present = None if self._analysis is None else self._analysis.view
         is_old = any(view is not present for view in self._worked_on.values())
-        self._note.content = _note(_OLD if is_old else "")
+        self._note.content = small(_OLD if is_old else "")
 
     def _do_compare(self, analysis: Analysis, progress: Progress) -> None:
         view = analysis.view
@@ -142,10 +138,6 @@ class ComparePanel(Panel):
     def _do_sweep(self, analysis: Analysis, progress: Progress) -> None:
         self._worked_on["sweep"] = analysis.view
         self._chart.show(sweep_levels(analysis.view, analysis.estimate, progress, show=self._chart.grow))
-
-
-def _note(words: str) -> str:
-    return f'<div style="{SMALL}">{words}</div>' if words else ""
 
 
 def _take_over(group: viser.GuiButtonGroupHandle, change: Change, client: viser.ClientHandle) -> None:

@@ -1,4 +1,4 @@
-"""What was found, to take away: one file of it, or all of them in a ZIP file."""
+"""The Export tab: one file of what was found, or all of them in a ZIP file."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
 from dockpose.app.export.data import to_png
-from dockpose.app.export.scene import scene_html
 from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.web.html import SMALL
+from dockpose.app.web.html import small
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.widgets import Panel, Saver, on_click
 
@@ -37,29 +36,32 @@ WHAT = {
 }
 # What each layer is called, and what it is.
 LAYER_WORDS = {
-    "lights": ("Lights", "The dock's lights with their numbers, and what was thrown out."),
+    "lights": ("Lights", "The dock's lights with their numbers, and the groups that were thrown out."),
     "ellipse": ("Ellipse", "The ellipse through the lights."),
     "centres": ("Centres", "The ellipse's centre and where the dock's centre is seen."),
     "axes": ("Axes", "The axes of both poses."),
-    "normals": ("Normals", "The directions that the dock faces by both poses."),
+    "normals": ("Normals", "The direction in which the dock faces in each pose."),
     "text": ("Numbers", "Threshold and both poses in numbers; in SVG and PDF they stand in the legend."),
-    "scale": ("Scale", "A bar that says how long a length at the dock is in the picture."),
+    "scale": ("Scale", "A bar as long as a round length at the dock's distance."),
 }
 _RENDER_S = 20.0
 _NOT_DRAWN = (
     f"The browser did not draw the 3D view within {_RENDER_S:.0f} s. Keep this page in front while it is saved."
 )
-_WORDS = "What is saved goes to this browser's downloads: the picture and the numbers as they are shown now."
+_WORDS = "Files go to this browser's downloads and hold the picture and the numbers as shown now."
 
 
 class ExportPanel(Panel):
-    """A drop-down of files, the layers of the annotated picture, and two buttons.
+    """A list of files, the layers of the annotated picture, and two buttons.
 
     Parameters
     ----------
-    server : the page; its 3D scene is saved too.
-    notify : tells a browser why there is no file.
-    on_error : told what goes wrong without anybody having expected it.
+    server : viser.ViserServer
+        The page, whose 3D scene is saved too.
+    notify : callable
+        Tells a browser why there is no file.
+    on_error : callable
+        Given unexpected errors.
     checksums : of the files that pictures come from.
     """
 
@@ -69,13 +71,13 @@ class ExportPanel(Panel):
         self._server, self._notify, self._checksums = server, notify, checksums
         self._analysis: Analysis | None = None
         gui = server.gui
-        gui.add_html(f'<div style="{SMALL}">{_WORDS}</div>')
+        gui.add_html(small(_WORDS))
         self._what = gui.add_dropdown("What", tuple(WHAT), hint="SVG and PDF stay sharp at any size.")
         save = gui.add_button("Save", icon=viser.Icon.DOWNLOAD, hint="Save what is chosen above.")
         self._montage = gui.add_checkbox(
             "With the montage of all methods",
             True,
-            hint="Also try every threshold method and put their pictures side by side: takes a second or so longer.",
+            hint="Also try every threshold method and put the pictures side by side; takes about a second longer.",
         )
         save_all = gui.add_button(
             "Save all as one ZIP file", icon=viser.Icon.FILE_ZIP, hint="Everything that can be chosen above."
@@ -90,7 +92,7 @@ class ExportPanel(Panel):
 
     @property
     def layers(self) -> list[str]:
-        """What is to be drawn on the annotated picture."""
+        """The layers to draw on the annotated picture."""
         return [name for name, box in self._layers.items() if box.value]
 
     def show(self, analysis: Analysis) -> None:
@@ -135,13 +137,14 @@ class ExportPanel(Panel):
 
     def _files(self, analysis: Analysis, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
         files = picture_files(analysis, layers=layers, sha256=self._checksums.sha256(analysis.view), progress=progress)
-        return files | {"view_3d.png": partial(view_picture, client), "view_3d.html": partial(scene_html, self._server)}
+        scene = self._server.scene
+        return files | {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: scene.as_html().encode()}
 
 
 def view_picture(client: viser.ClientHandle) -> bytes:
-    """The 3D view as one browser shows it, a PNG file without a background.
+    """Return the 3D view as one browser shows it, as PNG without a background.
 
-    Raises UserError where the browser does not draw it in time, as one whose window is not to be seen.
+    Raises UserError where the browser does not draw it in time, as in a hidden window.
     """
     size = client.camera.image_height, client.camera.image_width
     try:

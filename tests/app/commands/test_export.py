@@ -13,7 +13,7 @@ from dockpose.app.commands.replay import replay_session
 from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Measured, Session
-from dockpose.app.export.contents import read_lines
+from dockpose.app.export.bundle import read_lines
 from dockpose.app.inputs.sidecar import load_sample
 from dockpose.app.resources import sample_path
 from dockpose.camera.files import FileError
@@ -90,7 +90,11 @@ def test_a_sequence_becomes_a_zip(lines, tmp_path):
 def test_lines_that_are_none_are_named(tmp_path, lines):
     path = tmp_path / "bad.jsonl"
     good = lines.read_text()
-    for text, words in (("", "has no lines"), ("{}\n", "line 1 is none"), (good + "[1]\n", "line 4 is none")):
+    for text, words in (
+        ("", "has no lines"),
+        ("{}\n", "line 1 does not"),
+        (good + "[1]\n", "line 4 does not"),
+    ):
         path.write_text(text)
         with pytest.raises(FileError, match=words):
             read_lines(path)

@@ -11,7 +11,7 @@ import yaml
 from dockpose import Settings
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.overlay import LAYERS
-from dockpose.app.export.bundle import bundle, picture_files
+from dockpose.app.export.bundle import picture_files, to_zip
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.state.parameters import put
@@ -25,8 +25,7 @@ def analysis():
 
 
 def files_of(analysis, **options):
-    data = bundle(analysis, Progress(lambda share: None), **options)
-    archive = zipfile.ZipFile(io.BytesIO(data))
+    archive = zipfile.ZipFile(io.BytesIO(to_zip(picture_files(analysis, **options))))
     return {name: archive.read(name) for name in archive.namelist()}
 
 
@@ -51,12 +50,11 @@ def test_all_files_agree(analysis):
     assert set(settings["settings"]) == {field for field in Settings.__struct_fields__}
 
 
-def test_without_montage_and_without_a_dock(analysis):
+def test_without_a_dock(analysis):
     nothing = analyse(put(analysis.view, "min_area_px", 999))
-    files = files_of(nothing, with_montage=False)
-    assert "montage.png" not in files
+    files = picture_files(nothing)
     assert "pose_ros.yaml" not in files
-    assert json.loads(files["result.json"])["status"] != "ok"
+    assert json.loads(files["result.json"]())["status"] != "ok"
 
 
 def test_measured_pose_goes_along(analysis):
@@ -69,7 +67,7 @@ def test_can_be_cancelled(analysis):
     progress = Progress(lambda share: None)
     progress.stop()
     with pytest.raises(CancelledError):
-        bundle(analysis, progress)
+        to_zip(picture_files(analysis), progress)
 
 
 def test_source_that_is_markup_stays_text(analysis):

@@ -9,8 +9,7 @@ import viser
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session
 from dockpose.app.experiment.folder import SessionFolder
-from dockpose.app.export.bundle import bundle_name, to_zip
-from dockpose.app.export.contents import session_files
+from dockpose.app.export.bundle import bundle_name, session_files, to_zip
 from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -17,6 +18,9 @@ _OUTLIER, _OUTLIER_PX = 3.0, 0.5
 _WORST_SHARE = 0.003  # of the picture's longer side (2 px of 640); a fit with a larger error is rejected
 _FEWEST_CORNERS = 8  # of a partly hidden ChArUco board
 _FEWEST_ROWS = 3
+# OpenCV 4 keeps its fisheye model's flags apart, and 5 among all others.
+_FLAGS: Any = cv2.fisheye if hasattr(cv2.fisheye, "CALIB_FIX_SKEW") else cv2
+_FISHEYE_FLAGS: int = _FLAGS.CALIB_USE_INTRINSIC_GUESS | _FLAGS.CALIB_RECOMPUTE_EXTRINSIC | _FLAGS.CALIB_FIX_SKEW
 
 
 class CalibrationError(ValueError):
@@ -250,7 +254,7 @@ def _solve(sightings: Sequence[_Sighting], size: tuple[int, int], lens: str) -> 
                 [points[None].astype(float) for points in board],
                 [points[None].astype(float) for points in picture],
                 *(size, start, np.zeros(4)),
-                flags=cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_RECOMPUTE_EXTRINSIC | cv2.CALIB_FIX_SKEW,
+                flags=_FISHEYE_FLAGS,
             )
         else:
             flags = cv2.CALIB_RATIONAL_MODEL if lens == "rational" else 0

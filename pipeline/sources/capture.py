@@ -11,7 +11,10 @@ import cv2
 # FFmpeg reports every flaw of a file on standard error; -8 is its level "quiet". OpenCV reads this on first use.
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 if "OPENCV_LOG_LEVEL" not in os.environ:
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    # OpenCV 5 moved the function.
+    _set_log_level = cv2.utils.logging.setLogLevel if hasattr(cv2.utils, "logging") else cv2.setLogLevel
+    _set_log_level(0)  # silent
+_STAMP_PROPERTY: int | None = getattr(cv2, "CAP_PROP_PTS", None)  # since OpenCV 4.11
 
 
 class Capture(Protocol):
@@ -52,6 +55,13 @@ def open_stream(address: str, timeout_s: float) -> cv2.VideoCapture:
         *(cv2.CAP_PROP_N_THREADS, 1),
     ]
     return cv2.VideoCapture(address, cv2.CAP_FFMPEG, wanted)
+
+
+def stamp_of(capture: Capture) -> int:
+    """Time stamp of the frame or packet that was grabbed last, in the video's own units or in microseconds."""
+    if _STAMP_PROPERTY is None:
+        return round(1000 * capture.get(cv2.CAP_PROP_POS_MSEC))
+    return int(capture.get(_STAMP_PROPERTY))
 
 
 def open_camera(number: int) -> cv2.VideoCapture:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from dockpose.sources.capture import open_file
+from dockpose.sources.capture import open_file, stamp_of
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 _NO_STAMP = -(2**63)  # FFmpeg's AV_NOPTS_VALUE
@@ -147,7 +147,7 @@ class _Reader:
             if self._stamps is not None and self._index >= len(self._stamps) - 1:
                 return None
             if self._capture.grab():
-                self._index = self._index_of(self._capture.get(cv2.CAP_PROP_PTS))
+                self._index = self._index_of(stamp_of(self._capture))
                 return self._index
         return None
 
@@ -176,10 +176,10 @@ class _Reader:
         self._index = -1
         return self.advance()
 
-    def _index_of(self, stamp: float) -> int:
+    def _index_of(self, stamp: int) -> int:
         if self._stamps is None:
             return self._index + 1
-        return min(bisect_left(self._stamps, int(stamp)), len(self._stamps) - 1)
+        return min(bisect_left(self._stamps, stamp), len(self._stamps) - 1)
 
     def _time_s(self) -> float | None:
         if self._stamps is not None:
@@ -192,7 +192,7 @@ def _time_stamps(capture: cv2.VideoCapture) -> array[int] | None:
     capture.set(cv2.CAP_PROP_FORMAT, -1)  # packets as they are
     stamps = array("q")
     while capture.grab():
-        stamp = int(capture.get(cv2.CAP_PROP_PTS))
+        stamp = stamp_of(capture)
         if stamp == _NO_STAMP:
             return None
         stamps.append(stamp)

@@ -19,9 +19,11 @@ from dockpose.app.inputs.expand import expand
 from dockpose.app.web.server.options import SESSIONS_FOLDER, Options
 from dockpose.camera.calibrate import LENSES
 from dockpose.camera.files import FORMATS
+from dockpose.thresholds.compiled import on_compiling
 
 COMMANDS = ("serve", "estimate", "compare", "export", "simulate", "calibrate")
 EXIT_BAD_ARGUMENTS = 2
+_COMPILING = "compiling the loops over pixels; the first run takes some seconds longer"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -30,6 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not words or (words[0] not in COMMANDS and words[0] not in ("-h", "--help", "--version")):
         words.insert(0, "serve")
     arguments = _parser().parse_args(words)
+    on_compiling(lambda: print(f"dockpose: {_COMPILING}", file=sys.stderr, flush=True))
     try:
         return arguments.run(arguments)
     except UserError as error:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from dockpose.thresholds.compiled import compiled
 
 _NEIGHBOURS = 2  # lights that may share a light's window
 
 
-@njit(cache=True)
+@compiled
 def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float) -> np.ndarray:
     """Grey-weighted centroids of lights.
 
@@ -51,7 +51,7 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
     return centres
 
 
-@njit(cache=True)
+@compiled
 def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right: int) -> float:
     values = np.empty(2 * (right - left + 1) + 2 * (bottom - top + 1))
     count = 0
@@ -64,7 +64,7 @@ def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right
     return np.median(values)
 
 
-@njit(cache=True)
+@compiled
 def _nearest(points: np.ndarray, light: int, within: float) -> np.ndarray:
     """Indices of the nearest other points, -1 for none."""
     found = np.full(_NEIGHBOURS, -1)
@@ -82,7 +82,7 @@ def _nearest(points: np.ndarray, light: int, within: float) -> np.ndarray:
     return found
 
 
-@njit(cache=True)
+@compiled
 def _is_nearest(points: np.ndarray, light: int, beside: np.ndarray, x: int, y: int) -> bool:
     least = (points[light, 0] - x) ** 2 + (points[light, 1] - y) ** 2
     nearest = True

@@ -8,12 +8,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from dockpose.camera.camera import Camera
 from dockpose.checks import check_number
-from dockpose.dock import Dock
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import Mask
-from dockpose.pose.circle import CirclePose
 from dockpose.thresholds import Threshold
 from dockpose.thresholds.bright import BrightPixels
 
@@ -21,8 +18,6 @@ from dockpose.thresholds.bright import BrightPixels
 Region = tuple[float, float, float, float]
 # left, top, right, bottom: columns left to right - 1 of rows top to bottom - 1.
 Part = tuple[int, int, int, int]
-
-_CIRCLE_POINTS = 24
 
 
 def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
@@ -95,24 +90,3 @@ def crop(image: Any, part: Part) -> np.ndarray:
     """A part of a picture (H, W) or (H, W, C), as a view rather than a copy."""
     left, top, right, bottom = part
     return np.asarray(image)[top:bottom, left:right]
-
-
-def ring_region(pose: CirclePose, camera: Camera, dock: Dock, margin_px: float = 0.0) -> Region | None:
-    """The bounding box of a dock's ring in the picture, plus a margin; None where part of the ring has no image."""
-    angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS, endpoint=False)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
-    seen = camera.project(pose.position_m + dock.radius * circle)
-    if not np.isfinite(seen).all():
-        return None
-    (left, top), (right, bottom) = seen.min(axis=0).tolist(), seen.max(axis=0).tolist()
-    return left - margin_px, top - margin_px, right - left + 2 * margin_px, bottom - top + 2 * margin_px
-
-
-def is_within(inner: Region, outer: Region) -> bool:
-    """Whether one region lies entirely inside another."""
-    return (
-        inner[0] >= outer[0]
-        and inner[1] >= outer[1]
-        and inner[0] + inner[2] <= outer[0] + outer[2]
-        and inner[1] + inner[3] <= outer[1] + outer[3]
-    )

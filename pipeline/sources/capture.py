@@ -12,7 +12,8 @@ import cv2
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 if "OPENCV_LOG_LEVEL" not in os.environ:
     # OpenCV 5 moved the function.
-    _set_log_level = cv2.utils.logging.setLogLevel if hasattr(cv2.utils, "logging") else cv2.setLogLevel
+    _cv2: Any = cv2
+    _set_log_level = _cv2.utils.logging.setLogLevel if hasattr(cv2.utils, "logging") else _cv2.setLogLevel
     _set_log_level(0)  # silent
 _STAMP_PROPERTY: int | None = getattr(cv2, "CAP_PROP_PTS", None)  # since OpenCV 4.11
 

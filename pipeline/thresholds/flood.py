@@ -6,12 +6,12 @@ Pixels are a list in the order of the picture's rows; pairs of touching pixels a
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from dockpose.thresholds.compiled import compiled
 
 LEVELS = 256
 
 
-@njit(cache=True)
+@compiled
 def touching_pairs(index: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (m,), (m,) of pixels that touch, also across corners, each pair once; ``index`` is row * width + column."""
     count = len(index)
@@ -36,7 +36,7 @@ def touching_pairs(index: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarra
     return first[:found], second[:found]
 
 
-@njit(cache=True)
+@compiled
 def _root(parent: np.ndarray, node: int) -> int:
     while parent[node] != node:
         parent[node] = parent[parent[node]]
@@ -44,7 +44,7 @@ def _root(parent: np.ndarray, node: int) -> int:
     return node
 
 
-@njit(cache=True)
+@compiled
 def _brightest_first(values: np.ndarray) -> np.ndarray:
     """Order (n,) of levels from bright to dark; equal ones keep their order."""
     start = np.zeros(LEVELS + 1, np.int64)
@@ -59,7 +59,7 @@ def _brightest_first(values: np.ndarray) -> np.ndarray:
     return order
 
 
-@njit(cache=True)
+@compiled
 def groups_at_every_level(
     level: np.ndarray, first: np.ndarray, second: np.ndarray, floor: int, min_area_px: int
 ) -> np.ndarray:
@@ -86,7 +86,7 @@ def groups_at_every_level(
     return counts
 
 
-@njit(cache=True)
+@compiled
 def label_groups(count: int, first: np.ndarray, second: np.ndarray) -> tuple[int, np.ndarray]:
     """How many groups the pixels form, and the number (n,) of each one's, in the order of their first pixels."""
     parent = np.arange(count)
@@ -105,7 +105,7 @@ def label_groups(count: int, first: np.ndarray, second: np.ndarray) -> tuple[int
     return groups, labels
 
 
-@njit(cache=True)
+@compiled
 def group_shapes(
     index: np.ndarray, level: np.ndarray, labels: np.ndarray, count: int, width: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -127,7 +127,7 @@ def group_shapes(
     return areas, moments, boxes, peaks
 
 
-@njit(cache=True)
+@compiled
 def peaks_by_persistence(
     level: np.ndarray, first: np.ndarray, second: np.ndarray, mode: int, rise: float, rise_share: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

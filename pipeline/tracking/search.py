@@ -9,7 +9,8 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
-from dockpose.lights.region import Region, is_within, ring_region
+from dockpose.lights.region import Region
+from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Speeds
 
@@ -19,6 +20,7 @@ BLOCK = 25  # frames; the first of each block is searched as a whole
 _SHARE, _MARGIN_PX = 0.5, 20.0  # margin on each side: this share of the ring's size, plus pixels
 _LEAST = 0.25  # of the picture's width and height; a smaller region has too little water for a histogram
 _LARGEST = 0.6  # of the picture's pixels; searching a larger region is no faster than searching everything
+_CIRCLE_POINTS = 24  # sampled on the ring
 
 
 @dataclass(frozen=True)
@@ -122,3 +124,24 @@ def period_s(before_s: float | None, now_s: float | None) -> float:
     if before_s is None or now_s is None:
         return _NOMINAL_PERIOD_S
     return max(_LEAST_PERIOD_S, now_s - before_s)
+
+
+def ring_region(pose: CirclePose, camera: Camera, dock: Dock, margin_px: float = 0.0) -> Region | None:
+    """The bounding box of a dock's ring in the picture, plus a margin; None where part of the ring has no image."""
+    angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS, endpoint=False)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
+    seen = camera.project(pose.position_m + dock.radius * circle)
+    if not np.isfinite(seen).all():
+        return None
+    (left, top), (right, bottom) = seen.min(axis=0).tolist(), seen.max(axis=0).tolist()
+    return left - margin_px, top - margin_px, right - left + 2 * margin_px, bottom - top + 2 * margin_px
+
+
+def is_within(inner: Region, outer: Region) -> bool:
+    """Whether one region lies entirely inside another."""
+    return (
+        inner[0] >= outer[0]
+        and inner[1] >= outer[1]
+        and inner[0] + inner[2] <= outer[0] + outer[2]
+        and inner[1] + inner[3] <= outer[1] + outer[3]
+    )

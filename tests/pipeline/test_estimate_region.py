@@ -5,9 +5,10 @@
 import numpy as np
 import pytest
 from dockpose import Settings, estimate
-from dockpose.lights.region import is_within, part_of, ring_region, threshold_in_whole
+from dockpose.lights.region import part_of, threshold_in_whole
 from dockpose.simulate import render
 from dockpose.thresholds import hats_local, histogram_of
+from dockpose.tracking.search import is_within, ring_region
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
 

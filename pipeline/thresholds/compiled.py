@@ -1,0 +1,73 @@
+"""Compiling loops over pixels with numba, and keeping what was compiled wherever that is possible."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import event
+
+Loop = TypeVar("Loop", bound=Callable[..., Any])
+
+
+def compiled(loop: Loop) -> Loop:
+    """Compile a function with numba on its first call, and keep the result for later runs.
+
+    It is kept beside the source file, or in the user's cache folder; where neither can be written, as with a read-only
+    installation and no home, in a temporary folder that belongs to the user alone; failing that, it is not kept.
+    """
+    try:
+        return numba.njit(cache=True)(loop)
+    except RuntimeError:  # numba found no folder that can be written
+        return _compiled_elsewhere(loop)
+
+
+def on_compiling(tell: Callable[[], object]) -> None:
+    """Call ``tell`` once, when a loop is about to be compiled because nothing was kept of it."""
+    event.register("numba:compile", _Once(tell))
+
+
+def _compiled_elsewhere(loop: Loop) -> Loop:
+    folder = _temporary_folder()
+    if folder is None:
+        return numba.njit(loop)
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        return numba.njit(cache=True)(loop)
+    except RuntimeError:
+        return numba.njit(loop)
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def _temporary_folder() -> Path | None:
+    """A folder for this user alone, since whatever lies in a cache is run; None where there can be none."""
+    user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "")
+    folder = Path(tempfile.gettempdir()) / f"dockpose-compiled-{user}"
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        about = folder.lstat()
+    except OSError:
+        return None
+    if hasattr(os, "getuid") and (folder.is_symlink() or about.st_uid != user or about.st_mode & 0o077):
+        return None
+    return folder
+
+
+class _Once(event.Listener):
+    def __init__(self, tell: Callable[[], object]) -> None:
+        self._tell: Callable[[], object] | None = tell
+
+    def on_start(self, event: event.Event) -> None:
+        """A compilation starts."""
+        tell, self._tell = self._tell, None
+        if tell is not None:
+            tell()
+
+    def on_end(self, event: event.Event) -> None:
+        """A compilation is done."""

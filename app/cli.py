@@ -32,9 +32,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not words or (words[0] not in COMMANDS and words[0] not in ("-h", "--help", "--version")):
         words.insert(0, "serve")
     arguments = _parser().parse_args(words)
-    on_compiling(lambda: print(f"dockpose: {_COMPILING}", file=sys.stderr, flush=True))
     try:
-        return arguments.run(arguments)
+        with on_compiling(lambda: print(f"dockpose: {_COMPILING}", file=sys.stderr, flush=True)):
+            return arguments.run(arguments)
     except UserError as error:
         print(f"dockpose: {error}", file=sys.stderr)
         return EXIT_BAD_ARGUMENTS

@@ -1,25 +1,89 @@
-"""What a wheel carries, and that it works away from the checkout."""
+"""What the distribution carries, and that it works away from the checkout and beside whatever a lab has."""
 
 import json
+import os
+import shutil
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
 
+from tests.support import layout
+
 ROOT = Path(__file__).resolve().parents[1]
+BUILD = "import sys; from setuptools import build_meta; print(getattr(build_meta, sys.argv[1])(sys.argv[2]))"
+PLAIN = str(ROOT / "sample_images" / "plain.png")
+
+
+def build(kind, source, target):
+    command = [sys.executable, "-c", BUILD, f"build_{kind}", str(target)]
+    subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=120)
 
 
 @pytest.fixture(scope="module")
-def unpacked(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("wheel")
-    build = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "-w", str(folder), str(ROOT)]
-    subprocess.run(build, check=True, capture_output=True, timeout=120)
+def wheel(tmp_path_factory):
+    """A wheel that is built from the source distribution of a copy, so that nothing is left in the checkout."""
+    folder = tmp_path_factory.mktemp("distribution")
+    copy = folder / "copy"
+    copy.mkdir()
+    skip = shutil.ignore_patterns("__pycache__", "*.egg-info")
+    for name in ("app", "pipeline", "static", "sample_images"):
+        shutil.copytree(ROOT / name, copy / name, ignore=skip)
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, copy)
+    build("sdist", copy, folder)
+    (sdist,) = folder.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        archive.extractall(folder, filter="data")
+    build("wheel", folder / sdist.name.removesuffix(".tar.gz"), folder)
     (wheel,) = folder.glob("*.whl")
+    return wheel
+
+
+@pytest.fixture(scope="module")
+def unpacked(wheel):
     with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(folder / "site")
-    return folder / "site"
+        archive.extractall(wheel.parent / "site")
+    return wheel.parent / "site"
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A folder of somebody's own, with modules that are called as our folders are."""
+    (tmp_path / "lab").mkdir()
+    for name in ("pipeline.py", "static.py", "app/__init__.py", "app/cli.py"):
+        (tmp_path / "lab" / name).parent.mkdir(exist_ok=True)
+        (tmp_path / "lab" / name).write_text("raise RuntimeError('a module of the lab was imported')\n")
+    return tmp_path / "lab"
+
+
+def run(arguments, cwd, **variables):
+    return subprocess.run(
+        [str(word) for word in arguments],
+        env=os.environ | {name: str(value) for name, value in variables.items()},
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def test_the_wheel_has_one_name_at_its_top(unpacked):
+    names = sorted(path.name for path in unpacked.iterdir())
+    assert names[0] == "dockpose"
+    assert [name.split("-")[0] + Path(name).suffix for name in names[1:]] == ["dockpose.dist-info"]
+
+
+def test_all_code_is_in_the_wheel(unpacked):
+    ours = {layout.module_name(path) for house in layout.HOUSES for path in layout.files(house)}
+    parts = (path.relative_to(unpacked).with_suffix("").parts for path in (unpacked / "dockpose").rglob("*.py"))
+    assert {".".join(one).removesuffix(".__init__") for one in parts} == ours
+    assert (unpacked / "dockpose" / "py.typed").exists()
+    assert (unpacked / "dockpose/simulate/optics/petzold.csv").exists()
 
 
 def test_static_and_samples_are_in_the_wheel(unpacked):
@@ -27,7 +91,26 @@ def test_static_and_samples_are_in_the_wheel(unpacked):
         ours = {path.name for path in (ROOT / folder).iterdir() if path.is_file() and "screenshot" not in path.name}
         assert ours
         assert ours == {path.name for path in (unpacked / "dockpose/app" / folder).iterdir()}
-    assert not (unpacked / "tests").exists()
+
+
+def test_the_version_is_one(unpacked):
+    import dockpose
+
+    (metadata,) = unpacked.glob("dockpose-*.dist-info/METADATA")
+    text = metadata.read_text(encoding="utf-8")
+    assert f"\nVersion: {dockpose.__version__}\n" in text
+    assert "\nRequires-Python: >=3.11\n" in text
+
+
+def test_the_public_names_come_from_the_wheel(unpacked, tmp_path):
+    code = (
+        f"import sys; sys.path.insert(0, {str(unpacked)!r})\n"
+        "from dockpose import Camera, Dock, Settings, Tracker, estimate, open_frames\n"
+        "import dockpose, dockpose.thresholds, dockpose.simulate, dockpose.app\n"
+        "print(dockpose.__file__)"
+    )
+    done = run([sys.executable, "-I", "-c", code], tmp_path)
+    assert str(unpacked) in done.stdout, done.stderr
 
 
 def test_the_wheel_estimates_its_own_sample_outside_the_checkout(unpacked, tmp_path):
@@ -37,8 +120,7 @@ def test_the_wheel_estimates_its_own_sample_outside_the_checkout(unpacked, tmp_p
         "print(dockpose.app.cli.__file__, file=sys.stderr)\n"
         "sys.exit(dockpose.app.cli.main(['estimate', str(sample_path('plain')), '--json', '-']))"
     )
-    command = [sys.executable, "-I", "-c", code]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    done = run([sys.executable, "-I", "-c", code], tmp_path)
     assert done.returncode == 0, done.stderr
     assert str(unpacked) in done.stderr
     line = json.loads(done.stdout)
@@ -46,9 +128,48 @@ def test_the_wheel_estimates_its_own_sample_outside_the_checkout(unpacked, tmp_p
     assert line["status"] == "ok"
 
 
-def test_pipeline_knows_nothing_of_the_app():
-    for path in (ROOT / "pipeline").rglob("*.py"):
-        text = path.read_text(encoding="utf-8")
-        assert "dockpose.app" not in text, path
-        assert "viser" not in text, path
-        assert "print(" not in text, path
+@pytest.mark.parametrize("installed", ["wheel", "editable"])
+def test_modules_of_a_lab_called_pipeline_and_app_are_left_alone(installed, unpacked, lab):
+    path = [lab] if installed == "editable" else [lab, unpacked]
+    program = [sys.executable, "-m", "dockpose.app.cli", "estimate", PLAIN, "--json", "-"]
+    done = run(program, lab, PYTHONPATH=os.pathsep.join(map(str, path)))
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["status"] == "ok"
+    where = run([sys.executable, "-c", "import dockpose; print(dockpose.__file__)"], lab, PYTHONPATH=path[-1])
+    assert (str(unpacked) in where.stdout) == (installed == "wheel")
+
+
+@pytest.fixture
+def read_only(unpacked, tmp_path):
+    """An installation beside whose files nothing can be kept; for root too, since a file stands in each one's way."""
+    site = tmp_path / "site"
+    shutil.copytree(unpacked, site, ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in ("lights", "thresholds"):
+        (site / "dockpose" / folder / "__pycache__").write_text("")
+    return site
+
+
+def test_a_read_only_installation_keeps_what_it_compiled_in_a_temporary_folder(read_only, tmp_path):
+    (tmp_path / "temporary").mkdir()
+    program = [sys.executable, "-B", "-m", "dockpose.app.cli", "estimate", PLAIN, "--json", "-"]
+    nowhere = {"HOME": "/dev/null/home", "XDG_CACHE_HOME": "/dev/null/cache", "NUMBA_CACHE_DIR": ""}
+    for is_first in (True, False):
+        done = run(program, tmp_path, PYTHONPATH=read_only, TMPDIR=tmp_path / "temporary", **nowhere)
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["status"] == "ok"
+        assert ("compiling" in done.stderr) == is_first
+    (kept,) = (tmp_path / "temporary").glob("dockpose-compiled-*")
+    assert kept.stat().st_mode & 0o077 == 0
+    assert list(kept.rglob("*.nbc"))
+
+
+def test_without_any_folder_it_compiles_each_time(read_only, tmp_path):
+    code = (
+        "from dockpose.thresholds import compiled; compiled._temporary_folder = lambda: None\n"
+        "import sys; from dockpose.app.cli import main\n"
+        f"sys.exit(main(['estimate', {PLAIN!r}]))"
+    )
+    nowhere = {"HOME": "/dev/null/home", "XDG_CACHE_HOME": "/dev/null/cache", "NUMBA_CACHE_DIR": ""}
+    done = run([sys.executable, "-B", "-c", code], tmp_path, PYTHONPATH=read_only, **nowhere)
+    assert done.returncode == 0, done.stderr
+    assert "10 lights on the ring" in done.stderr + done.stdout

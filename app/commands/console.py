@@ -11,6 +11,15 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 _EVERY_S = {True: 0.2, False: 10.0}  # how often it is told, to a terminal and elsewhere
 
 
+class TerminalBar(Progress):
+    """A bar that leaves no line where it is disabled, as rich before 14.3 does."""
+
+    def stop(self) -> None:
+        """Take the bar away."""
+        if not self.disable:
+            super().stop()
+
+
 class FrameProgress:
     """Tells the number of frames, their rate and the time left.
 
@@ -34,7 +43,7 @@ class FrameProgress:
         self._frames = 0
         self._began_s = self._told_s = time.monotonic()
         columns = ("{task.description}", BarColumn(), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
-        self._bar = Progress(
+        self._bar = TerminalBar(
             *columns,
             console=self._console,
             transient=True,

@@ -14,13 +14,14 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
+from dockpose.app.commands.console import TerminalBar
 from dockpose.app.errors import UserError
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
 from dockpose.simulate.scene import Background
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
 # MPEG-4 that everything plays, and FFV1, which loses nothing.
 VIDEO_CODECS = {".mp4": "mp4v", ".avi": "FFV1"}
@@ -95,7 +96,7 @@ def _with_progress(frames: Iterator[RenderedFrame], count: int) -> Iterator[Rend
     """Pass the pictures on, with a bar on standard error where a person sits before it."""
     console = Console(stderr=True)
     columns = ("simulate", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+    with TerminalBar(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         yield from progress.track(frames, total=count)
 
 

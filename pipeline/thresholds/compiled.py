@@ -5,44 +5,45 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-import numba
-from numba.core import event
+from numba import njit
+from numba.core import config, event
 
-Loop = TypeVar("Loop", bound=Callable[..., Any])
+_FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
 
 
-def compiled(loop: Loop) -> Loop:
+def compiled(loop: Callable[..., Any]) -> Any:
     """Compile a function with numba on its first call, and keep the result for later runs.
 
     It is kept beside the source file, or in the user's cache folder; where neither can be written, as with a read-only
     installation and no home, in a temporary folder that belongs to the user alone; failing that, it is not kept.
     """
     try:
-        return numba.njit(cache=True)(loop)
+        return njit(cache=True)(loop)
     except RuntimeError:  # numba found no folder that can be written
         return _compiled_elsewhere(loop)
 
 
-def on_compiling(tell: Callable[[], object]) -> None:
-    """Call ``tell`` once, when a loop is about to be compiled because nothing was kept of it."""
-    event.register("numba:compile", _Once(tell))
+def on_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:
+    """Call ``tell`` once in a ``with`` block, when a loop is about to be compiled because nothing was kept of it."""
+    return event.install_listener("numba:compile", _Once(tell))
 
 
-def _compiled_elsewhere(loop: Loop) -> Loop:
+def _compiled_elsewhere(loop: Callable[..., Any]) -> Any:
     folder = _temporary_folder()
     if folder is None:
-        return numba.njit(loop)
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder)
+        return njit(loop)
+    before: str = getattr(config, _FOLDER)
+    setattr(config, _FOLDER, str(folder))
     try:
-        return numba.njit(cache=True)(loop)
+        return njit(cache=True)(loop)
     except RuntimeError:
-        return numba.njit(loop)
+        return njit(loop)
     finally:
-        numba.config.CACHE_DIR = before
+        setattr(config, _FOLDER, before)
 
 
 def _temporary_folder() -> Path | None:

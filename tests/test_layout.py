@@ -1,0 +1,130 @@
+"""That the code stays laid out as the folders' docstrings say: imports point one way, and nothing grows too large."""
+
+import ast
+import tomllib
+
+import pytest
+
+from tests.support import layout
+from tests.support.layout import HOUSES, ROOT
+
+MOST_ENTRIES = 14
+MOST_LINES = 340
+MOST_LINES_OF_APP = 12_600
+
+# Imports against the order that are still to be cut.
+STILL_WRONG = {
+    ("app/export/data.py", "dockpose.app.commands.estimate.CSV_COLUMNS"),
+    ("app/export/data.py", "dockpose.app.commands.estimate.to_row"),
+    ("app/export/rows.py", "dockpose.app.commands.output.VIDEO_CODECS"),
+    ("app/export/rows.py", "dockpose.app.commands.output.open_text"),
+    ("app/export/rows.py", "dockpose.app.commands.output.write_line"),
+    ("app/inputs/checksums.py", "dockpose.app.state.view.View"),
+    ("app/inputs/sequences.py", "dockpose.app.state.scene.scene_of"),
+    ("app/inputs/sequences.py", "dockpose.app.state.view.View"),
+    ("app/processing/comparison.py", "dockpose.app.commands.compare.COMPARED"),
+    ("app/web/panels/compare.py", "dockpose.app.commands.compare.COMPARED"),
+}
+# Folders whose docstrings do not all follow numpydoc yet.
+NOT_YET_NUMPYDOC = {
+    *(f"app/{name}" for name in ("commands", "experiment", "export", "inputs", "processing", "state", "web")),
+    *(f"app/web/{name}" for name in ("charts", "panels", "panels/experiment", "scene", "server")),
+    *("pipeline", "pipeline/simulate/optics"),
+    *(f"pipeline/{name}" for name in ("camera", "lights", "paper", "pose", "simulate", "sources")),
+    *(f"pipeline/{name}" for name in ("thresholds", "tracking")),
+}
+# Test files that are named after what several files do together.
+OF_SEVERAL = {
+    "app/experiment/test_session_faults.py",
+    "app/export/test_formats.py",
+    "app/inputs/test_samples.py",
+    "app/web/panels/test_panels.py",
+    "pipeline/paper/test_paper.py",
+    "pipeline/sources/test_sources.py",
+    "pipeline/test_estimate_lights.py",
+    "pipeline/test_estimate_region.py",
+    "pipeline/thresholds/test_thresholds.py",
+}
+
+
+def test_imports_between_folders_point_one_way():
+    assert set(layout.wrong_imports()) - STILL_WRONG == set()
+
+
+@pytest.mark.parametrize(
+    ("name", "imported", "allowed"),
+    [
+        ("dockpose.lights.ring", "dockpose.lights.ellipse.Ellipse", True),
+        ("dockpose.lights.ring", "dockpose.pose.circle.CirclePose", False),
+        ("dockpose.simulate.render", "dockpose.lights.ellipse.Ellipse", True),
+        ("dockpose.simulate.render", "dockpose.lights.ring.Ring", False),
+        ("dockpose.sources.simulated", "dockpose.simulate.film", True),
+        ("dockpose.estimate", "dockpose.app.state.view", False),
+        ("dockpose", "dockpose.estimate.estimate", True),
+    ],
+)
+def test_what_the_library_may_import(name, imported, allowed):
+    assert layout.is_allowed_in_library(name, imported) == allowed
+
+
+@pytest.mark.parametrize(
+    ("name", "imported", "allowed"),
+    [
+        ("dockpose.app.web.app", "dockpose.app.state.view", True),
+        ("dockpose.app.state.view", "dockpose.app.web.html", False),
+        ("dockpose.app.state.view", "dockpose.app.experiment.session", False),
+        ("dockpose.app.export.rows", "dockpose.app.export.words", True),
+        ("dockpose.app.errors", "dockpose.app.resources.SAMPLES", False),
+        ("dockpose.app.inputs.folder", "dockpose.camera.Camera", True),
+    ],
+)
+def test_what_the_app_may_import(name, imported, allowed):
+    assert layout.is_allowed_in_app(name, imported) == allowed
+
+
+def test_the_library_knows_nothing_of_the_app_and_prints_nothing():
+    for path in layout.files("pipeline"):
+        text = path.read_text(encoding="utf-8")
+        assert "dockpose.app" not in text, path
+        assert "viser" not in text, path
+        calls = (node.func for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call))
+        assert not any(isinstance(call, ast.Name) and call.id == "print" for call in calls), path
+
+
+@pytest.mark.parametrize("house", HOUSES)
+def test_a_folder_fits_on_a_screen(house):
+    assert layout.entries(ROOT / house) <= MOST_ENTRIES
+    crowded = {str(folder): layout.entries(folder) for folder in layout.folders(house)}
+    assert {folder: count for folder, count in crowded.items() if count > MOST_ENTRIES + 1} == {}
+
+
+@pytest.mark.parametrize("house", HOUSES)
+def test_each_folder_says_what_lives_there(house):
+    assert [str(folder) for folder in layout.folders(house) if not layout.has_docstring(folder)] == []
+
+
+@pytest.mark.parametrize("house", HOUSES)
+def test_files_are_short(house):
+    assert {str(path): layout.lines(path) for path in layout.files(house) if layout.lines(path) > MOST_LINES} == {}
+
+
+def test_the_app_as_a_whole_is_short():
+    assert sum(map(layout.lines, layout.files("app"))) <= MOST_LINES_OF_APP
+
+
+def test_each_test_file_stands_where_its_subject_stands():
+    assert set(layout.tests_without_subject()) - OF_SEVERAL == set()
+
+
+@pytest.mark.parametrize("house", HOUSES)
+def test_each_documented_parameter_has_a_description(house):
+    pytest.importorskip("numpydoc")
+    found = layout.undescribed(house)
+    assert {folder: names for folder, names in found.items() if folder not in NOT_YET_NUMPYDOC} == {}
+
+
+def test_all_packages_are_installed():
+    tool = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    folders_of_data = {"dockpose.app.static", "dockpose.app.sample_images"}
+    assert set(tool["packages"]) - folders_of_data == set(layout.packages())
+    assert folders_of_data <= set(tool["packages"])

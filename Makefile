@@ -1,6 +1,7 @@
 # Each stamp in .venv stands for a step that is done; a second run of a target starts at once.
 PYTHON ?= python3
 VENV := .venv
+OLDEST := .venv-oldest
 ifeq ($(OS),Windows_NT)
 BIN := $(VENV)/Scripts
 else
@@ -9,7 +10,7 @@ endif
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 ADDRESS := --host 127.0.0.1 --port 8080
 
-.PHONY: run test lint bench samples screenshots clean
+.PHONY: run test test-oldest resolve lint bench samples screenshots clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -18,6 +19,18 @@ test: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 2 --dist loadfile
 	@# One after the other: a browser without a graphics card takes all cores for itself.
 	$(BIN)/python -m pytest tests/browser
+
+# A fast part of the tests with the oldest version of each dependency, which compiles into a folder of its own.
+test-oldest: $(OLDEST)/.test
+	$(OLDEST)/bin/python --version
+	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
+		-p no:cacheprovider tests/pipeline/camera tests/pipeline/pose tests/pipeline/simulate tests/pipeline/sources \
+		tests/pipeline/thresholds tests/pipeline/test_estimate.py tests/app/state tests/app/drawing \
+		tests/app/export/test_formats.py tests/app/commands/test_simulate.py tests/app/web/server
+
+# Asks pip whether the oldest and the newest dependencies fit together on each Python that we name.
+resolve: $(VENV)/.installed
+	$(BIN)/python .ci/resolve.py
 
 lint: $(VENV)/.test $(VENV)/.lint
 	$(BIN)/ruff check .
@@ -38,7 +51,7 @@ screenshots: $(VENV)/.chromium
 	$(BIN)/python -m tests.browser.screenshots
 
 clean:
-	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(OLDEST) build .pytest_cache .ruff_cache .hypothesis
 
 $(VENV)/.made:
 	$(PYTHON) -m venv $(VENV)
@@ -54,6 +67,13 @@ $(VENV)/.installed: $(VENV)/.made pyproject.toml
 $(VENV)/.test: $(VENV)/.installed
 	$(PIP) --editable ".[test]"
 	$(PIP) --no-deps pycalib-simple==2026.7.22.1
+	touch $@
+
+$(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt
+	$(PYTHON) -m venv $(OLDEST)
+	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --constraint tests/constraints-oldest.txt \
+		--editable ".[test]"
+	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps pycalib-simple==2026.7.22.1
 	touch $@
 
 $(VENV)/.lint: $(VENV)/.installed

@@ -41,6 +41,7 @@ OF_SEVERAL = {
     "app/web/panels/test_panels.py",
     "pipeline/paper/test_paper.py",
     "pipeline/sources/test_sources.py",
+    "pipeline/test_doctests.py",
     "pipeline/test_estimate_lights.py",
     "pipeline/test_estimate_region.py",
     "pipeline/thresholds/test_thresholds.py",

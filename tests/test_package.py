@@ -20,7 +20,7 @@ PLAIN = str(ROOT / "sample_images" / "plain.png")
 
 def build(kind, source, target):
     command = [sys.executable, "-c", BUILD, f"build_{kind}", str(target)]
-    subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=120)
+    subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=600)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def run(arguments, cwd, **variables):
         cwd=cwd,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
 

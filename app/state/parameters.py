@@ -17,7 +17,7 @@ from dockpose.app.state.camera import DEFAULT_PORT, coefficients_of, with_coeffi
 from dockpose.app.state.scene import DEFAULT_SCENE, turbidity_of, with_scene
 from dockpose.app.state.view import View
 from dockpose.simulate.optics.water import water_of_turbidity
-from dockpose.simulate.scene import Mirror, Snow
+from dockpose.simulate.parts import Mirror, Snow
 from dockpose.thresholds import LEVELS
 from msgspec.structs import replace as changed
 

@@ -14,7 +14,7 @@ from dockpose.pose.known import KnownPose
 from dockpose.simulate import Lights, Pose, Scene, render
 from dockpose.simulate.optics.psf import MODELS
 from dockpose.simulate.optics.water import PRESETS, Water, preset
-from dockpose.simulate.scene import Background, Text
+from dockpose.simulate.parts import Background, Text
 from msgspec.structs import replace as changed
 
 SOURCE_NAME = "simulated scene"

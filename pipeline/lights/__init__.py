@@ -2,3 +2,7 @@
 
 May import `dockpose.camera` and `dockpose.thresholds`; knows nothing of poses.
 """
+
+from dockpose.lights.ellipse import Ellipse, NoEllipseError, fit_ellipse
+
+__all__ = ["Ellipse", "NoEllipseError", "fit_ellipse"]

@@ -2,3 +2,9 @@
 
 May import `dockpose.camera` and `dockpose.lights`.
 """
+
+from dockpose.pose.choice import Choice
+from dockpose.pose.circle import CirclePose, circle_poses
+from dockpose.pose.solve import find_poses
+
+__all__ = ["Choice", "CirclePose", "circle_poses", "find_poses"]

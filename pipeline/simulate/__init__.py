@@ -5,8 +5,9 @@ May import `dockpose.camera`, `dockpose.lights` and `dockpose.pose`.
 
 from dockpose.simulate.files import load_scene, load_sequence, render_folder, save_scene, save_sequence
 from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Sweep
+from dockpose.simulate.parts import Lights, Pose, Sensor
 from dockpose.simulate.render import Rendering, render, render_parts
-from dockpose.simulate.scene import Lights, Pose, Scene, Sensor
+from dockpose.simulate.scene import Scene
 from dockpose.simulate.sequence import FilmPlan, RenderedFrame, film, scenes
 from dockpose.simulate.truth import Truth, truth_dict, truth_of
 

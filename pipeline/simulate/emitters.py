@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose.simulate.optics.water import BANDS
-from dockpose.simulate.scene import COLOURS, Mirror, Scene
+from dockpose.simulate.parts import COLOURS, Mirror
+from dockpose.simulate.scene import Scene
 from dockpose.simulate.truth import Truth, random_stream
 
 _WATER_INDEX = 1.333

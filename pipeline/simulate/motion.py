@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from dockpose.checks import check_number, check_whole
-from dockpose.simulate.scene import Part
+from dockpose.simulate.parts import Part
 
 
 class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):

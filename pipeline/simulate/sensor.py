@@ -6,7 +6,8 @@ import math
 
 import cv2
 import numpy as np
-from dockpose.simulate.scene import Scene, Sensor
+from dockpose.simulate.parts import Sensor
+from dockpose.simulate.scene import Scene
 from dockpose.simulate.surroundings import burn_in
 from dockpose.simulate.truth import random_stream
 

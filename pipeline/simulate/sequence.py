@@ -15,8 +15,9 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Motion, Sweep
+from dockpose.simulate.parts import Pose
 from dockpose.simulate.render import render
-from dockpose.simulate.scene import Pose, Scene
+from dockpose.simulate.scene import Scene
 from dockpose.simulate.truth import Truth, dock_rotation, random_stream
 
 Observe = Callable[[np.ndarray, Camera], CirclePose | None]

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from dockpose.simulate.optics.water import Water
-from dockpose.simulate.scene import Background, Occluder, Panel, Scene, Text
+from dockpose.simulate.parts import Background, Occluder, Panel, Text
+from dockpose.simulate.scene import Scene
 from dockpose.simulate.truth import dock_rotation, random_stream
 from PIL import Image, ImageDraw, ImageFont
 

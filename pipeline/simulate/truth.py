@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from dockpose.lights.ellipse import Ellipse, NoEllipseError, fit_ellipse
 from dockpose.pose.circle import rotation_from_angles
-from dockpose.simulate.scene import Occluder, Scene
+from dockpose.simulate.parts import Occluder
+from dockpose.simulate.scene import Scene
 
 _CIRCLE_POINTS = 360
 _DECIMALS = 9  # in files; leaves out the last digits, which differ between machines' linear algebra

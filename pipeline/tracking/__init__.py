@@ -2,3 +2,7 @@
 
 May import `dockpose.estimate` and everything below it.
 """
+
+from dockpose.tracking.tracker import Track, Tracked, Tracker
+
+__all__ = ["Track", "Tracked", "Tracker"]

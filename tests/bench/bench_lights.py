@@ -12,7 +12,7 @@ import numpy as np
 from dockpose import Dock, Settings, estimate
 from dockpose.camera.image import to_grey
 from dockpose.simulate import Truth, render
-from dockpose.simulate.scene import Snow
+from dockpose.simulate.parts import Snow
 from dockpose.thresholds import LEVELS, METHODS, Histogram, histogram_of
 
 from tests.bench.drawn import DOCK, draw_scene

@@ -17,7 +17,7 @@ from dockpose import Camera, Dock
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
-from dockpose.simulate.scene import Background, Lights
+from dockpose.simulate.parts import Background, Lights
 
 from tests.browser.conftest import Page
 

@@ -11,7 +11,7 @@ import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
-from dockpose.simulate.scene import Background, Lights
+from dockpose.simulate.parts import Background, Lights
 
 DOCK = Dock(0.30, 10)
 # Picture size, and how many times ArUco's time the estimate may take.

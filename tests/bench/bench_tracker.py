@@ -28,7 +28,7 @@ from dockpose.simulate import (
     scenes,
 )
 from dockpose.simulate.optics.water import water_of_turbidity
-from dockpose.simulate.scene import Background
+from dockpose.simulate.parts import Background
 from dockpose.simulate.sequence import steer
 
 FAR, NEAR = Dock(diameter=2.0, lights=10), Dock(diameter=0.30, lights=10)

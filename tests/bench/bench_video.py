@@ -25,7 +25,7 @@ from dockpose.app.commands.estimate_sequence import How
 from dockpose.app.processing.parallel import search_of
 from dockpose.simulate import Approach, FilmPlan, Scene, film
 from dockpose.simulate.optics.water import preset
-from dockpose.simulate.scene import Background, Lights, Pose
+from dockpose.simulate.parts import Background, Lights, Pose
 from dockpose.simulate.sequence import RenderedFrame
 from dockpose.sources import open_frames
 from dockpose.tracking.tracker import Tracker

@@ -7,7 +7,7 @@ import numpy as np
 from dockpose import Dock
 from dockpose.simulate import Lights, Pose, Scene, Sensor, render_parts
 from dockpose.simulate.optics.water import PRESETS
-from dockpose.simulate.scene import Background, Mirror, Snow, Text
+from dockpose.simulate.parts import Background, Mirror, Snow, Text
 
 from tests.support.scenes import CAMERA
 

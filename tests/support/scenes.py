@@ -7,7 +7,7 @@ import numpy as np
 from dockpose import Camera, Dock
 from dockpose.simulate import Lights, Pose, Scene, Sensor
 from dockpose.simulate.optics.water import water_of_turbidity
-from dockpose.simulate.scene import Background
+from dockpose.simulate.parts import Background
 
 CAMERA = Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480)
 DOCK = Dock(diameter=0.30, lights=10)

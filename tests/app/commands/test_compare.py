@@ -11,7 +11,7 @@ from dockpose.app.processing.comparison import COMPARED, compare
 from dockpose.app.resources import sample_path
 from dockpose.camera.files import save_camera
 from dockpose.simulate import render, save_scene
-from dockpose.simulate.scene import Text
+from dockpose.simulate.parts import Text
 from dockpose.thresholds import METHODS, fixed
 
 from tests.support.scenes import CAMERA, DOCK, random_scene

@@ -19,7 +19,7 @@ from dockpose.app.resources import sample_names, sample_path
 from dockpose.camera.files import save_camera
 from dockpose.lights.masks import hidden_pixels
 from dockpose.simulate import save_scene
-from dockpose.simulate.scene import Text
+from dockpose.simulate.parts import Text
 
 from tests.support.scenes import CAMERA, random_scene
 

@@ -7,7 +7,7 @@ import pytest
 from dockpose.app.cli import main
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
-from dockpose.simulate.scene import Text
+from dockpose.simulate.parts import Text
 
 from tests.support.scenes import CAMERA, random_scene
 

@@ -13,7 +13,7 @@ from dockpose.app.web.panels.simulator import scene_bytes
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import PRESETS
-from dockpose.simulate.scene import Snow, Text
+from dockpose.simulate.parts import Snow, Text
 
 
 @pytest.fixture(scope="module")

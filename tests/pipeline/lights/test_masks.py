@@ -11,7 +11,7 @@ from dockpose import Camera, Settings, estimate
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import LEAST_FRAMES, StillGroups, hidden_pixels, hide
 from dockpose.simulate import FilmPlan, Hover, Lights, Pose, Scene, film, render
-from dockpose.simulate.scene import Background, Snow, Text
+from dockpose.simulate.parts import Background, Snow, Text
 from dockpose.thresholds import METHODS, histogram_of
 
 from tests.support.scenes import CAMERA, DOCK, random_scene

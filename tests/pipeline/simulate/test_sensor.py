@@ -2,7 +2,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose.simulate import Lights, Sensor, render
-from dockpose.simulate.scene import Background, Glare
+from dockpose.simulate.parts import Background, Glare
 
 from tests.support.scenes import QUIET, changed
 

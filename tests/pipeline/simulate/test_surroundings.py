@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.simulate import Lights, render
-from dockpose.simulate.scene import Background, Lamp, Mirror, Occluder, Panel, Snow, Text
+from dockpose.simulate.parts import Background, Lamp, Mirror, Occluder, Panel, Snow, Text
 
 from tests.support.scenes import QUIET, changed, near
 

@@ -101,7 +101,7 @@ def test_what_is_under_a_mask_makes_no_difference(method, bits):
     image = image if bits == 8 else image.astype(np.uint16) << 8
     other = image.copy()
     other[10:50, 10:100] = np.iinfo(image.dtype).max // 3
-    settings = Settings(method=method, masks=((10, 10, 90, 40),))
+    settings = Settings(method=method, level=128, masks=((10, 10, 90, 40),))
     first, second = (estimate(picture, CAMERA, DOCK, settings).to_dict() for picture in (image, other))
     assert first | {"elapsed_ms": 0} == second | {"elapsed_ms": 0}
     assert first["threshold"]["level"] > 0
@@ -111,9 +111,9 @@ def test_what_is_under_a_mask_makes_no_difference(method, bits):
 def test_whatever_is_left_by_a_mask_is_no_fault(method):
     image = np.random.default_rng(1).integers(0, 255, (480, 640)).astype(np.uint8)
     for masks in (((0, 0, 640, 480),), ((0, 0, 640, 479),), ((0, 0, 640, 240), (1, 240, 640, 240))):
-        found = estimate(image, CAMERA, DOCK, Settings(method=method, masks=masks))
+        found = estimate(image, CAMERA, DOCK, Settings(method=method, level=128, masks=masks))
         assert found.status != "ok"
-    everything = estimate(image, CAMERA, DOCK, Settings(method=method, masks=((-1, -1, 1e6, 1e6),)))
+    everything = estimate(image, CAMERA, DOCK, Settings(method=method, level=128, masks=((-1, -1, 1e6, 1e6),)))
     assert everything.status == "no_lights"
     assert everything.message == "No lights: the whole picture is masked."
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from dockpose.checks import check_number
 from dockpose.lights.markers import Markers
+from dockpose.lights.motion import MOVED_PX, Motion, Paths
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
@@ -23,6 +24,7 @@ Mask = tuple[float, float, float, float]
 _PARTS = ("x_px", "y_px", "width_px", "height_px")
 
 LEAST_FRAMES = 8  # frames in which a group must stay put before it is masked
+_FRAMES_OF_DOCK = 3 * LEAST_FRAMES  # what was taken for the dock must be left behind for so long
 _STILL_PX = 0.5
 _SIMILAR_AREA = 2.0  # the larger over the smaller
 # The picture counts as moving if this many groups, as many as a ring needs, are this far from every group some frames
@@ -97,23 +99,31 @@ def _span(start: float, length: float, size: int) -> slice:
 class _Track:
     """A group that stays where it was first seen.
 
-    ``frames`` counts the frames in which it stayed put while the dock was elsewhere.
+    ``frames`` counts the frames in which it stayed put while the dock was elsewhere, ``against`` those in which the
+    rest of the picture moved past it.
     """
 
     point_px: tuple[float, float]
     area_px: float
     last_frame: int
     frames: int = 0
+    against: int = 0
     is_dock: bool = False
 
 
 class StillGroups:
     """Finds and masks what stays put over a sequence of equally sized frames, such as burnt-in text.
 
-    A group is masked once it has stayed within half a pixel, with a similar area, in 8 frames in which the dock was
-    found elsewhere and other things in the picture moved. So nothing is masked in a picture that is still as a whole,
-    nor while the dock is not found: what stays put then could be its lights. Groups that were lights of an accepted
-    ring, or lie near one, are never masked.
+    A group that stays within half a pixel, with a similar area, is masked in either of two cases:
+
+    - over 8 frames the dock was found elsewhere, and other things in the picture moved, in whatever way. Here the
+      lights of an accepted ring, and groups near one, are never masked: these may be a dock at rest amid drifting snow.
+    - over 8 frames the rest moved as one, as a scene does when the camera moves, and would have taken the group along.
+      Whether a dock was found makes no difference, nor where: what doesn't move with the scene is no part of it. A
+      group that was taken for a light of the dock is masked after 24 such frames, if at least as many groups moved as
+      the ring has lights.
+
+    A picture that is still as a whole masks nothing.
 
     Attributes
     ----------
@@ -126,6 +136,7 @@ class StillGroups:
         self._tracks: list[_Track] = []
         self._frame = 0
         self._past: deque[tuple[np.ndarray, Mask | None]] = deque(maxlen=_FRAMES_AGO)
+        self._paths = Paths()
 
     def see(self, markers: Markers | None, on_ring: np.ndarray | None, region: Mask | None = None) -> tuple[Mask, ...]:
         """Take in the next frame.
@@ -148,22 +159,36 @@ class StillGroups:
         self._frame += 1
         if markers is None or len(markers) == 0:
             return ()
-        tracks = self._follow(markers, region)
-        self._past.append((markers.points_px, region))
+        tracks, points_px = self._follow(markers, region), markers.points_px
+        self._past.append((points_px, region))
         if on_ring is None or not on_ring.any():
+            on_ring = np.zeros(len(markers), dtype=bool)
+        ends = self._paths.ends_px().tolist()
+        searched = np.array([region is None or _is_inside(region, x, y) for x, y in ends], dtype=bool)
+        motion = self._paths.see(points_px, searched)
+        burnt_in = _left_behind(tracks, points_px, on_ring, motion)
+        still = burnt_in | self._beside_dock(tracks, points_px, on_ring)
+        if not still.any() and len(self.masks) < 2:
             return ()
-        apart = ~_near_ring(markers.points_px, on_ring)
+        lights_px = points_px[on_ring & ~still]
+        if motion is not None:
+            lights_px = np.vstack([lights_px, motion.points_px])
+        before = self.masks
+        self.masks = _united([*before, *_around(markers.boxes_px[still])], lights_px)
+        return tuple(mask for mask in self.masks if mask not in before)
+
+    def _beside_dock(self, tracks: list[_Track], points_px: np.ndarray, on_ring: np.ndarray) -> np.ndarray:
+        """Which groups (N,) bool stayed put, apart from the dock, while other things moved."""
+        if not on_ring.any():
+            return on_ring
+        apart = ~_near_ring(points_px, on_ring)
         for track, is_light, is_apart in zip(tracks, on_ring.tolist(), apart.tolist(), strict=True):
             track.is_dock |= is_light
             track.frames += is_apart
-        still = [not track.is_dock and track.frames >= LEAST_FRAMES for track in tracks]
-        if not any(still) and len(self.masks) < 2:
-            return ()
-        if not _has_moved(*self._past[0], markers.points_px):
-            return ()
-        added = _around(markers.boxes_px[np.array(still) & apart])
-        before, self.masks = self.masks, _united([*self.masks, *added], markers.points_px[on_ring])
-        return tuple(mask for mask in self.masks if mask not in before)
+        still = np.array([not track.is_dock and track.frames >= LEAST_FRAMES for track in tracks]) & apart
+        if still.any() and not _has_moved(*self._past[0], points_px):
+            still[:] = False
+        return still
 
     def _follow(self, markers: Markers, region: Mask | None) -> list[_Track]:
         """The track of each group; a group without one starts a new track."""
@@ -183,9 +208,21 @@ class StillGroups:
                 track = known[number]
                 track.last_frame = self._frame
                 if not 1 / _SIMILAR_AREA <= area / track.area_px <= _SIMILAR_AREA:
-                    track.area_px, track.frames = area, 0
+                    track.area_px, track.frames, track.against = area, 0, 0
             followed.append(track)
         return followed
+
+
+def _left_behind(tracks: list[_Track], points_px: np.ndarray, on_ring: np.ndarray, motion: Motion | None) -> np.ndarray:
+    """Which groups (N,) bool stayed put for long although all else moved as one, and would have moved there too."""
+    if motion is None:
+        return np.zeros(len(tracks), dtype=bool)
+    left = motion.moves_px(points_px) > MOVED_PX
+    enough = len(motion.points_px) >= int(on_ring.sum())
+    for track, was_left in zip(tracks, left.tolist(), strict=True):
+        track.against += was_left
+    least = [LEAST_FRAMES if not track.is_dock else _FRAMES_OF_DOCK if enough else math.inf for track in tracks]
+    return left & ([track.against for track in tracks] >= np.array(least))
 
 
 def _nearest(tracks: list[_Track], points_px: np.ndarray) -> list[int | None]:
@@ -234,7 +271,7 @@ def _around(boxes_px: np.ndarray) -> list[Mask]:
 def _united(masks: list[Mask], lights_px: np.ndarray) -> tuple[Mask, ...]:
     """Merge masks that belong together, such as letters of a line, unless that would hide a light (N, 2)."""
     united: list[Mask] = []
-    for first in masks:
+    for first in dict.fromkeys(masks):
         mask, place = first, 0
         while place < len(united):
             union = _union(mask, united[place])

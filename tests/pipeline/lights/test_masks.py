@@ -153,6 +153,13 @@ def moving(frame):
     return RING_PX + [1.5 * frame, 0.0]
 
 
+CENTRE_PX = np.array([[200.0, 150.0]])
+
+
+def coming(frame):
+    return CENTRE_PX + (RING_PX - CENTRE_PX) * 1.02**frame
+
+
 def test_text_is_masked_after_eight_frames_as_one_line():
     masks = watch(10, moving, lambda frame: TEXT_PX)
     assert masks[LEAST_FRAMES - 2] == ()
@@ -175,9 +182,8 @@ def test_texts_far_apart_are_masked_apart():
     ("name", "arguments"),
     [
         ("everything stands still", {"ring_at": lambda frame: RING_PX, "others_at": lambda frame: TEXT_PX}),
-        ("the dock is not found", {"ring_at": moving, "others_at": lambda frame: TEXT_PX, "found": False}),
         ("it drifts", {"ring_at": moving, "others_at": lambda frame: TEXT_PX + [0.1 * frame, 0.0]}),
-        ("it lies beside the ring", {"ring_at": moving, "others_at": lambda frame: TEXT_PX + [185.0, 70.0]}),
+        ("it is the point that the camera moves to", {"ring_at": coming, "others_at": lambda frame: CENTRE_PX}),
         (
             "its size changes",
             {
@@ -194,6 +200,51 @@ def test_texts_far_apart_are_masked_apart():
 )
 def test_nothing_is_masked_where(name, arguments):
     assert watch(20, **arguments)[-1] == (), name
+
+
+@pytest.mark.parametrize("ring_at", [moving, coming])
+@pytest.mark.parametrize("found", [True, False])
+@pytest.mark.parametrize("off", [[0.0, 0.0], [160.0, 120.0]], ids=["apart", "within the ring"])
+def test_text_that_the_scene_moves_past_is_masked_whether_or_not_a_dock_is_found(ring_at, found, off):
+    masks = watch(20, ring_at, lambda frame: TEXT_PX + off, found=found)[-1]
+    hidden = hidden_pixels((400, 400), masks)
+    assert all(hidden[round(y), round(x)] for x, y in TEXT_PX + off)
+    assert not any(hidden[round(y), round(x)] for x, y in ring_at(19))
+
+
+def lettering(frames, moves, seed=0):
+    """Masks where a dock is seen on letters in every frame, with noise of 0.05 px on them; and the letters."""
+    rng = np.random.default_rng(seed)
+    letters = np.vstack([TEXT_PX, TEXT_PX + [0.0, 25.0], TEXT_PX + [40.0, 0.0]])
+    still = StillGroups()
+    for frame in range(frames):
+        markers, on_ring = groups(letters + rng.normal(0, 0.05, letters.shape), moves(frame))
+        on_ring[6:] = False  # six of the nine letters
+        still.see(markers, on_ring)
+    return still.masks, letters
+
+
+def test_letters_are_masked_although_a_dock_was_seen_on_them():
+    masks, letters = lettering(40, lambda frame: moving(frame) + [0.0, 100.0])
+    hidden = hidden_pixels((400, 400), masks)
+    assert all(hidden[round(y), round(x)] for x, y in letters)
+    assert not any(hidden[round(y), round(x)] for x, y in moving(39) + [0.0, 100.0])
+
+
+def drifting(rng):
+    """Snow of thirty flakes in a current: each at its own speed, around a common one."""
+    start, speed = (
+        rng.uniform(0, 400, (30, 2)),
+        [1.5, 0.3] * rng.uniform(0.3, 1.7, (30, 1)) + rng.normal(0, 0.2, (30, 2)),
+    )
+    return lambda frame: np.mod(start + frame * speed, 400)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_dock_at_rest_is_never_masked_in_snow_that_a_current_carries(seed):
+    masks, points = lettering(120, drifting(np.random.default_rng(seed)), seed)
+    hidden = hidden_pixels((400, 400), masks)
+    assert not any(hidden[round(y), round(x)] for x, y in points[:6])  # the ring's; what else stays put may be masked
 
 
 def test_lights_that_stand_still_are_not_masked_while_snow_moves_nor_when_the_dock_has_gone():

@@ -1,0 +1,85 @@
+"""Whether the camera moves: groups that move together, as all does that stands in the water when the camera moves."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+FRAMES = 8  # over which groups are followed
+MOVED_PX = 2.0  # over so many frames; less is none
+_STRIDE_PX = 20.0  # a group moves no farther from one frame to the next, or is lost
+_LEAST = 5  # groups that move together, as many as a ring needs; and at least half of those that move
+_OFF_PX, _OFF_SHARE = 0.5, 0.1  # of how far they moved: by so much a scene differs from a flat one that only turns
+_MOST = 400  # groups; of so many none can be followed
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How the picture moved: points p, as complex numbers, were at (p - shift) / turn so many frames before.
+
+    Attributes
+    ----------
+    points_px : (N, 2) where the groups are now that moved together.
+    """
+
+    turn: complex
+    shift: complex
+    points_px: np.ndarray
+
+    def moves_px(self, points_px: np.ndarray) -> np.ndarray:
+        """How far (N,) points (N, 2) of the scene would have moved away from where they are now."""
+        places = points_px[:, 0] + 1j * points_px[:, 1]
+        return np.abs(places * (self.turn - 1) + self.shift)
+
+
+class Paths:
+    """Follows groups from frame to frame, each to the nearest one if that is nearest to no other."""
+
+    def __init__(self) -> None:
+        self._paths: list[deque[complex]] = []
+
+    def see(self, points_px: np.ndarray, searched: np.ndarray) -> Motion | None:
+        """Take in the groups (N, 2) of the next frame.
+
+        ``searched`` tells for each path, see :meth:`ends_px`, whether this frame could show it. Returns how the picture
+        moved, None where nothing tells.
+        """
+        if len(points_px) > _MOST:
+            self._paths = []
+            return None
+        ends = self.ends_px()
+        kept = [path for path, was in zip(self._paths, searched.tolist(), strict=True) if not was]
+        free = np.ones(len(points_px), dtype=bool)
+        if len(ends) and len(points_px):
+            apart = cdist(ends, points_px)
+            nearest, back = apart.argmin(axis=1), apart.argmin(axis=0)
+            for number in np.flatnonzero(searched).tolist():
+                point = int(nearest[number])
+                if back[point] == number and apart[number, point] < _STRIDE_PX:
+                    self._paths[number].append(complex(*points_px[point]))
+                    kept.append(self._paths[number])
+                    free[point] = False
+        self._paths = kept + [deque([complex(*point)], maxlen=FRAMES + 1) for point in points_px[free]]
+        return self._motion()
+
+    def ends_px(self) -> np.ndarray:
+        """Where (N, 2) each path's group was seen last."""
+        return np.array([(path[-1].real, path[-1].imag) for path in self._paths]).reshape(-1, 2)
+
+    def _motion(self) -> Motion | None:
+        long = [path for path in self._paths if len(path) > FRAMES and abs(path[-1] - path[0]) > MOVED_PX]
+        before, now = (np.array([path[end] for path in long], dtype=complex) for end in (0, -1))
+        least = max(_LEAST, (len(long) + 1) // 2)
+        while len(now) >= least:
+            centred = before - before.mean()
+            turn = complex((np.conj(centred) @ now) / max(float((np.abs(centred) ** 2).sum()), 1e-9))
+            shift = complex(now.mean() - turn * before.mean())
+            off = np.abs(now - turn * before - shift)
+            worst = int(np.argmax(off))
+            if off[worst] <= _OFF_PX + _OFF_SHARE * float(np.median(np.abs(now - before))):
+                return Motion(turn, shift, np.column_stack([now.real, now.imag]))
+            before, now = np.delete(before, worst), np.delete(now, worst)
+        return None

@@ -173,3 +173,7 @@ def test_four_of_ten_lights():
             right, decided = right + good, decided + choice.decided
             mistaken += choice.decided and not good
         print(f"  noise {noise_px:.2f} px  {right / 2:6.1f} {decided / 2:6.1f} {mistaken / 2:6.1f}")
+        # Four points leave two numbers over for 84 assignments: at a few tenths of a pixel some four adjacent lights
+        # are no longer told apart. What is called decided is so with 95 %, whatever the noise.
+        assert right / 200 >= (0.97 if noise_px <= 0.1 else 0.9)
+        assert mistaken / max(decided, 1) <= 0.05

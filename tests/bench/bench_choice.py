@@ -159,21 +159,22 @@ def test_probabilities_and_intervals_are_true():
 
 
 def test_four_of_ten_lights():
-    print("\nFour of ten lights, spacing known, 200 trials: right pose first / decided / decided but wrong, in %")
+    print("\nFour of ten lights, spacing known, 200 trials: right pose first / decided / for wrong lights, in %")
     for noise_px in (0.02, 0.05, 0.1, 0.2, 0.3):
         right = decided = mistaken = 0
         for seed in range(200):
             rng = np.random.default_rng(seed)
             position = rng.uniform(0.6, 1.8) * np.array([*rng.uniform(-0.1, 0.1, 2), 1.0])
             normal = drawn_normal(rng, rng.uniform(0, 0.6))
-            points = seen(rng, position, normal, rng.choice(10, 4, replace=False), 10)
+            which = rng.choice(10, 4, replace=False)
+            points = seen(rng, position, normal, which, 10)
             choice = poses_from_few_lights(points + rng.normal(0, noise_px, points.shape), CAMERA, DOCK)
             pose = choice.candidates[0]
             good = pose.normal @ normal > math.cos(math.radians(5)) and abs(pose.position_m[2] / position[2] - 1) < 0.02
             right, decided = right + good, decided + choice.decided
-            mistaken += choice.decided and not good
+            mistaken += choice.decided and len(set(((choice.lights - which) % 10).tolist())) > 1
         print(f"  noise {noise_px:.2f} px  {right / 2:6.1f} {decided / 2:6.1f} {mistaken / 2:6.1f}")
-        # Four points leave two numbers over for 84 assignments: at a few tenths of a pixel some four adjacent lights
-        # are no longer told apart. What is called decided is so with 95 %, whatever the noise.
+        # Four points leave two numbers over for 84 assignments, and where they are neighbours a few tenths of a pixel
+        # turn the right assignment's pose by more than 5 degrees. Decided means right with 95 %, whatever the noise.
         assert right / 200 >= (0.97 if noise_px <= 0.1 else 0.9)
         assert mistaken / max(decided, 1) <= 0.05

@@ -21,7 +21,7 @@ from tests.bench.bench_choice import drawn_normal, seen
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
 NOISES_PX = (0.05, 0.1, 0.2, 0.3, 0.5)
-TRIALS = 60
+TRIALS = 1000
 SURE = 0.9
 
 
@@ -103,7 +103,7 @@ def test_intervals_of_few_lights():
 
 def test_four_lights_off_their_places():
     print("\nFour lights, all of the dock's, each off its place by a share of the radius; 400 docks each, in %")
-    print("share   residual (px)   right   sure of another")
+    print("share   residual (px)   right   sure of the mirror image")
     for share in (0.003, 0.012, 0.02):
         right = wrong = 0
         residuals = []
@@ -117,7 +117,8 @@ def test_four_lights_off_their_places():
             choice = poses_from_few_lights(points, CAMERA, Dock(DOCK.diameter, 4))
             good = is_right(choice, position, normal, turn_deg=8, share=0.05)
             right += good
-            wrong += not good and choice.candidates[0].probability > SURE
+            turned = [float(pose.normal @ normal) for pose in choice.candidates]
+            wrong += max(turned) > turned[0] and choice.candidates[0].probability > SURE
             residuals.append(choice.candidates[0].rms_px)
         print(f"{share:5.3f} {np.median(residuals):15.2f} {right / 4:7.1f} {wrong / 4:17.1f}")
         # 1.2 % is a dock built by hand: a millimetre or two. The pose moves by a few such shares, far less than 5 %

@@ -19,7 +19,7 @@ from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers, find_markers
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, markers_in_whole, masks_within, part_of, threshold_in_whole
-from dockpose.lights.ring import Ring, find_ring, tolerance_px
+from dockpose.lights.ring import Ring, find_ring, light_diameter_px, tolerance_px
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.solve import find_poses

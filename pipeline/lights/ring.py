@@ -1,4 +1,4 @@
-"""Which of the groups are the dock's lights: those that lie, evenly spaced, on one ellipse."""
+"""Which of the groups are the dock's lights: those that lie, spaced as its lights are, on one ellipse."""
 
 from __future__ import annotations
 
@@ -7,17 +7,22 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.lights.chance import ACCEPTED, NUMBERS, density_per_px2, log_chance_ellipses, log_chance_rings
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import find_polygon
+from dockpose.lights.polygon import MAX_POINTS, NARROWEST, TOLERANCE_PX, Polygon, find_polygons
 
 # A light's centre may lie this far off the ellipse: uneven glow and lamp housings move it by a pixel or so, and on
-# a large ring by a share of its size.
-TOLERANCE_PX = 1.5
-TOLERANCE_OF_AXIS = 0.02
-_NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
-_WIDEST_GAP = 3.2  # of the mean spacing: two lights that are missing side by side
+# a large ring by a share of its size; a large light's by a share of its own.
+TOLERANCE_OF_AXIS, TOLERANCE_OF_LIGHT = 0.02, 0.15
 _EVEN_WITHIN = 0.2  # of the spacing, root mean square; perspective bends an even spacing by as much
+_WIDEST_GAP = 3.2  # of the mean spacing, where the number of lights is not known: two missing side by side
+# Another ring through some of the same points leaves it open which is right where its evidence comes so near.
+_AS_CONVINCING = 0.6
+_SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
 
 @dataclass(frozen=True)
@@ -26,14 +31,26 @@ class Ring:
 
     Attributes
     ----------
-    on_ring : (N,) bool for each marker.
-    reason : one sentence: what was kept or thrown out, or why nothing is a ring.
-    ellipse : through the lights, where it was fitted on the way; None where it was not.
+    on_ring : (N,) bool array
+        For each marker.
+    reason : str
+        One sentence: what was kept or thrown out, or why nothing is a ring.
+    ellipse : Ellipse or None
+        Through the lights, where it was fitted on the way.
+    lights : int or None
+        How many lights the ring has, missing ones included; None where that is not known.
+    density : float
+        Groups per square pixel around it, for :func:`dockpose.lights.chance.log_chance_rings`.
+    rivals : tuple of (N,) bool arrays
+        Other rings in view that are as certain to be one, apart from this.
     """
 
     on_ring: np.ndarray
     reason: str
     ellipse: Ellipse | None = None
+    lights: int | None = None
+    density: float = 0.0
+    rivals: tuple[np.ndarray, ...] = ()
 
     @property
     def found(self) -> bool:
@@ -41,44 +58,198 @@ class Ring:
         return bool(self.on_ring.any())
 
 
-def find_ring(points_px: np.ndarray, markers: Markers, lights: int | None, focal_px: float) -> Ring:
+@dataclass(frozen=True)
+class _Candidate:
+    """A polygon that is more than chance, and how much more."""
+
+    polygon: Polygon
+    sides: int
+    log_chance: float
+    density: float
+
+    @property
+    def members(self) -> frozenset[int]:
+        return frozenset(self.polygon.members.tolist())
+
+
+def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float) -> Ring:
     """Find the markers that are the dock's lights.
 
     Parameters
     ----------
-    points_px : (N, 2) centres of the markers, undistorted.
-    markers : the same markers, for their sizes and brightness.
-    lights : how many lights the dock has, evenly spaced; None where that is not known.
-    focal_px : of the camera.
+    points_px : (N, 2) float array
+        Centres of the markers, undistorted.
+    markers : Markers
+        The same markers, for their sizes and brightness.
+    dock : Dock
+        Its lights: how many they are, evenly spaced, or their angles; or neither, where that is not known.
+    camera : Camera
+        Its focal length and principal point.
+    area_px2 : float
+        Of the part of the picture that was searched.
+
+    Returns
+    -------
+    Ring
+        With no marker on it where none is found. Whether its lights lie exactly where a dock has them is for the pose
+        to say.
 
     Notes
     -----
-    Where one ellipse runs through all markers, they are the lights. Otherwise the image of a regular polygon with as
-    many corners as the dock has lights is sought among the markers, see :mod:`dockpose.lights.polygon`; of two, as a
-    ring and its mirror image in the water's surface, the brighter.
+    Where one ellipse runs through all markers, spaced as the dock's lights, they are the lights. Otherwise the image of
+    the dock's polygon of lights is sought among them, see :mod:`dockpose.lights.polygon`, and accepted where chance
+    would hardly make it, see :mod:`dockpose.lights.chance`. Of two rings apart, such as two docks or a ring and its
+    mirror image in the water's surface, the more complete, then the brighter is taken; of mirror images, the lower.
     """
     count = len(points_px)
-    ellipse = _ellipse_through(points_px)
-    if ellipse is not None and _may_be_all(points_px, ellipse, lights):
-        return Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.", ellipse)
+    density = count / area_px2
+    ellipse = _ellipse_through(points_px, _tolerance_px(markers))
+    if ellipse is not None:
+        lights = _spaced_as(points_px, ellipse, dock, density)
+        if lights is not None:
+            reason = f"All {count} groups lie on one ellipse."
+            return Ring(np.ones(count, dtype=bool), reason, ellipse, lights or None, density)
     brightness = markers.areas_px * markers.peaks.astype(float)
-    on_ring = find_polygon(points_px, brightness, lights, focal_px)
-    kept = int(on_ring.sum())
-    if kept == 0:
-        wanted = "a ring of evenly spaced lights" if lights is None else f"a ring of {lights} evenly spaced lights"
-        return Ring(on_ring, f"None of the {count} groups of bright pixels form {wanted}.")
-    others = count - kept
-    if others == 0:
-        return Ring(on_ring, f"All {count} groups lie on one ring.")
-    return Ring(on_ring, f"{kept} of {count} groups lie on one ring; the other {others} do not.")
+    chosen = np.arange(count)
+    if count > MAX_POINTS:
+        chosen = np.sort(np.argsort(-brightness, kind="stable")[:MAX_POINTS])
+    found = _candidates(points_px - [camera.cx, camera.cy], chosen, dock, camera, area_px2, _tolerance_px(markers))
+    nothing = np.zeros(count, dtype=bool)
+    if not found:
+        return Ring(nothing, f"None of the {count} groups of bright pixels form {_wanted(dock)}.")
+    best = _best(found, brightness[chosen])
+    trouble = _trouble(best, found)
+    if trouble:
+        return Ring(nothing, trouble)
+    on_ring = _mask(count, chosen, best)
+    rivals = tuple(_mask(count, chosen, other) for other in _apart_from(best, found))
+    return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, best.density, rivals)
 
 
-def tolerance_px(major_px: float) -> float:
-    """How far off its ellipse, of this major semi-axis, a light may lie, in pixels."""
-    return max(TOLERANCE_PX, TOLERANCE_OF_AXIS * major_px)
+def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
+    """How far off its ellipse a light may lie, in pixels; for the ellipse's major semi-axis and a light's diameter."""
+    return max(TOLERANCE_PX, TOLERANCE_OF_AXIS * major_px, TOLERANCE_OF_LIGHT * light_px)
 
 
-def _ellipse_through(points: np.ndarray) -> Ellipse | None:
+def _tolerance_px(markers: Markers) -> float:
+    return max(TOLERANCE_PX, TOLERANCE_OF_LIGHT * light_diameter_px(markers.areas_px))
+
+
+def light_diameter_px(areas_px: np.ndarray) -> float:
+    """Diameter of a disc of the groups' median area, in pixels."""
+    return 2 * math.sqrt(float(np.median(areas_px)) / math.pi)
+
+
+def _wanted(dock: Dock) -> str:
+    if dock.lights is None:
+        return "a ring of evenly spaced lights; among other groups it is found sooner when the number is given"
+    spaced = "lights spaced as the dock's" if dock.angles_deg else "evenly spaced lights"
+    return f"a ring of {dock.lights} {spaced}"
+
+
+def _reason(on_ring: np.ndarray, rivals: int) -> str:
+    kept, count = int(on_ring.sum()), len(on_ring)
+    if kept == count:
+        return f"All {count} groups lie on one ring."
+    second = "" if rivals == 0 else " A second ring is in view." if rivals == 1 else f" {rivals} more rings are in view."
+    return f"{kept} of {count} groups lie on one ring; the other {count - kept} do not.{second}"
+
+
+def _mask(count: int, chosen: np.ndarray, candidate: _Candidate) -> np.ndarray:
+    mask = np.zeros(count, dtype=bool)
+    mask[chosen[candidate.polygon.members]] = True
+    return mask
+
+
+def _candidates(
+    points_px: np.ndarray, chosen: np.ndarray, dock: Dock, camera: Camera, area_px2: float, tolerance: float
+) -> list[_Candidate]:
+    """Polygons of the dock's lights that chance would hardly make, the surest first."""
+    points, focal_px = points_px[chosen], math.sqrt(camera.fx * camera.fy)
+    found = []
+    numbers = NUMBERS if dock.lights is None else (dock.lights,)
+    for sides in numbers:
+        angles = 2 * np.pi * np.arange(sides) / sides
+        if dock.angles_deg:
+            angles = np.sort(np.mod(dock.light_angles_rad(), 2 * np.pi))
+        even = not dock.angles_deg
+        for polygon in find_polygons(points, angles, even, focal_px, tolerance):
+            centre, radius = polygon.centre_px, polygon.semi_axes_px[0]
+            density = density_per_px2(points_px, chosen[polygon.members], centre, radius, area_px2)
+            chance = log_chance_rings(
+                len(polygon.members),
+                sides,
+                even=even,
+                squares_px2=polygon.squares_px2,
+                radius_px=radius,
+                density=density,
+                area_px2=area_px2,
+            ) + math.log(len(numbers))
+            if chance < math.log(ACCEPTED):
+                found.append(_Candidate(polygon, sides, chance, density))
+    return sorted(found, key=lambda candidate: candidate.log_chance)
+
+
+def _best(found: list[_Candidate], brightness: np.ndarray) -> _Candidate:
+    """The surest ring; of those apart from it and nearly as complete the brighter, of mirror images the lower."""
+    best = found[0]
+    for other in _apart_from(best, found):
+        if _mirrors(best, other):
+            if other.polygon.centre_px[1] > best.polygon.centre_px[1]:
+                best = other
+        elif len(other.members) >= 0.7 * len(best.members):
+            ours, theirs = (np.median(brightness[list(one.members)]) for one in (best, other))
+            best = other if theirs > ours else best
+    return best
+
+
+def _mirrors(one: _Candidate, other: _Candidate) -> bool:
+    """Whether two rings stand above each other and are of one size, as a ring and its image in the surface."""
+    (x, _), (other_x, _) = one.polygon.centre_px, other.polygon.centre_px
+    radius, other_radius = one.polygon.semi_axes_px[0], other.polygon.semi_axes_px[0]
+    return abs(x - other_x) < radius / 2 and abs(radius - other_radius) < radius / 4
+
+
+def _apart_from(best: _Candidate, found: list[_Candidate]) -> list[_Candidate]:
+    """Rings that have no point in common with this, nor with each other."""
+    used, apart = set(best.members), []
+    for other in found:
+        if not used & other.members:
+            used |= other.members
+            apart.append(other)
+    return apart
+
+
+def _trouble(best: _Candidate, found: list[_Candidate]) -> str | None:
+    """Why it is open whether the best ring is the dock; None where it is not."""
+    for other in found:
+        if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
+            continue
+        if not other.members & best.members:
+            if _on_same_ellipse(best.polygon, other.polygon):
+                more = len(best.members) + len(other.members)
+                return f"{more} lights lie on one ring, but the dock has {best.sides}."
+        elif not _is_same(other, best):
+            return "Several rings can be laid through the same groups; which is the dock cannot be told."
+    return None
+
+
+def _is_same(one: _Candidate, other: _Candidate) -> bool:
+    """Whether two rings are one, but for lights that one of them misses."""
+    size = max(one.polygon.semi_axes_px[0], other.polygon.semi_axes_px[0])
+    return _on_same_ellipse(one.polygon, other.polygon, 0.25) and (
+        one.members <= other.members or other.members <= one.members or size < 2 * TOLERANCE_PX
+    )
+
+
+def _on_same_ellipse(one: Polygon, other: Polygon, within: float = _SAME_ELLIPSE) -> bool:
+    """Whether the centres and axes of two rings' images are the same, within this share of the radius."""
+    radius = max(one.semi_axes_px[0], other.semi_axes_px[0])
+    differ = math.dist(one.centre_px, other.centre_px), *np.subtract(one.semi_axes_px, other.semi_axes_px)
+    return all(abs(value) < within * radius for value in differ)
+
+
+def _ellipse_through(points: np.ndarray, tolerance: float) -> Ellipse | None:
     """The ellipse that all points lie on; None where there is none, or it is too narrow to be a dock."""
     if len(points) < MIN_POINTS:
         return None
@@ -87,21 +258,28 @@ def _ellipse_through(points: np.ndarray) -> Ellipse | None:
     except NoEllipseError:
         return None
     major, minor = ellipse.semi_axes_px
-    if minor < _NARROWEST * major or ellipse.distances(points).max() > tolerance_px(major):
+    within = max(tolerance, TOLERANCE_OF_AXIS * major)
+    if minor < NARROWEST * major or ellipse.distances(points).max() > within:
         return None
     return ellipse
 
 
-def _may_be_all(points: np.ndarray, ellipse: Ellipse, lights: int | None) -> bool:
-    """Whether points on an ellipse are proof enough of a ring: evenly spaced, or else six or more all around it."""
+def _spaced_as(points: np.ndarray, ellipse: Ellipse, dock: Dock, density: float) -> int | None:
+    """Number of lights of the dock that points on an ellipse are spaced as; 0 where it stays open, None for no dock."""
+    count = len(points)
+    if dock.lights is not None and (count > dock.lights or dock.angles_deg):
+        return dock.lights if dock.angles_deg and count == dock.lights else None
     angles = _angles_on(points, ellipse)
-    if lights is not None:
-        return len(points) <= lights and _is_even(angles, lights)
-    if len(points) == MIN_POINTS:
-        return _is_even(angles, MIN_POINTS)
+    if dock.lights is not None:
+        return dock.lights if _is_even(angles, dock.lights) else None
+    if _is_even(angles, count):
+        return count
     ordered = np.sort(angles)
     gaps = np.diff(ordered, append=ordered[0] + 2 * np.pi)
-    return bool(gaps.max() < _WIDEST_GAP * 2 * np.pi / len(points))
+    if count == MIN_POINTS or gaps.max() > _WIDEST_GAP * 2 * np.pi / count:
+        return None
+    chance = log_chance_ellipses(count, ellipse.rms_px, ellipse.semi_axes_px[0], density, count)
+    return 0 if chance < math.log(ACCEPTED) else None
 
 
 def _angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time
 from dataclasses import dataclass
@@ -19,16 +18,15 @@ from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers, find_markers
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, markers_in_whole, masks_within, part_of, threshold_in_whole
-from dockpose.lights.ring import Ring, find_ring, light_diameter_px, tolerance_px
+from dockpose.lights.ring import Ring, find_ring
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.detection import chance_of_ring, detection_of, why_no_dock
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
 
 SCHEMA = 1
-# Four groups that are no lights lie as close as this to some four of ten lights about once in a hundred pictures.
-FEW_WITHIN_PX, FEW_WITHIN_OF_AXIS = 0.15, 0.003
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
 
@@ -62,6 +60,7 @@ class Estimate:
     ring: Ring | None = None
     ellipse: Ellipse | None = None
     choice: Choice | None = None
+    detection: float | None = None
     elapsed_ms: float = 0.0
     region: Region | None = None
 
@@ -117,6 +116,8 @@ class Estimate:
             "candidates": [pose.to_dict() for pose in self.candidates],
             "selected": None if self.choice is None else self.choice.selected,
             "selected_by": None if self.choice is None else self.choice.selected_by,
+            "detection": self.detection,
+            "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
             "elapsed_ms": round(self.elapsed_ms, 3),
         }
 
@@ -129,6 +130,11 @@ class Estimate:
             "native_level": self.threshold.native_level,
             "groups": None if self.markers is None else len(self.markers),
         }
+
+    def _rival_dict(self, on_ring: np.ndarray) -> dict[str, Any]:
+        """Another ring in view: how many lights it has, and their middle."""
+        assert self.markers is not None
+        return {"lights": int(on_ring.sum()), "centre_px": self.markers.points_px[on_ring].mean(axis=0).tolist()}
 
     def _marker_dicts(self) -> list[dict[str, Any]]:
         if self.markers is None:
@@ -253,6 +259,8 @@ def _search_with(
         return status, message, stages
     ring = stages["ring"]
     points_px = stages["markers"].points_px[ring.on_ring]
+    if dock.lights is None and ring.lights:
+        dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
         labels = _labels(picture, stages["markers"], ring, dock)
         ellipse, choice = find_poses(points_px, camera, dock, labels, ring.ellipse)
@@ -262,13 +270,13 @@ def _search_with(
             kept = {name: stages[name] for name in ("threshold", "markers")}
             return "too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept
         return "no_ellipse", f"No ellipse: {error}.", stages
-    if len(points_px) < MIN_POINTS and _is_chance(ellipse, choice):
-        reason = f"Only {len(points_px)} groups of bright pixels, not spaced as the dock's lights; an ellipse needs 5."
-        return "too_few_markers", reason, {name: stages[name] for name in ("threshold", "markers")}
-    if not ring.on_ring.all() and _is_uneven(ellipse, choice, dock):
-        reason = f"{len(points_px)} groups lie on an ellipse, but not spaced as the dock's lights are."
+    area_px2 = float(picture.grey.size)
+    chance = chance_of_ring(ring, ellipse, choice, dock, area_px2)
+    reason = why_no_dock(ring, stages["markers"], ellipse, choice, dock, chance)
+    if reason is not None:
         return "not_a_ring", reason, stages
-    return "ok", _success(ring, choice), stages | {"ellipse": ellipse, "choice": choice}
+    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(chance)}
+    return "ok", _success(ring, choice), stages
 
 
 def _find_lights(
@@ -291,9 +299,7 @@ def _find_lights(
         found = f"{len(markers)} group{'s' if len(markers) > 1 else ''} of bright pixels"
         return "too_few_markers", f"Only {found} at level {threshold.level}; an ellipse needs {MIN_POINTS}.", stages
     points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-    ring = stages["ring"] = find_ring(
-        points_px, markers, None if dock.angles_deg else dock.lights, math.sqrt(camera.fx * camera.fy)
-    )
+    ring = stages["ring"] = find_ring(points_px, markers, camera, dock, float(picture.grey.size))
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     return "ok", "", stages
@@ -307,22 +313,11 @@ def _labels(picture: _Picture, markers: Markers, ring: Ring, dock: Dock) -> list
     return tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
 
 
-def _is_chance(ellipse: Ellipse, choice: Choice) -> bool:
-    """Whether three or four groups lie no closer to a dock's lights than any groups might by chance."""
-    return (choice.candidates[0].rms_px or 0.0) > min(FEW_WITHIN_PX, FEW_WITHIN_OF_AXIS * ellipse.semi_axes_px[0])
-
-
-def _is_uneven(ellipse: Ellipse, choice: Choice, dock: Dock) -> bool:
-    """Whether groups picked out from among others are not spaced as the dock's lights are, and so are none of them."""
-    if dock.lights is None or choice.coincide:
-        return False
-    rms_px = choice.candidates[choice.selected].rms_px
-    return choice.selected_by == "none" or (rms_px or 0) > 2 * tolerance_px(ellipse.semi_axes_px[0])
-
-
 def _success(ring: Ring, choice: Choice) -> str:
     pose = choice.candidates[choice.selected]
     distance = f"{int(ring.on_ring.sum())} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
+    if ring.rivals:
+        distance += f"; {len(ring.rivals)} more ring{'s are' if len(ring.rivals) > 1 else ' is'} in view"
     if choice.coincide:
         return f"{distance}, seen square on, where both poses are the same within their errors."
     if choice.selected_by == "none":

@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from scipy.spatial import KDTree
 
-MAX_POINTS = 150  # of more, the brightest are looked at
+# The brightest points are looked at, first few, then more.
+FIRST_POINTS, MAX_POINTS = 40, 150
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
 _NEIGHBOURS = 12  # of each point: those it may have as the next corners
 _TRIALS = 80  # triples that are grown, the most promising
@@ -97,7 +98,8 @@ def find_polygons(
     for some in (steps[:1], steps[1:]):
         if len(some) == 0 or any(len(polygon.members) >= 0.8 * sides for polygon in found):
             break
-        triples = _promising(points, np.ascontiguousarray(near), unit, some, _inverses(unit, some), even, _TRIALS if even else 2 * _TRIALS)
+        trials = _TRIALS if even else 2 * _TRIALS
+        triples = _promising(points, np.ascontiguousarray(near), unit, some, _inverses(unit, some), even, trials)
         grown, squares, mappings = _grow_all(points, unit, triples, focal_px, tolerance_px)
         found += [_polygon(*row) for row in zip(grown, squares.tolist(), mappings, strict=True)]
     return found
@@ -148,9 +150,11 @@ def _promising(
                         if not even and cross < 0:
                             continue
                         a, b = np.hypot(ax, ay) / one, np.hypot(bx, by) / two
-                        if even and (a > 4 * b or b > 4 * a) or abs(cross) < 0.04 * a * b * one * two:
+                        if (even and (a > 4 * b or b > 4 * a)) or abs(cross) < 0.04 * a * b * one * two:
                             continue
-                        score = _score(points, near[m], unit, inverse, (first, middle, last), (i, m, j), min(a, b), beyond)
+                        score = _score(
+                            points, near[m], unit, inverse, (first, middle, last), (i, m, j), min(a, b), beyond
+                        )
                         worst = np.argmin(best)
                         if score > best[worst]:
                             best[worst] = score
@@ -204,7 +208,7 @@ def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond):
 def _grow_all(
     points: np.ndarray, unit: np.ndarray, triples: np.ndarray, focal_px: float, tolerance_px: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Corners (K, N), sums of squares (K,) and homographies (K, 3, 3) of the different polygons that triples grow to."""
+    """Corners (K, N), sums of squares (K,) and homographies (K, 3, 3) of the polygons that triples grow to."""
     sides = len(unit)
     corners = np.full((len(triples), sides), -1)
     squares = np.empty(len(triples))

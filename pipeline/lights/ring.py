@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.lights.chance import ACCEPTED, NUMBERS, density_per_px2, log_chance_ellipses, log_chance_rings
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import MAX_POINTS, NARROWEST, TOLERANCE_PX, Polygon, find_polygons
+from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, NARROWEST, TOLERANCE_PX, Polygon, find_polygons
 
 # A light's centre may lie this far off the ellipse: uneven glow and lamp housings move it by a pixel or so, and on
 # a large ring by a share of its size; a large light's by a share of its own.
@@ -110,19 +109,23 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
             reason = f"All {count} groups lie on one ellipse."
             return Ring(np.ones(count, dtype=bool), reason, ellipse, lights or None, density)
     brightness = markers.areas_px * markers.peaks.astype(float)
-    chosen = np.arange(count)
-    if count > MAX_POINTS:
-        chosen = np.sort(np.argsort(-brightness, kind="stable")[:MAX_POINTS])
-    found = _candidates(points_px - [camera.cx, camera.cy], chosen, dock, camera, area_px2, _tolerance_px(markers))
+    order = np.argsort(-brightness, kind="stable")
+    nearest_px = points_px - [camera.cx, camera.cy]
+    found: list[_Candidate] = []
+    for most in (FIRST_POINTS, MAX_POINTS):
+        chosen = np.sort(order[:most])
+        found = found or _candidates(nearest_px, brightness, chosen, dock, camera, area_px2, _tolerance_px(markers))
+        if count <= most:
+            break
     nothing = np.zeros(count, dtype=bool)
     if not found:
         return Ring(nothing, f"None of the {count} groups of bright pixels form {_wanted(dock)}.")
-    best = _best(found, brightness[chosen])
+    best = _best(found, brightness)
     trouble = _trouble(best, found)
     if trouble:
         return Ring(nothing, trouble)
-    on_ring = _mask(count, chosen, best)
-    rivals = tuple(_mask(count, chosen, other) for other in _apart_from(best, found))
+    on_ring = _mask(count, best)
+    rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
     return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, best.density, rivals)
 
 
@@ -151,18 +154,26 @@ def _reason(on_ring: np.ndarray, rivals: int) -> str:
     kept, count = int(on_ring.sum()), len(on_ring)
     if kept == count:
         return f"All {count} groups lie on one ring."
-    second = "" if rivals == 0 else " A second ring is in view." if rivals == 1 else f" {rivals} more rings are in view."
+    second = (
+        "" if rivals == 0 else " A second ring is in view." if rivals == 1 else f" {rivals} more rings are in view."
+    )
     return f"{kept} of {count} groups lie on one ring; the other {count - kept} do not.{second}"
 
 
-def _mask(count: int, chosen: np.ndarray, candidate: _Candidate) -> np.ndarray:
+def _mask(count: int, candidate: _Candidate) -> np.ndarray:
     mask = np.zeros(count, dtype=bool)
-    mask[chosen[candidate.polygon.members]] = True
+    mask[candidate.polygon.members] = True
     return mask
 
 
 def _candidates(
-    points_px: np.ndarray, chosen: np.ndarray, dock: Dock, camera: Camera, area_px2: float, tolerance: float
+    points_px: np.ndarray,
+    brightness: np.ndarray,
+    chosen: np.ndarray,
+    dock: Dock,
+    camera: Camera,
+    area_px2: float,
+    tolerance: float,
 ) -> list[_Candidate]:
     """Polygons of the dock's lights that chance would hardly make, the surest first."""
     points, focal_px = points_px[chosen], math.sqrt(camera.fx * camera.fy)
@@ -174,10 +185,11 @@ def _candidates(
             angles = np.sort(np.mod(dock.light_angles_rad(), 2 * np.pi))
         even = not dock.angles_deg
         for polygon in find_polygons(points, angles, even, focal_px, tolerance):
-            centre, radius = polygon.centre_px, polygon.semi_axes_px[0]
-            density = density_per_px2(points_px, chosen[polygon.members], centre, radius, area_px2)
+            polygon = replace(polygon, corners=np.where(polygon.corners >= 0, chosen[polygon.corners], -1))
+            members, centre, radius = polygon.members, polygon.centre_px, polygon.semi_axes_px[0]
+            density = density_per_px2(points_px, brightness, members, centre, radius, area_px2)
             chance = log_chance_rings(
-                len(polygon.members),
+                len(members),
                 sides,
                 even=even,
                 squares_px2=polygon.squares_px2,

@@ -1,0 +1,92 @@
+"""Whether what was found is a dock at all: where its lights lie on the refined pose, against what chance would make."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from dockpose.dock import Dock
+from dockpose.lights.chance import ACCEPTED, NUMBERS, log_chance_rings
+from dockpose.lights.ellipse import Ellipse
+from dockpose.lights.markers import Markers
+from dockpose.lights.ring import Ring, light_diameter_px, tolerance_px
+from dockpose.pose.choice import Choice
+
+_MOST_OFF = 1.5  # tolerances of a single light that all may be off, root mean square
+
+
+def chance_of_ring(ring: Ring, ellipse: Ellipse, choice: Choice, dock: Dock, area_px2: float) -> float:
+    """Return the expected number of chance rings as good as a pose's.
+
+    Parameters
+    ----------
+    ring : Ring
+        The lights, and the density of groups around them.
+    ellipse : Ellipse
+        Through them.
+    choice : Choice
+        The refined poses; the reprojection error of the likelier counts.
+    dock : Dock
+        That was searched for.
+    area_px2 : float
+        Of the part of the picture that was searched.
+
+    Returns
+    -------
+    float
+        Below ``ACCEPTED`` the ring is no chance. Three lights fit any pose, so that nothing can be said: 0.
+    """
+    count = int(ring.on_ring.sum())
+    if count < 4:
+        return 0.0
+    sides = dock.lights or ring.lights
+    if sides is None or count > sides:
+        return 0.0  # lights anywhere on an ellipse: judged where that was found
+    tests = math.log(len(NUMBERS)) if dock.lights is None else 0.0
+    rms_px = choice.candidates[0].rms_px or 0.0
+    logarithm = tests + log_chance_rings(
+        count,
+        sides,
+        even=not dock.angles_deg,
+        squares_px2=count * rms_px**2,
+        radius_px=ellipse.semi_axes_px[0],
+        density=ring.density or count / area_px2,
+        area_px2=area_px2,
+    )
+    return math.exp(min(logarithm, 100.0))
+
+
+def why_no_dock(
+    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, chance: float
+) -> str | None:
+    """Return why the lights of a ring are not the dock's, as a sentence; None where they are.
+
+    Parameters
+    ----------
+    ring, markers : Ring, Markers
+        The lights among the groups.
+    ellipse, choice : Ellipse, Choice
+        Through them, and its poses.
+    dock : Dock
+        That was searched for.
+    chance : float
+        Expected number of chance rings, see :func:`chance_of_ring`.
+    """
+    count = int(ring.on_ring.sum())
+    if dock.lights is not None and choice.selected_by == "none" and not choice.coincide:
+        return f"{count} groups lie on an ellipse, but not spaced as the dock's lights are."
+    rms_px = choice.candidates[choice.selected].rms_px or 0.0
+    light_px = light_diameter_px(markers.areas_px[ring.on_ring])
+    most = _MOST_OFF * tolerance_px(ellipse.semi_axes_px[0], light_px)
+    if rms_px > most:
+        return f"{count} groups come near a ring, but lie {rms_px:.1f} px off their places on it, more than {most:.1f}."
+    if chance > ACCEPTED:
+        others = len(markers) - count
+        among = f"among {others} other{'' if others == 1 else 's'} " if others else ""
+        return f"{count} groups {among}lie on a ring, but so inexactly, {rms_px:.1f} px, that it may be chance."
+    return None
+
+
+def detection_of(chance: float) -> float:
+    """Return the probability that a ring is a dock, from the expected number of chance rings and even odds before."""
+    return float(np.clip(1 / (1 + chance), 0.0, 1.0))

@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial.distance import pdist
 
-ACCEPTED = 1e-2  # expected number of chance rings below which a ring is one
+ACCEPTED = 1e-3  # expected number of chance rings below which a ring is one
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 _LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
@@ -45,21 +44,34 @@ def density_per_px2(
     Returns
     -------
     float
-        Points per square pixel: of the whole picture; or, if that is higher, of the points off the ring within twice
-        its radius, or as many of these as one of them has within that distance on average, since points that crowd
-        together elsewhere, as letters do, crowd here as well.
+        Points per square pixel: one more than are off the ring within twice its radius, over that area. Elsewhere the
+        picture may be crowded, as where it shows text, or empty: what counts is how likely points are just here.
     """
     as_bright = brightness >= brightness[members].min()
-    count = np.count_nonzero(as_bright)
-    as_bright[members] = False
-    others = points_px[as_bright]
+    every = np.ones(len(points_px), dtype=bool)
+    # Leaving the dimmer ones out is another test for each octave of brightness.
+    octaves = _BRIGHTNESSES ** (1 / len(members))
+    return min(
+        _density(points_px, every, members, centre_px, radius_px, area_px2),
+        octaves * _density(points_px, as_bright, members, centre_px, radius_px, area_px2),
+    )
+
+
+def _density(
+    points_px: np.ndarray,
+    counted: np.ndarray,
+    members: np.ndarray,
+    centre_px: tuple[float, float],
+    radius_px: float,
+    area_px2: float,
+) -> float:
+    """Density of those points that are counted, (M,) bool, see :func:`density_per_px2`."""
+    apart = counted.copy()
+    apart[members] = False
+    off = points_px[apart] - centre_px
     reach = 2 * radius_px
-    around = min(math.pi * reach**2, area_px2)
-    beside = np.count_nonzero(((others - centre_px) ** 2).sum(axis=1) < reach**2)
-    crowd = 0.0
-    if len(others) > 1:
-        crowd = np.count_nonzero(pdist(others, "sqeuclidean") < reach**2) * 2 / len(others)
-    return max(count / area_px2, beside / around, crowd / around)
+    beside = np.count_nonzero((off * off).sum(axis=1) < reach**2)
+    return (1 + beside) / min(math.pi * reach**2, area_px2)
 
 
 def log_chance_rings(
@@ -98,8 +110,8 @@ def log_chance_rings(
     density to the power of n times the tube's volume (first order: that of the surface times that of a ball of radius
     rho in the remaining dimensions), times the number of ways to take n of the N lights. The surface: affine maps A of
     the unit circle, sum over n lights of |A u|^2 giving a volume element of n^3 / 4, over all places in the picture and
-    all A up to this size (pi^2 R^4 / 3). Two poses give nearly one affine map. Sizes and
-    brightnesses by octave and the number of lights that are missing are as many tests.
+    all A up to this size (pi^2 R^4 / 3). Two poses give nearly one affine map. Sizes by octave and the number of lights
+    that are missing are as many tests.
     """
     ways = math.lgamma(sides + 1) - math.lgamma(count + 1) - math.lgamma(sides - count + 1)
     if even:
@@ -107,7 +119,7 @@ def log_chance_rings(
     squares_px2 = max(squares_px2, (2 * count - 6) * _LEAST_PX**2)
     surface = math.log(area_px2) + math.log(math.pi**2 * radius_px**4 / 3) + math.log(count**3 / 4)
     tube = _log_ball(2 * count - 6, squares_px2) + math.log(2)
-    tests = math.log(_SIZES * max(1, sides - 3) * _BRIGHTNESSES)
+    tests = math.log(_SIZES * max(1, sides - 3))
     return count * math.log(density) + surface + tube + ways + tests
 
 

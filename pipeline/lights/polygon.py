@@ -63,7 +63,12 @@ class Polygon:
 
 
 def find_polygons(
-    points_px: np.ndarray, angles_rad: np.ndarray, even: bool, focal_px: float, tolerance_px: float = TOLERANCE_PX
+    points_px: np.ndarray,
+    angles_rad: np.ndarray,
+    even: bool,
+    focal_px: float,
+    tolerance_px: float = TOLERANCE_PX,
+    first: np.ndarray | None = None,
 ) -> list[Polygon]:
     """Find the images of a polygon inscribed in a circle among points.
 
@@ -79,6 +84,8 @@ def find_polygons(
         Focal length; it limits how much perspective a polygon of that size in the picture can have.
     tolerance_px : float
         How far from its corner a point may lie; on large rings it may be 2.5 % of the smaller radius.
+    first : int array, optional
+        Numbers of the points that a ring is begun from, at least three of its corners; None for all.
 
     Returns
     -------
@@ -86,11 +93,14 @@ def find_polygons(
         Those that at least four points support, in the order they were found; deterministic. Whether they are more
         than chance is for :mod:`dockpose.lights.chance` to say.
     """
-    count, sides = len(points_px), len(angles_rad)
+    sides = len(angles_rad)
+    first = np.arange(len(points_px)) if first is None else first
+    count = len(first)
     if min(count, sides) < 4:
         return []
     points = np.ascontiguousarray(points_px, dtype=float)
-    near = KDTree(points).query(points, k=min(_NEIGHBOURS + 1, count))[1][:, 1:]
+    near = KDTree(points[first]).query(points[first], k=min(_NEIGHBOURS + 1, count))[1][:, 1:]
+    near = np.ascontiguousarray(first[near])
     unit = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
     steps = np.vstack([_STEPS, _MORE_STEPS]) if count <= _FEW_POINTS else _STEPS
     steps = steps[steps.sum(axis=1) < sides]
@@ -99,7 +109,7 @@ def find_polygons(
         if len(some) == 0 or any(len(polygon.members) >= 0.8 * sides for polygon in found):
             break
         trials = _TRIALS if even else 2 * _TRIALS
-        triples = _promising(points, np.ascontiguousarray(near), unit, some, _inverses(unit, some), even, trials)
+        triples = _promising(points, first, near, unit, some, _inverses(unit, some), even, trials)
         grown, squares, mappings = _grow_all(points, unit, triples, focal_px, tolerance_px)
         found += [_polygon(*row) for row in zip(grown, squares.tolist(), mappings, strict=True)]
     return found
@@ -122,6 +132,7 @@ def _inverses(unit: np.ndarray, steps: np.ndarray) -> np.ndarray:
 @njit(cache=True)
 def _promising(
     points: np.ndarray,
+    middles: np.ndarray,
     near: np.ndarray,
     unit: np.ndarray,
     steps: np.ndarray,
@@ -139,9 +150,10 @@ def _promising(
         for first in range(1 if even else sides):
             middle, last = (first + one) % sides, (first + one + two) % sides
             inverse = inverses[step, first]
-            for m in range(len(points)):
-                for i in near[m]:
-                    for j in near[m]:
+            for row in range(len(middles)):
+                m = middles[row]
+                for i in near[row]:
+                    for j in near[row]:
                         if i == j or (even and one == two and j < i):
                             continue
                         ax, ay = points[m, 0] - points[i, 0], points[m, 1] - points[i, 1]
@@ -153,7 +165,7 @@ def _promising(
                         if (even and (a > 4 * b or b > 4 * a)) or abs(cross) < 0.04 * a * b * one * two:
                             continue
                         score = _score(
-                            points, near[m], unit, inverse, (first, middle, last), (i, m, j), min(a, b), beyond
+                            points, near[row], unit, inverse, (first, middle, last), (i, m, j), min(a, b), beyond
                         )
                         worst = np.argmin(best)
                         if score > best[worst]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -176,7 +176,7 @@ def _candidates(
     tolerance: float,
 ) -> list[_Candidate]:
     """Polygons of the dock's lights that chance would hardly make, the surest first."""
-    points, focal_px = points_px[chosen], math.sqrt(camera.fx * camera.fy)
+    focal_px = math.sqrt(camera.fx * camera.fy)
     found = []
     numbers = NUMBERS if dock.lights is None else (dock.lights,)
     for sides in numbers:
@@ -184,8 +184,7 @@ def _candidates(
         if dock.angles_deg:
             angles = np.sort(np.mod(dock.light_angles_rad(), 2 * np.pi))
         even = not dock.angles_deg
-        for polygon in find_polygons(points, angles, even, focal_px, tolerance):
-            polygon = replace(polygon, corners=np.where(polygon.corners >= 0, chosen[polygon.corners], -1))
+        for polygon in find_polygons(points_px, angles, even, focal_px, tolerance, chosen):
             members, centre, radius = polygon.members, polygon.centre_px, polygon.semi_axes_px[0]
             density = density_per_px2(points_px, brightness, members, centre, radius, area_px2)
             chance = log_chance_rings(

@@ -1,13 +1,14 @@
 import numpy as np
 import pytest
+from dockpose import Dock
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import find_polygon, least_corners
+from dockpose.lights.polygon import find_polygons
 from dockpose.lights.ring import find_ring
 from dockpose.pose.circle import rotation_from_angles
 
 from tests.support.scenes import CAMERA
 
-FOCAL_PX = 700.0
+FOCAL_PX, AREA_PX2 = 700.0, 640.0 * 480.0
 
 
 def lights(count=10, z_m=1.0, angles=(0.4, -0.3), roll=0.1, missing=(), centre=(0.05, 0.02)):
@@ -24,7 +25,7 @@ def as_markers(points, areas=None, peaks=None):
 
 
 def ring_of(points, count: int | None = 10, **shapes):
-    return find_ring(points, as_markers(points, **shapes), count, FOCAL_PX)
+    return find_ring(points, as_markers(points, **shapes), CAMERA, Dock(0.30, count), AREA_PX2)
 
 
 def text(left=400.0, top=30.0, letters=19):
@@ -127,14 +128,11 @@ def test_more_groups_than_can_be_looked_at_leave_the_brightest():
     assert np.flatnonzero(ring.on_ring).tolist() == list(range(len(snow), len(points)))
 
 
-def test_how_many_corners_are_proof():
-    assert [least_corners(sides) for sides in (3, 4, 5, 6, 8, 10, 12, 16)] == [3, 4, 5, 5, 5, 6, 7, 9]
-
-
 def test_a_polygon_seen_from_impossibly_near_is_refused():
     # The same corners cannot be both so large and so bent by perspective at this focal length.
     unit = np.column_stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)])
     bent = unit / (1 + 0.4 * unit[:, :1])
     points = np.vstack([320 + 40 * bent, [[30, 30], [600, 50]]])
-    assert not find_polygon(points, np.ones(12), 10, FOCAL_PX).any()
-    assert find_polygon(points, np.ones(12), 10, 60.0)[:10].all()
+    angles = 2 * np.pi * np.arange(10) / 10
+    assert not any(len(found.members) == 10 for found in find_polygons(points - 320, angles, True, FOCAL_PX))
+    assert any(set(found.members) == set(range(10)) for found in find_polygons(points - 320, angles, True, 100.0))

@@ -11,7 +11,9 @@ import math
 
 import numpy as np
 
-ACCEPTED = 1e-3  # expected number of chance rings below which a ring is one
+# Expected number of chance rings below which a ring is one: where it is all that there is, and where it is picked out
+# from among others, at two thresholds and from the brightest points first.
+ACCEPTED, ACCEPTED_AMONG_OTHERS = 1e-2, 1e-3
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 _LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate

@@ -9,7 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, NUMBERS, density_per_px2, log_chance_ellipses, log_chance_rings
+from dockpose.lights.chance import (
+    ACCEPTED,
+    ACCEPTED_AMONG_OTHERS,
+    NUMBERS,
+    density_per_px2,
+    log_chance_ellipses,
+    log_chance_rings,
+)
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, NARROWEST, TOLERANCE_PX, Polygon, find_polygons
@@ -196,7 +203,7 @@ def _candidates(
                 density=density,
                 area_px2=area_px2,
             ) + math.log(len(numbers))
-            if chance < math.log(ACCEPTED):
+            if chance < math.log(ACCEPTED_AMONG_OTHERS):
                 found.append(_Candidate(polygon, sides, chance, density))
     return sorted(found, key=lambda candidate: candidate.log_chance)
 

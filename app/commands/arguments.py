@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 import argparse
+import math
+import re
 
 from dockpose import Camera, Dock, Settings
-from dockpose.app.errors import UserError
+from dockpose.app.errors import UserError, blaming
+from dockpose.app.inputs.samples import sample_source
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
+
+Commands = argparse._SubParsersAction  # what add_subparsers() returns has no public name
+LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
+_METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
+_BESIDE = "default: what NAME.yaml beside NAME.png says"
+
+
+def add_sources(parser: argparse.ArgumentParser, nargs: str, text: str) -> None:
+    """Add SOURCE; the word ``sample_images`` stands for the samples."""
+    parser.add_argument(
+        "sources", nargs=nargs, metavar="SOURCE", type=sample_source, help=f"{text}; sample_images: the samples"
+    )
 
 
 def add_camera_and_dock(parser: argparse.ArgumentParser) -> None:
     """Add ``--camera``, ``--dock-diameter`` and ``--lights``."""
-    beside = "default: what NAME.yaml beside NAME.png says"
-    parser.add_argument("--camera", metavar="C.yaml", help=f"camera file: ROS, OpenCV or dockpose ({beside})")
-    parser.add_argument("--dock-diameter", type=float, metavar="M", help=f"of the ring of lights, in metres ({beside})")
+    parser.add_argument("--camera", metavar="C.yaml", help=f"camera file: ROS, OpenCV or dockpose ({_BESIDE})")
+    parser.add_argument(
+        "--dock-diameter", metavar="M", help=f"of the ring of lights, in metres, or with its unit as 30cm ({_BESIDE})"
+    )
     parser.add_argument("--lights", type=int, metavar="N", help="how many lights, evenly spaced, where it is known")
 
 
@@ -32,10 +48,8 @@ def add_masks(parser: argparse.ArgumentParser) -> None:
 
 def camera_of(arguments: argparse.Namespace) -> Camera | None:
     """The camera that was named; None where none was. Raises UserError where its file is wrong."""
-    try:
+    with blaming("--camera: "):
         return None if arguments.camera is None else load_camera(arguments.camera)
-    except ValueError as error:
-        raise UserError(f"--camera: {error}") from error
 
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:
@@ -44,10 +58,31 @@ def dock_of(arguments: argparse.Namespace) -> Dock | None:
         if arguments.lights is not None:
             raise UserError(f"--lights {arguments.lights} needs --dock-diameter beside it")
         return None
+    diameter_m = metres(arguments.dock_diameter)
+    with blaming("--dock-diameter, --lights: "):
+        return Dock(diameter_m, arguments.lights)
+
+
+def metres(text: str) -> float:
+    """Read a dock's diameter: "0.3", "30cm", "300 mm".
+
+    Raises
+    ------
+    UserError
+        if it is no length, or a bare number so large that it may be in centimetres.
+    """
+    match = re.fullmatch(r"\s*([-+.\w]*?)\s*(mm|cm|m|)\s*", text)
     try:
-        return Dock(arguments.dock_diameter, arguments.lights)
+        number = float(match[1]) if match else float(text)
     except ValueError as error:
-        raise UserError(f"--dock-diameter, --lights: {error}") from error
+        raise UserError(f"--dock-diameter {text}: must be a length in metres, as 0.30, or with its unit") from error
+    unit = match[2] if match else ""
+    if not unit and LARGEST_M < number < math.inf:
+        raise UserError(
+            f"--dock-diameter {text}: is that in centimetres? A bare number is in metres; "
+            f"write {number / 100:g}, or {number:g}m if the dock is that large"
+        )
+    return number * _METRES[unit]
 
 
 def masks_of(arguments: argparse.Namespace) -> tuple[Mask, ...]:
@@ -73,7 +108,5 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
         return Settings(method=arguments.method or "hats", masks=masks)
     if arguments.method not in (None, "fixed"):
         raise UserError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
-    try:
+    with blaming("--"):
         return Settings(method="fixed", level=arguments.level, masks=masks)
-    except ValueError as error:
-        raise UserError(f"--{error}") from error

@@ -2,65 +2,51 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from dockpose.app.errors import UserError
-from dockpose.app.inputs.expand import expand
-from dockpose.camera.calibrate import Board, BoardView, Calibration, CalibrationError, calibrate
-from dockpose.camera.files import save_camera
+from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE
+from dockpose.app.errors import UserError, blaming, writing
+from dockpose.app.inputs.pictures import expand
+from dockpose.camera.calibrate import LENSES, Board, BoardView, Calibration, CalibrationError, calibrate
+from dockpose.camera.files import FORMATS, save_camera
 from dockpose.camera.image import decode, to_grey, to_levels
 from rich.console import Console
 from rich.progress import track
 
 
-def calibrate_folder(
-    sources: Sequence[str],
-    board: str,
-    square_m: float,
-    *,
-    charuco: str | None = None,
-    marker_m: float | None = None,
-    lens: str = "perspective",
-    out: Path = Path("camera.yaml"),
-    file_format: str = "dockpose",
-) -> int:
-    """Calibrate a camera from pictures and write its file; a line a picture and the outcome go to standard output.
+def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command ``calibrate``."""
+    parser = commands.add_parser("calibrate", help="make a camera file from pictures of a chessboard")
+    parser.add_argument("sources", nargs="+", metavar="FOLDER", help="of pictures; or pictures, or a glob")
+    parser.add_argument("--board", required=True, metavar="10x7", help="how many squares the board has")
+    parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, in metres")
+    parser.add_argument("--charuco", metavar="DICT", help="dictionary of a ChArUco board, as DICT_4X4_50")
+    parser.add_argument("--marker", type=float, metavar="M", help="side of its markers (default: 3/4 of a square)")
+    parser.add_argument("--lens", default="perspective", choices=LENSES, help="default: %(default)s")
+    parser.add_argument("--format", default="dockpose", choices=FORMATS, help="of the file (default: %(default)s)")
+    parser.add_argument("--out", default="camera.yaml", metavar="C.yaml", type=Path, help="default: %(default)s")
+    parser.set_defaults(run=run)
 
-    Parameters
-    ----------
-    sources : folders, globs or pictures.
-    board : columns x rows, as "10x7".
-    square_m, marker_m : sides of its squares, and of a ChArUco board's markers, in metres.
-    charuco : name of a ChArUco board's dictionary; None for a chessboard.
-    lens : one of ``dockpose.camera.calibrate.LENSES``.
-    out, file_format : the camera file; an existing one is replaced.
 
-    Returns
-    -------
-    Exit status: 0, or 1 where a picture could not be read.
-
-    Raises
-    ------
-    UserError
-        if the board is no board, the pictures determine no camera, or the file cannot be written.
-    """
-    pattern = _board(board, square_m, charuco, marker_m)
-    paths = expand(sources)
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose calibrate``; returns the exit status. A line a picture and the outcome go to standard output."""
+    board, paths = _board(arguments), expand(arguments.sources)
     try:
-        done = calibrate(_pictures(paths), pattern, lens)
+        done = calibrate(_pictures(paths), board, arguments.lens)
     except CalibrationError as error:
-        raise UserError(f"{' '.join(sources)}: {error}") from error
-    try:
-        save_camera(done.camera, out, file_format)
-    except OSError as error:
-        raise UserError(f"--out {out}: cannot be written ({error.strerror or error})") from error
-    for line in report(done, out):
+        raise UserError(f"{' '.join(arguments.sources)}: {error}") from error
+    with writing(f"--out {arguments.out}"):
+        save_camera(done.camera, arguments.out, arguments.format)
+    for line in report(done, arguments.out):
         print(line)
-    return 1 if any("cannot be read" in view.dropped for view in done.views) else 0
+    unreadable = any("cannot be read" in view.dropped for view in done.views)
+    return EXIT_SOME_UNREADABLE if unreadable else EXIT_ALL_READ
 
 
 def report(done: Calibration, out: Path) -> Iterator[str]:
@@ -87,14 +73,12 @@ def _outcome(view: BoardView) -> str:
     return f"{view.error_px:.3f} px over {view.corners} corners"
 
 
-def _board(text: str, square_m: float, charuco: str | None, marker_m: float | None) -> Board:
-    match = re.fullmatch(r"(\d+)\s*[xX×*]\s*(\d+)", text.strip())
+def _board(arguments: argparse.Namespace) -> Board:
+    match = re.fullmatch(r"(\d+)\s*[xX×*]\s*(\d+)", arguments.board.strip())
     if match is None:
-        raise UserError(f"--board {text}: must be columns x rows, as 10x7")
-    try:
-        return Board(int(match[1]), int(match[2]), square_m, charuco, marker_m)
-    except ValueError as error:
-        raise UserError(f"--board {text}, --square, --charuco, --marker: {error}") from error
+        raise UserError(f"--board {arguments.board}: must be columns x rows, as 10x7")
+    with blaming(f"--board {arguments.board}, --square, --charuco, --marker: "):
+        return Board(int(match[1]), int(match[2]), arguments.square, arguments.charuco, arguments.marker)
 
 
 def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:

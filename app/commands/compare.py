@@ -2,68 +2,68 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from dockpose import Camera, Dock, Estimate, Settings
+from dockpose import Estimate, Settings
+from dockpose.app.commands.arguments import (
+    Commands,
+    add_camera_and_dock,
+    add_masks,
+    add_sources,
+    camera_of,
+    dock_of,
+    masks_of,
+)
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, say
 from dockpose.app.commands.output import PictureFolder, open_text, write_line
 from dockpose.app.drawing.montage import montage
 from dockpose.app.drawing.numbers import chance, number, pose_cells
-from dockpose.app.inputs.pictures import Batch, Picture
+from dockpose.app.inputs.pictures import Batch, Picture, expand
 from dockpose.app.inputs.sidecar import read_sidecar
 from dockpose.app.processing.comparison import compare
 from dockpose.camera.files import FileError
-from dockpose.lights.masks import Mask
 from dockpose.pose.known import KnownPose, pose_error
 
 _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")
 
 
-def compare_sources(
-    paths: Sequence[Path],
-    camera: Camera | None,
-    dock: Dock | None,
-    masks: tuple[Mask, ...] = (),
-    json: str | None = None,
-    folder: Path | None = None,
-) -> int:
-    """Try every method on every picture and write what was asked for.
+def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command ``compare``."""
+    parser = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
+    add_sources(parser, "+", "a picture, a folder of pictures, or a glob")
+    add_camera_and_dock(parser)
+    parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
+    parser.add_argument("--montage", metavar="DIR", type=Path, help="write a picture of all methods side by side")
+    add_masks(parser)
+    parser.set_defaults(run=run)
 
-    Parameters
-    ----------
-    paths : of the pictures, in order.
-    camera, dock : for all pictures; where None, each picture's own, from the YAML beside it.
-    masks : rectangles that are not looked at.
-    json : file for a line a picture, "-" for standard output.
-    folder : for a montage of each picture. Where neither is asked for, a table of each picture is printed.
 
-    Returns
-    -------
-    Exit status: 0 where every picture was read, 1 where some could not be; a line on standard error tells which.
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose compare``; returns the exit status.
 
-    Raises
-    ------
-    UserError
-        if a picture has no camera or dock, or an output cannot be written.
+    Where neither a file nor a montage is asked for, a table of each picture is printed.
     """
-    batch = Batch(paths, camera, dock)
+    masks, paths = masks_of(arguments), expand(arguments.sources)
+    batch = Batch(paths, camera_of(arguments), dock_of(arguments), say)
 
     def work(picture: Picture) -> dict[str, Estimate]:
         return compare(picture.image, picture.camera, picture.dock, Settings(masks=masks))
 
     with contextlib.ExitStack() as files:
-        json_file = open_text(json, files)
-        pictures = None if folder is None else PictureFolder(folder, paths)
+        json_file = open_text(arguments.json, files)
+        montages = None if arguments.montage is None else PictureFolder(arguments.montage, paths)
         for picture, found in batch.run(work):
             if json_file is not None:
                 write_line(json_file, to_line(picture, found))
-            if pictures is not None:
-                pictures.write(picture.path, montage(picture.image, found, _truth(picture.path)))
-            if json_file is None and pictures is None:
+            if montages is not None:
+                montages.write(picture.path.stem, montage(picture.image, found, _truth(picture.path)))
+            if json_file is None and montages is None:
                 print(table(str(picture.path), found, _truth(picture.path)))
-    return batch.exit_status
+    return EXIT_ALL_READ if batch.all_read else EXIT_SOME_UNREADABLE
 
 
 def to_line(picture: Picture, found: Mapping[str, Estimate]) -> dict[str, Any]:

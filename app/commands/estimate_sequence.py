@@ -1,4 +1,4 @@
-"""Sequences for ``dockpose estimate``: frame after frame searched, followed over time, and told."""
+"""Sequences for ``dockpose estimate``: frame after frame searched, followed over time, and written."""
 
 from __future__ import annotations
 
@@ -10,18 +10,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from dockpose import Camera, Dock, Estimate, Settings
+from dockpose import Estimate, Settings
 from dockpose.app.commands.console import FrameProgress
-from dockpose.app.commands.output import AnnotatedVideo, PictureFolder
+from dockpose.app.commands.output import AnnotatedVideo, Destinations, PictureFolder, ResultWriter
 from dockpose.app.drawing.annotated import annotate
-from dockpose.app.errors import UserError
-from dockpose.app.export.rows import Outputs, Results
-from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
+from dockpose.app.inputs.sequences import FrameSource
+from dockpose.app.inputs.sidecar import known
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
-from dockpose.camera.files import FileError
-from dockpose.simulate import load_sequence
-from dockpose.sources import Frame, Frames, Kind, Pictures, Tell, Video, open_frames, read_ahead
+from dockpose.sources import Frame, Frames, Tell, Video, read_ahead
 from dockpose.tracking.tracker import Tracked, Tracker
 
 _RATE_HZ = 25.0  # of an annotated video of a source that tells no rate
@@ -33,9 +30,12 @@ class How:
 
     Attributes
     ----------
-    rate_hz : of pictures in a row, which makes them a sequence; None where each is for itself.
-    jobs : number of processes.
-    scheduler : address of a Dask cluster's scheduler, in place of processes.
+    rate_hz : float or None
+        Of pictures in a row, which makes them a sequence; None where each is for itself.
+    jobs : int
+        Number of processes.
+    scheduler : str or None
+        Address of a Dask cluster's scheduler, in place of processes.
     """
 
     rate_hz: float | None = None
@@ -48,78 +48,26 @@ class How:
         return self.jobs > 1 or self.scheduler is not None
 
 
-@dataclass(frozen=True)
-class SequenceSource:
-    """A source whose frames belong together in time.
-
-    Attributes
-    ----------
-    source : as it was typed.
-    paths : of its pictures; empty for anything else.
-    camera, dock : that belong to it.
-    """
-
-    source: str
-    paths: tuple[Path, ...]
-    camera: Camera
-    dock: Dock
-
-    def open(self, rate_hz: float | None, tell: Tell) -> Frames:
-        """Open it; raises SourceError where that cannot be done."""
-        return Pictures(self.paths, self.source, rate_hz, tell) if self.paths else open_frames(self.source, tell)
-
-
-def known(source: str, kind: Kind, paths: tuple[Path, ...], camera: Camera | None, dock: Dock | None) -> SequenceSource:
-    """Find out with which camera and dock a sequence belongs together.
-
-    Parameters
-    ----------
-    source : as it was typed.
-    kind : what it is.
-    paths : of its pictures, if it has any.
-    camera, dock : as they were given; where None, what the source or the YAML beside it says.
-
-    Raises
-    ------
-    FileError
-        if there is no such file, or the YAML beside it is wrong.
-    UserError
-        if the camera or the dock is not known.
-    """
-    beside = Sidecar()
-    first = paths[0] if paths else Path(source)
-    if kind is Kind.SIMULATED:
-        scene = load_sequence(source).scene
-        beside = Sidecar(scene.camera, scene.dock)
-    elif kind not in (Kind.CAMERA, Kind.STREAM) and (camera is None or dock is None):
-        if not first.is_file():
-            raise FileError(f"{first}: there is no such file")
-        beside = read_sidecar(first)
-    camera, dock = camera or beside.camera, dock or beside.dock
-    name = f"camera {source}" if kind is Kind.CAMERA else source
-    if camera is None:
-        hint = "" if kind in (Kind.CAMERA, Kind.STREAM) else f", or {first.stem}.yaml beside it"
-        raise UserError(f"{name}: which camera? Give --camera C.yaml{hint}")
-    if dock is None:
-        raise UserError(f"{name}: how large is the dock? Give --dock-diameter in metres")
-    return SequenceSource(source, paths, camera, dock)
-
-
 def estimate_sequence(
-    sequence: SequenceSource, settings: Settings, how: How, outputs: Outputs, results: Results, folder: Path | None
+    source: FrameSource, settings: Settings, how: How, results: ResultWriter, folder: Path | None
 ) -> bool:
     """Estimate and follow all frames of a sequence, and write what was asked for.
 
     Parameters
     ----------
-    sequence : the source.
-    settings, how : how to search.
-    outputs, results : where results go.
-    folder : for annotated pictures.
+    source : FrameSource
+        With a camera and a dock.
+    settings, how : Settings, How
+        How to search.
+    results : ResultWriter
+        Where results go.
+    folder : Path or None
+        For annotated pictures.
 
     Returns
     -------
-    Whether every frame was read.
+    bool
+        Whether every frame was read.
 
     Raises
     ------
@@ -132,16 +80,16 @@ def estimate_sequence(
         # The decoder's threads and this one keep the cores busy; OpenCV's own would only wait for each other.
         files.callback(cv2.setNumThreads, cv2.getNumThreads())
         cv2.setNumThreads(1)
-        progress = files.enter_context(FrameProgress(sequence.source))
-        frames = files.enter_context(sequence.open(how.rate_hz, progress.tell))
+        progress = files.enter_context(FrameProgress(source.source))
+        frames = files.enter_context(source.open(progress.tell))
         progress.total = frames.count
-        run = _Run(sequence, frames, settings, how, progress.tell)
-        write_picture = _picture_writer(sequence, frames, outputs, folder, files)
+        run = _Run(source, frames, settings, how, progress.tell)
+        write_picture = _picture_writer(source, frames, results.to, folder, files)
         for found, tracked in run:
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256)
 
             def draw(index: int = found.index, tracked: Tracked = tracked) -> None:
-                write_picture(index, annotate(run.image(index), with_selection(tracked)))
+                write_picture(index, annotate(run.image(index), _with_selection(tracked)))
 
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
             results.write(line, f"{found.name} frame {found.index}{time}", draw)
@@ -149,7 +97,7 @@ def estimate_sequence(
         return frames.is_live or not (run.skipped or frames.is_cut_short)
 
 
-def with_selection(tracked: Tracked) -> Estimate:
+def _with_selection(tracked: Tracked) -> Estimate:
     """The frame's estimate with the pose selected that the track selects."""
     found = tracked.estimate
     if found.choice is None or tracked.selected is None:
@@ -163,9 +111,10 @@ def with_selection(tracked: Tracked) -> Estimate:
 class _Run:
     """The frames of a sequence as they are found and followed, whichever way they are searched."""
 
-    def __init__(self, sequence: SequenceSource, frames: Frames, settings: Settings, how: How, tell: Tell) -> None:
-        self._sequence, self._frames, self._settings, self._how, self._tell = sequence, frames, settings, how, tell
-        self._tracker = Tracker(sequence.camera, sequence.dock, settings)
+    def __init__(self, source: FrameSource, frames: Frames, settings: Settings, how: How, tell: Tell) -> None:
+        self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
+        self._camera, self._dock = known(source.name, source.camera, source.dock)
+        self._tracker = Tracker(self._camera, self._dock, settings)
         self._last: Frame | None = None
         self._skipped = 0
 
@@ -191,7 +140,7 @@ class _Run:
 
     def _one_by_one(self) -> Iterator[tuple[Found, Tracked]]:
         auto_masks = AutoMasks(self._settings, self._tell)
-        camera, dock = self._sequence.camera, self._sequence.dock
+        camera, dock = self._camera, self._dock
         search = search_of(camera, dock, self._settings)
         for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
             self._last = frame
@@ -202,9 +151,8 @@ class _Run:
             yield Found(frame.index, frame.time_s, frame.name, frame.sha256, found), tracked
 
     def _split(self, count: int) -> Iterator[tuple[Found, Tracked]]:
-        sequence = self._sequence
-        rate_hz = self._how.rate_hz
-        work = SequenceWork(sequence.source, sequence.paths, rate_hz, sequence.camera, sequence.dock, count)
+        source = self._source
+        work = SequenceWork(source.source, source.paths, source.rate_hz, self._camera, self._dock, count)
         auto_masks = AutoMasks(self._settings, self._tell)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
             for found in split(work, executor, at_once, auto_masks, self._settings):
@@ -216,14 +164,14 @@ class _Run:
 
 
 def _picture_writer(
-    sequence: SequenceSource, frames: Frames, outputs: Outputs, folder: Path | None, files: contextlib.ExitStack
+    source: FrameSource, frames: Frames, to: Destinations, folder: Path | None, files: contextlib.ExitStack
 ) -> Callable[[int, np.ndarray], object]:
     """What writes the annotated picture of a frame."""
-    if outputs.annotate is None:
+    if folder is None:
         return lambda index, picture: None
-    if outputs.video_asked:
-        video = AnnotatedVideo(outputs.annotate, frames.rate_hz or _RATE_HZ)
+    if to.is_video:
+        video = AnnotatedVideo(folder, frames.rate_hz or _RATE_HZ)
         files.callback(video.close)
         return lambda index, picture: video.write(picture)
-    pictures = PictureFolder(folder or outputs.annotate, sequence.paths)
-    return lambda index, picture: pictures.write_named(f"frame_{index + 1:04d}", picture)
+    pictures = PictureFolder(folder, source.paths)
+    return lambda index, picture: pictures.write(f"frame_{index + 1:04d}", picture)

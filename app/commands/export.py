@@ -3,28 +3,31 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 from collections.abc import Callable, Collection
 from pathlib import Path
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import add_camera_and_dock, camera_of, dock_of
+from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ
 from dockpose.app.drawing.overlay import LAYERS, check_layers
-from dockpose.app.errors import UserError
+from dockpose.app.errors import UserError, blaming
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.durable_files import why, write_whole
 from dockpose.app.experiment.record import is_session
-from dockpose.app.inputs.pictures import EXIT_ALL_READ
-from dockpose.app.inputs.sidecar import read_sidecar
+from dockpose.app.inputs.samples import sample_source
+from dockpose.app.inputs.sidecar import camera_and_dock
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 
 
-def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
-    """Add the command ``export``; returns its parser."""
+def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command ``export``."""
     parser = commands.add_parser("export", help="write a report, tables, plots and annotated pictures")
     parser.add_argument(
-        "source", metavar="SOURCE", type=Path, help="a picture, a session's folder, or what estimate --json wrote"
+        "source",
+        metavar="SOURCE",
+        type=lambda text: Path(sample_source(text)),
+        help="a picture, a session's folder, or what estimate --json wrote",
     )
     parser.add_argument(
         "--out",
@@ -41,38 +44,41 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         help="what to draw on the picture (default: %(default)s)",
     )
     add_camera_and_dock(parser)
-    parser.set_defaults(run=_run)
-    return parser
+    parser.set_defaults(run=run)
 
 
-def _run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose export``; returns the exit status."""
     return export(arguments.source, camera_of(arguments), dock_of(arguments), arguments.out, layers=arguments.layers)
 
 
 def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, layers: str = ",".join(LAYERS)) -> int:
-    """Write what can be taken away of a source.
+    """Write what can be taken away of a source, and print which files that are.
 
     Parameters
     ----------
-    source : a picture, a session's folder, or a file of JSON lines.
-    camera, dock : for a picture; where None, its own, from the YAML beside it.
-    out : a folder, which is made if need be, or one file whose ending says what it is to be.
-    layers : names of ``dockpose.app.drawing.overlay.LAYERS`` with commas between them.
+    source : Path
+        A picture, a session's folder, or a file of JSON lines.
+    camera, dock : Camera, Dock or None
+        For a picture; where None, its own, from the YAML beside it.
+    out : Path
+        A folder, which is made if need be, or one file whose ending says what it is to be.
+    layers : str
+        Names of ``dockpose.app.drawing.overlay.LAYERS`` with commas between them.
 
     Returns
     -------
-    Exit status 0; what was written is printed.
+    int
+        Exit status 0.
 
     Raises
     ------
-    UserError
+    ValueError
         if the source cannot be read, there is no such file of it, or it cannot be written.
     """
     chosen = [layer.strip() for layer in layers.split(",") if layer.strip()]
-    try:
+    with blaming("--"):
         check_layers(chosen)
-    except ValueError as error:
-        raise UserError(f"--{error}") from error
     from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
 
     files = _files(source, camera, dock, chosen)
@@ -97,22 +103,16 @@ def _files(
     from dockpose.app.processing.analysis import analyse
     from dockpose.app.state.view import open_source
 
-    try:
-        if is_session(source):
-            return session_files(read_session(source))
-        if source.suffix.lower() in _LINES_ENDINGS:
-            return sequence_files(source)
-        if source.is_dir():
-            raise UserError(f"{source}: is a folder, but no session; it has no file session.yaml")
-        beside = read_sidecar(source)
-        if source.is_file() and camera is None and beside.camera is None:
-            raise UserError(f"{source}: which camera? Give --camera C.yaml, or {source.stem}.yaml beside the picture")
-        if source.is_file() and dock is None and beside.dock is None:
-            raise UserError(f"{source}: how large is the dock? Give --dock-diameter in metres")
-        analysis = analyse(open_source(str(source), camera, dock))
-        return picture_files(analysis, layers=layers, sha256=hashlib.sha256(source.read_bytes()).hexdigest())
-    except ValueError as error:
-        raise UserError(str(error)) from error
+    if is_session(source):
+        return session_files(read_session(source))
+    if source.suffix.lower() in _LINES_ENDINGS:
+        return sequence_files(source)
+    if source.is_dir():
+        raise UserError(f"{source}: is a folder, but no session; it has no file session.yaml")
+    if source.is_file():  # else it is told when it is opened
+        camera, dock = camera_and_dock(source, camera, dock)
+    view = open_source(str(source), camera, dock)
+    return picture_files(analyse(view), layers=layers, sha256=view.sha256)
 
 
 def _first(files: Collection[str], out: Path) -> str:

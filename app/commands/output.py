@@ -1,33 +1,110 @@
-"""Where a command's results go: lines of JSON, pictures, a video. What cannot be written is a UserError."""
+"""Where a command's results go: lines of JSON, a table, pictures, a video. What cannot be written is a UserError."""
 
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
 import cv2
 import msgspec
 import numpy as np
-from dockpose.app.errors import UserError
+from dockpose.app.errors import UserError, writing
+from dockpose.app.export.rows import CSV_COLUMNS, to_row
 
 # MPEG-4 that everything plays, and JPEG pictures in a row, which keep the finest lines.
 VIDEO_CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
 
 
+@dataclass(frozen=True)
+class Destinations:
+    """Where results go; None for nowhere.
+
+    Attributes
+    ----------
+    json : str or None
+        File for a line a frame; "-" for standard output.
+    csv : str or None
+        File for a row a frame.
+    annotate : Path or None
+        Folder for annotated pictures; or of one sequence a video, by its ending.
+    """
+
+    json: str | None = None
+    csv: str | None = None
+    annotate: Path | None = None
+
+    @property
+    def is_video(self) -> bool:
+        """Whether the annotated pictures are to become a video."""
+        return self.annotate is not None and self.annotate.suffix.lower() in VIDEO_CODECS
+
+
+class ResultWriter:
+    """Writes the results frame by frame, so that a run that is stopped keeps all that it did.
+
+    Parameters
+    ----------
+    to : Destinations
+    files : ExitStack
+        Closes what is opened here.
+    before_each : callable
+        Called before a frame is written; may raise.
+
+    Attributes
+    ----------
+    frames : int
+        How many were written.
+    """
+
+    def __init__(
+        self, to: Destinations, files: contextlib.ExitStack, before_each: Callable[[], None] = lambda: None
+    ) -> None:
+        self.to, self._before_each = to, before_each
+        self._json = open_text(to.json, files)
+        self._csv = open_text(to.csv, files)
+        self._table = None if self._csv is None else csv.DictWriter(self._csv, CSV_COLUMNS)
+        if self._table is not None and self._csv is not None:
+            self._table.writeheader()
+            self._csv.flush()
+        self.frames = 0
+
+    def write(self, line: dict[str, Any], label: str, draw: Callable[[], object]) -> None:
+        """Write one frame.
+
+        Parameters
+        ----------
+        line : dict
+            Its JSON object.
+        label : str
+            What to call it on the screen, where its message is printed if nothing else is written.
+        draw : callable
+            Writes its annotated picture; called where those are wanted.
+        """
+        self._before_each()
+        if self._json is not None:
+            write_line(self._json, line)
+        if self._table is not None and self._csv is not None:
+            self._table.writerow(to_row(line))
+            self._csv.flush()
+        if self.to.annotate is not None:
+            draw()
+        elif self._json is None and self._csv is None:
+            print(f"{label}: {line['message']}", flush=True)
+        self.frames += 1
+
+
 def open_text(target: str | None, files: contextlib.ExitStack) -> TextIO | None:
     """Open a file to write, to be closed with ``files``; "-" is standard output, None nothing."""
-    if target is None:
-        return None
-    if target == "-":
-        return sys.stdout
-    try:
+    if target is None or target == "-":
+        return sys.stdout if target else None
+    with writing(target):
         return files.enter_context(open(target, "w", encoding="utf-8", newline=""))
-    except OSError as error:
-        raise UserError(f"{target}: cannot be written ({error.strerror or error})") from error
 
 
 def write_line(file: TextIO, line: dict[str, Any]) -> None:
@@ -37,7 +114,7 @@ def write_line(file: TextIO, line: dict[str, Any]) -> None:
 
 
 def to_json(line: dict[str, Any]) -> str:
-    """JSON of an object in plain ASCII; numbers that are none are null."""
+    """JSON of an object in plain ASCII; NaN and infinity are null."""
     try:
         text = msgspec.json.encode(line)  # in a twentieth of the standard library's time
     except UnicodeEncodeError:  # a file's name need not be text
@@ -50,8 +127,9 @@ class PictureFolder:
 
     Parameters
     ----------
-    folder : where to write.
-    originals : the pictures that results are made from; none of them is ever overwritten, nor is another result.
+    folder : Path
+    originals : sequence of Path
+        The pictures that results are made from; none of them is ever overwritten, nor is another result.
     """
 
     def __init__(self, folder: Path, originals: Sequence[Path]) -> None:
@@ -62,26 +140,15 @@ class PictureFolder:
         self._folder = folder
         self._taken = {path.resolve() for path in originals}
 
-    def write(self, original: Path, picture: np.ndarray) -> Path:
-        """Write the picture that was made from ``original`` as a PNG of its name; returns its path."""
-        return self.write_named(original.stem, picture)
-
-    def write_named(self, name: str, picture: np.ndarray) -> Path:
+    def write(self, name: str, picture: np.ndarray) -> None:
         """Write a picture as NAME.png, or NAME-2.png where an original or another result has that name."""
-        path = self._free_path(name)
-        try:
-            path.write_bytes(cv2.imencode(".png", picture)[1].tobytes())
-        except OSError as error:
-            raise UserError(f"{path}: cannot be written ({error.strerror or error})") from error
-        return path
-
-    def _free_path(self, name: str) -> Path:
         path, number = self._folder / f"{name}.png", 1
         while path.resolve() in self._taken:
             number += 1
             path = self._folder / f"{name}-{number}.png"
         self._taken.add(path.resolve())
-        return path
+        with writing(path):
+            path.write_bytes(cv2.imencode(".png", picture)[1].tobytes())
 
 
 class AnnotatedVideo:
@@ -89,8 +156,10 @@ class AnnotatedVideo:
 
     Parameters
     ----------
-    path : ends as one of ``VIDEO_CODECS``.
-    rate_hz : pictures in a second.
+    path : Path
+        Ends as one of ``VIDEO_CODECS``.
+    rate_hz : float
+        Pictures in a second.
     """
 
     def __init__(self, path: Path, rate_hz: float) -> None:

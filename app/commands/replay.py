@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from dockpose.app.errors import UserError
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, say
+from dockpose.app.errors import UserError, blaming
 from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.experiment.versions import versions
-from dockpose.app.inputs.pictures import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, say
 from dockpose.camera.image import decode
 
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "mask", "json", "csv", "annotate", "rate")
@@ -29,7 +29,7 @@ def add_session_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def run_session(arguments: argparse.Namespace) -> int:
-    """Do what was typed with ``--session``; returns the exit status. Raises UserError for what does not go with it."""
+    """Run ``dockpose estimate --session``; returns the exit status. Raises UserError for what does not go with it."""
     if arguments.sources:
         raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
     for name in _OWN:
@@ -44,17 +44,17 @@ def replay_session(folder: Path) -> int:
 
     Returns
     -------
-    Exit status: 0 where every frame was read, whatever came out; 1 where some could not be, told on standard error.
+    int
+        Exit status: 0 where every frame was read, whatever came out; 1 where some could not be, which standard error
+        tells.
 
     Raises
     ------
     UserError
         if the folder is no session.
     """
-    try:
+    with blaming("--session "):
         record = read_session(folder)
-    except ValueError as error:
-        raise UserError(f"--session {error}") from error
     changed = unreadable = 0
     for row in record.rows:
         try:

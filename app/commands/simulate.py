@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import csv
 import re
@@ -14,8 +15,9 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
-from dockpose.app.commands.console import TerminalBar
-from dockpose.app.errors import UserError
+from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar
+from dockpose.app.errors import UserError, blaming, writing
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
@@ -41,48 +43,40 @@ DEFAULT = FilmPlan(
 )
 
 
-def simulate(scene: str | None, seed: int | None, frames: int | None, out: Path) -> int:
-    """Render a scene file's pictures and their truth.
+def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command ``simulate``."""
+    parser = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
+    parser.add_argument("--scene", metavar="S.yaml", help="scene file (default: an approach from 20 m to 1 m)")
+    parser.add_argument("--seed", type=int, metavar="N", help="of all that is random (default: the scene file's)")
+    parser.add_argument("--frames", type=int, metavar="N", help="how many pictures (default: as the scene file says)")
+    parser.add_argument(
+        "--out",
+        required=True,
+        metavar="DIR",
+        type=Path,
+        help="folder for frame_0001.png and so on with truth.csv; or a video with its truth in a CSV beside it: "
+        "NAME.mp4, or NAME.avi, which keeps every grey level",
+    )
+    parser.set_defaults(run=run)
 
-    Parameters
-    ----------
-    scene : path of the scene file; None for an approach from 20 m to 1 m in a tank.
-    seed, frames : in place of the file's.
-    out : a folder, or a video that ends in .mp4 or .avi.
 
-    Returns
-    -------
-    Exit status 0.
-
-    Raises
-    ------
-    UserError
-        if the scene file or a number in it is wrong, or the output cannot be written. What was written stays.
-    """
-    sequence = _sequence(scene, seed, frames)
-    try:
-        with _target(out, sequence) as target:
-            for frame in _with_progress(film(sequence, _estimator(sequence.scene.dock)), sequence.frames):
-                target.add(frame)
-    except OSError as error:
-        raise UserError(f"--out {out}: cannot be written ({error.strerror or error})") from error
-    except ValueError as error:
-        raise UserError(str(error)) from error
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose simulate``; returns the exit status. What was written stays where it cannot go on."""
+    out, sequence = arguments.out, _sequence(arguments.scene, arguments.seed, arguments.frames)
+    with writing(f"--out {out}"), _target(out, sequence) as target:
+        for frame in _with_progress(film(sequence, _estimator(sequence.scene.dock)), sequence.frames):
+            target.add(frame)
     pictures = "1 picture" if sequence.frames == 1 else f"{sequence.frames} pictures"
     print(f"{pictures} in {out}, the truth in {target.table}", file=sys.stderr)
-    return 0
+    return EXIT_ALL_READ
 
 
 def _sequence(path: str | None, seed: int | None, frames: int | None) -> FilmPlan:
-    try:
+    with blaming("--scene "):
         sequence = DEFAULT if path is None else load_sequence(path)
-    except ValueError as error:
-        raise UserError(f"--scene {error}") from error
-    try:
+    with blaming("--"):
         sequence = sequence if seed is None else sequence.with_seed(seed)
         return sequence if frames is None else sequence.with_frames(frames)
-    except ValueError as error:
-        raise UserError(f"--{error}") from error
 
 
 def _estimator(dock: Dock) -> Callable[[np.ndarray, Camera], CirclePose | None]:

@@ -12,8 +12,8 @@ import cv2
 import msgspec
 import numpy as np
 import yaml
-from dockpose.app.commands.estimate import CSV_COLUMNS, to_row
 from dockpose.app.experiment.versions import with_versions
+from dockpose.app.export.rows import CSV_COLUMNS, to_row
 from dockpose.app.processing.analysis import Analysis
 
 

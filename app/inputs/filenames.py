@@ -1,12 +1,15 @@
-"""File names made from text that came from outside."""
+"""File names made from text that came from outside, and the names of uploaded files."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
 from collections.abc import Collection
+from pathlib import PurePath
+from typing import Any
 
 LONGEST_BYTES = 60  # of a name without its ending, in UTF-8: short of every system's limit, folders included
+_LONGEST_UPLOAD = 80  # characters
 # Windows opens a device in place of a file of such a name, whatever its ending.
 _DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{digit}" for port in ("com", "lpt") for digit in "0123456789¹²³")}
 
@@ -16,16 +19,21 @@ def safe_name(text: str, ending: str = "", *, taken: Collection[str] = (), other
 
     Parameters
     ----------
-    text : whatever it should be called.
-    ending : of the name, as ".png"; our own, not from outside.
-    taken : names that must not be used again, as files of one folder; case makes no difference on Windows and macOS.
-    otherwise : the name where nothing of the text is left.
+    text : str
+        What it should be called.
+    ending : str
+        Of the name, as ".png"; our own, not from outside.
+    taken : collection of str
+        Names that must not be used again, compared without case, as Windows and macOS do.
+    otherwise : str
+        The name where nothing of the text is left.
 
     Returns
     -------
-    Letters and digits of any script, in composed form (Unicode NFC), "-" and "_", and the ending. No dots, so that it
-    is neither hidden nor another kind of file; no spaces at its ends; no device of Windows; at most ``LONGEST_BYTES``
-    bytes before the ending. Where it is taken, a number is added.
+    str
+        Letters and digits of any script, in composed form (Unicode NFC), "-" and "_", and the ending. No
+        dots, so that it is neither hidden nor another kind of file; no spaces at its ends; no device of Windows; at
+        most ``LONGEST_BYTES`` bytes before the ending. Where it is taken, a number is added.
     """
     composed = unicodedata.normalize("NFC", text)
     stem = _shortened(re.sub(r"[^\w-]+", "_", composed).strip("_-"), LONGEST_BYTES).strip("_-") or otherwise
@@ -38,6 +46,12 @@ def safe_name(text: str, ending: str = "", *, taken: Collection[str] = (), other
         suffix = f"-{number}"
         name = f"{_shortened(stem, LONGEST_BYTES - len(suffix))}{suffix}{ending}"
     return name
+
+
+def clean_name(name: Any) -> str:
+    """What to call an uploaded file: its last part, without control characters, at most 80 characters."""
+    last = PurePath(str(name).replace("\\", "/")).name
+    return "".join(letter for letter in last if letter.isprintable())[:_LONGEST_UPLOAD] or "the file"
 
 
 def _shortened(text: str, bytes_: int) -> str:

@@ -1,54 +1,13 @@
-"""Pictures one can page through: those that browsers sent, and those of a folder on this machine."""
+"""The pictures and videos of a folder on this machine; no name that a browser sends leads out of it."""
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.expand import PICTURE_ENDINGS, numeric
-from dockpose.sources import VIDEO_ENDINGS
+from dockpose.sources import PICTURE_ENDINGS, VIDEO_ENDINGS, numeric
 
-_DEEPEST, _MOST_FOLDERS, _MOST_PICTURES = 4, 200, 5000
-
-
-class Shelf:
-    """Uploaded pictures as they came, the newest last; the oldest go when there is no room."""
-
-    def __init__(self) -> None:
-        self._files: dict[str, bytes] = {}
-        self._lock = threading.Lock()
-
-    @property
-    def kept_bytes(self) -> int:
-        """How much memory they take."""
-        with self._lock:
-            return sum(map(len, self._files.values()))
-
-    def names(self) -> list[str]:
-        """Their names, in the order they came."""
-        with self._lock:
-            return list(self._files)
-
-    def add(self, name: str, data: bytes) -> str:
-        """Keep a file; one of the same name is replaced."""
-        with self._lock:
-            self._files.pop(name, None)
-            self._files[name] = data
-        return name
-
-    def get(self, name: str) -> bytes:
-        """The bytes of a file. Raises UserError where it is gone."""
-        with self._lock:
-            if name not in self._files:
-                raise UserError(f"{name} is no longer kept. Upload it again.")
-            return self._files[name]
-
-    def make_room(self, at_most_bytes: int) -> None:
-        """Forget the oldest until no more than so much is kept."""
-        with self._lock:
-            while self._files and sum(map(len, self._files.values())) > at_most_bytes:
-                del self._files[next(iter(self._files))]
+_DEEPEST, _MOST_FOLDERS, _MOST_FILES = 4, 200, 5000
 
 
 def step(names: list[str], name: str, by: int) -> str | None:
@@ -61,8 +20,10 @@ def step(names: list[str], name: str, by: int) -> str | None:
 def below(root: Path, relative: str) -> Path:
     """The path of what is below a root folder.
 
-    Raises UserError for whatever is not there or not below the root, by dots, as an absolute path, or through
-    a link.
+    Raises
+    ------
+    UserError
+        if it is not there, or not below the root: by dots, as an absolute path, or through a link.
     """
     try:
         path = (root / relative).resolve(strict=True)
@@ -84,23 +45,18 @@ def folders_below(root: Path) -> list[str]:
 
 def pictures_in(root: Path, folder: str) -> list[str]:
     """Names, relative to the root, of the pictures of one folder, frame2 before frame10."""
-    names = [
-        name
-        for name in _inside(root, folder)
-        if Path(name).suffix.lower() in PICTURE_ENDINGS and (root / name).is_file()
-    ]
-    return sorted(names, key=lambda name: numeric(Path(name)))[:_MOST_PICTURES]
+    return _files_in(root, [folder], PICTURE_ENDINGS)
 
 
 def videos_below(root: Path) -> list[str]:
     """Names, relative to the root, of the videos in it and in the folders below it."""
-    names = [
-        name
-        for folder in folders_below(root)
-        for name in _inside(root, folder)
-        if Path(name).suffix.lower() in VIDEO_ENDINGS and (root / name).is_file()
-    ]
-    return sorted(names, key=lambda name: numeric(Path(name)))[:_MOST_PICTURES]
+    return _files_in(root, folders_below(root), VIDEO_ENDINGS)
+
+
+def _files_in(root: Path, folders: list[str], endings: tuple[str, ...]) -> list[str]:
+    names = [name for folder in folders for name in _inside(root, folder) if Path(name).suffix.lower() in endings]
+    files = [name for name in names if (root / name).is_file()]
+    return sorted(files, key=lambda name: numeric(Path(name)))[:_MOST_FILES]
 
 
 def _inside(root: Path, folder: str) -> list[str]:

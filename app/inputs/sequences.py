@@ -1,8 +1,9 @@
-"""The sequences that the page can play: the one given at the start, those below the folder, and simulated ones."""
+"""Frames that belong together: what was typed, and what the page can play (below its folder, simulated, or sent)."""
 
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,57 +11,78 @@ from typing import Any
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, videos_below
-from dockpose.app.inputs.sidecar import read_sidecar
-from dockpose.app.state.scene import scene_of
-from dockpose.app.state.view import View
-from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep
-from dockpose.sources import Frames, Kind, Pictures, Simulated, Tell, kind_of, open_frames
+from dockpose.app.inputs.sidecar import camera_and_dock, known, read_sidecar
+from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep, load_sequence
+from dockpose.sources import Frames, Kind, Pictures, Simulated, SourceError, Tell, kind_of, list_pictures, open_frames
 
 SIMULATED = ("simulated approach", "simulated sweep", "simulated hover", "simulated closed loop")
+PICTURES_HZ = 10.0  # rate at which the page plays pictures, which have no times
 _PICTURES_IN = "pictures in "
-_PICTURES_HZ = 10.0  # of pictures, which have no times
 _RATE_HZ = 25.0
 _FAR, _NEAR = 13.0, 1.7  # diameters: a 0.30 m ring from 4 m to 0.5 m
 
 
 @dataclass(frozen=True)
-class Given:
-    """The sequence that was given at the start, as it was typed, with the camera and dock that were given with it."""
-
-    source: str
-    camera: Camera | None = None
-    dock: Dock | None = None
-
-    @property
-    def name(self) -> str:
-        """What to call it."""
-        kind = kind_of(self.source)
-        if kind in (Kind.CAMERA, Kind.STREAM):
-            return f"camera {self.source}" if kind is Kind.CAMERA else self.source
-        return Path(self.source).name or self.source
-
-
-@dataclass(frozen=True)
-class Opened:
-    """A sequence that was opened.
+class FrameSource:
+    """Frames that belong together in time, with their camera and dock.
 
     Attributes
     ----------
-    frames : to be closed when they are done with.
-    name : what to call it.
-    camera, dock : that it brings along, if any.
-    folder : that its file is in and that is to go with it, if any.
+    source : str
+        As it was typed, or the path of a video.
+    name : str
+        What to call it.
+    paths : tuple of Path
+        Of its pictures; empty for anything else.
+    rate_hz : float or None
+        Of its pictures; None where they have no times.
+    camera, dock : Camera, Dock or None
+        Those given for it or beside it; None where not known.
+    course : FilmPlan or None
+        What is simulated.
+    folder : TemporaryDirectory or None
+        Holds a file that was sent, until :meth:`discard`.
     """
 
-    frames: Frames
+    source: str
     name: str
+    paths: tuple[Path, ...] = ()
+    rate_hz: float | None = None
     camera: Camera | None = None
     dock: Dock | None = None
+    course: FilmPlan | None = None
     folder: tempfile.TemporaryDirectory[str] | None = None
 
-    def close(self) -> None:
-        """Let go of the frames, and delete a file that was kept for them."""
-        self.frames.close()
+    def open(self, tell: Tell) -> Frames:
+        """Open the frames, which then carry the camera and the dock.
+
+        Parameters
+        ----------
+        tell : callable
+            Told of frames that are skipped, and of a live source that goes away and comes back.
+
+        Raises
+        ------
+        SourceError
+            if it gives no frames; a UserError that names a file as it was sent, which is deleted.
+        """
+        try:
+            if self.course is not None:
+                frames: Frames = Simulated(self.course, self.source)
+            elif self.paths:
+                frames = Pictures(self.paths, self.source, self.rate_hz, tell)
+            else:
+                frames = open_frames(self.source, tell, rate_hz=self.rate_hz)
+        except SourceError as error:
+            if self.folder is None:
+                raise
+            self.discard()
+            raise UserError(str(error).replace(self.source, self.name)) from error
+        frames.camera, frames.dock = self.camera or frames.camera, self.dock or frames.dock
+        return frames
+
+    def discard(self) -> None:
+        """Delete a file that was kept for it."""
         if self.folder is not None:
             self.folder.cleanup()
 
@@ -70,8 +92,53 @@ def is_sequence(source: str) -> bool:
     return kind_of(source) is not Kind.PICTURE
 
 
-def choices(given: Given | None, root: Path | None) -> list[str]:
-    """Names of all sequences that can be chosen: the given one, those below the folder, simulated ones."""
+def typed(
+    source: str, camera: Camera | None, dock: Dock | None, paths: Sequence[Path] = (), rate_hz: float | None = None
+) -> FrameSource:
+    """Return a sequence that was typed, with its camera and dock.
+
+    Parameters
+    ----------
+    source : str
+        As it was typed.
+    camera, dock : Camera, Dock or None
+        Those given for it; where None, what the scene file or the YAML beside the video or first picture says.
+    paths : sequence of Path
+        Of its pictures, if it has any.
+    rate_hz : float or None
+        Of its pictures.
+
+    Raises
+    ------
+    FileError
+        if there is no such file, or the YAML beside it is wrong.
+    UserError
+        if the camera or the dock is not known.
+    """
+    kind, course, name = kind_of(source), None, source
+    if kind is Kind.SIMULATED:
+        course = load_sequence(source)
+        camera, dock = camera or course.scene.camera, dock or course.scene.dock
+    elif kind in (Kind.CAMERA, Kind.STREAM):
+        name = f"camera {source}" if kind is Kind.CAMERA else source
+        camera, dock = known(name, camera, dock)
+    else:
+        camera, dock = camera_and_dock(paths[0] if paths else Path(source), camera, dock)
+    return FrameSource(source, name, tuple(paths), rate_hz, camera, dock, course)
+
+
+def given(source: str, camera: Camera | None, dock: Dock | None) -> FrameSource:
+    """The sequence that the page starts with; its camera and dock need not be known."""
+    kind = kind_of(source)
+    if kind in (Kind.CAMERA, Kind.STREAM):
+        return FrameSource(source, f"camera {source}" if kind is Kind.CAMERA else source, camera=camera, dock=dock)
+    first = None if kind is Kind.SIMULATED else list_pictures(source)[0]
+    found = FrameSource(source, Path(source).name or source, rate_hz=PICTURES_HZ, camera=camera, dock=dock)
+    return found if first is None else _with_sidecar(found, first)
+
+
+def choices(given: FrameSource | None, root: Path | None) -> list[str]:
+    """Names of all sequences that the page can play: the given one, those below the folder, simulated ones."""
     names = [] if given is None else [given.name]
     if root is not None:
         names += videos_below(root)
@@ -79,68 +146,55 @@ def choices(given: Given | None, root: Path | None) -> list[str]:
     return [*names, *SIMULATED]
 
 
-def open_choice(name: Any, given: Given | None, root: Path | None, view: View, tell: Tell) -> Opened:
-    """Open one of :func:`choices`.
+def choose(name: Any, given: FrameSource | None, root: Path | None, scene: Scene) -> FrameSource:
+    """Return one of :func:`choices`.
 
     Parameters
     ----------
-    name : of the sequence, as a browser sent it.
-    given, root : as for :func:`choices`.
-    view : what is shown: its scene is what the simulated courses lead through.
-    tell : hears of frames that are skipped, and of a live source that goes away.
+    name : Any
+        Of the sequence, as a browser sent it.
+    given, root
+        As for :func:`choices`.
+    scene : Scene
+        What the simulated courses lead through.
 
     Raises
     ------
     UserError
         if it is none of the choices.
-    SourceError
-        if it gives no frames.
+    FileError
+        if the YAML beside it is wrong.
     """
     if given is not None and name == given.name:
-        return open_given(given, tell)
+        return given
     if name in SIMULATED:
-        return simulated(name, scene_of(view))
+        return simulated(name, scene)
     if root is None or not isinstance(name, str):
         raise UserError(f"There is no sequence called {name!r}.")
     if name.startswith(_PICTURES_IN):
         folder = name.removeprefix(_PICTURES_IN)
-        paths = [below(root, picture) for picture in pictures_in(root, folder)]
+        paths = tuple(below(root, picture) for picture in pictures_in(root, folder))
         if not paths:
             raise UserError(f"There are no pictures in {folder}.")
-        return _with_sidecar(Pictures(paths, name, _PICTURES_HZ, tell), name, paths[0])
+        return _with_sidecar(FrameSource(name, name, paths, PICTURES_HZ), paths[0])
     if name not in videos_below(root):
         raise UserError(f"There is no sequence called {name!r}.")
     path = below(root, name)
-    return _with_sidecar(open_frames(str(path), tell), name, path)
+    return _with_sidecar(FrameSource(str(path), name), path)
 
 
-def open_given(given: Given, tell: Tell) -> Opened:
-    """Open what was given at the start: a video, a folder, a camera, a stream, a scene file."""
-    kind, path = kind_of(given.source), Path(given.source)
-    frames = open_frames(given.source, tell, rate_hz=_PICTURES_HZ)
-    if kind is Kind.VIDEO:
-        opened = _with_sidecar(frames, given.name, path)
-    else:
-        opened = Opened(frames, given.name, frames.camera, frames.dock)
-    return replace(opened, camera=given.camera or opened.camera, dock=given.dock or opened.dock)
-
-
-def open_sent(data: bytes, name: str, tell: Tell) -> Opened:
-    """Open a video that a browser sent; its file is deleted when it is closed."""
+def sent(data: bytes, name: str) -> FrameSource:
+    """A video that a browser sent, kept until it is discarded. Raises UserError where its name is not a video's."""
     folder = tempfile.TemporaryDirectory(prefix="dockpose-")
     path = Path(folder.name) / f"sent{Path(name).suffix.lower()}"
     path.write_bytes(data)
-    try:
-        if kind_of(str(path)) is not Kind.VIDEO:
-            raise UserError(f"{name} is no video by its name; .mp4, .avi, .mov, .mkv and .webm are.")
-        frames = open_frames(str(path), tell)
-    except ValueError as error:
+    if kind_of(str(path)) is not Kind.VIDEO:
         folder.cleanup()
-        raise UserError(str(error).replace(str(path), name)) from error
-    return Opened(frames, name, folder=folder)
+        raise UserError(f"{name} is no video by its name; .mp4, .avi, .mov, .mkv and .webm are.")
+    return FrameSource(str(path), name, folder=folder)
 
 
-def simulated(name: str, scene: Scene) -> Opened:
+def simulated(name: str, scene: Scene) -> FrameSource:
     """A simulated course through a scene, at distances that suit its dock."""
     near_m, far_m = _NEAR * scene.dock.diameter, _FAR * scene.dock.diameter
     drift_m = 0.05 * scene.dock.diameter
@@ -151,13 +205,9 @@ def simulated(name: str, scene: Scene) -> Opened:
         SIMULATED[2]: Hover(frames=250, rate_hz=_RATE_HZ, drift_m=drift_m),
         SIMULATED[3]: ClosedLoop(end_m=near_m, frames=500, **currents),
     }[name]
-    return Opened(Simulated(FilmPlan(scene=scene, motion=motion), name), name, scene.camera, scene.dock)
+    return FrameSource(name, name, course=FilmPlan(scene=scene, motion=motion))
 
 
-def _with_sidecar(frames: Frames, name: str, path: Path) -> Opened:
-    try:
-        beside = read_sidecar(path)
-    except ValueError:
-        frames.close()
-        raise
-    return Opened(frames, name, beside.camera, beside.dock)
+def _with_sidecar(source: FrameSource, path: Path) -> FrameSource:
+    beside = read_sidecar(path)
+    return replace(source, camera=source.camera or beside.camera, dock=source.dock or beside.dock)

@@ -1,4 +1,4 @@
-"""Pictures with a YAML beside them that tells their camera, their dock and the truth."""
+"""The YAML beside a picture or video, with its camera, its dock and the true pose."""
 
 from __future__ import annotations
 
@@ -7,23 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 from dockpose import Camera, Dock
-from dockpose.app.resources import sample_path
+from dockpose.app.errors import UserError
 from dockpose.camera.files import FileError, load_camera, read_yaml
-from dockpose.camera.image import read
 from dockpose.pose.known import KnownPose, read_known_pose
-
-
-@dataclass(frozen=True)
-class Sample:
-    """A picture, what it was taken with, and where the dock really is; None where that is not known."""
-
-    name: str
-    image: np.ndarray
-    camera: Camera
-    dock: Dock
-    truth: KnownPose | None
 
 
 @dataclass(frozen=True)
@@ -35,17 +22,14 @@ class Sidecar:
     truth: KnownPose | None = None
 
 
-def load_sample(name: str) -> Sample:
-    """Load the sample scene of that name."""
-    path = sample_path(name)
-    sidecar = read_sidecar(path)
-    if sidecar.camera is None or sidecar.dock is None:
-        raise FileError(f"{path.with_suffix('.yaml')}: a sample scene needs the keys camera and dock")
-    return Sample(name, read(path), sidecar.camera, sidecar.dock, sidecar.truth)
-
-
 def read_sidecar(picture: Path) -> Sidecar:
-    """Read NAME.yaml beside NAME.png; an empty Sidecar where there is none."""
+    """Read NAME.yaml beside NAME.png; an empty Sidecar where there is none.
+
+    Raises
+    ------
+    FileError
+        if it cannot be read, or what it says is wrong.
+    """
     path = picture.with_suffix(".yaml")
     if not path.is_file():
         return Sidecar()
@@ -56,6 +40,33 @@ def read_sidecar(picture: Path) -> Sidecar:
         dock=_dock(content["dock"], path) if "dock" in content else None,
         truth=read_known_pose(content.get("truth")),
     )
+
+
+def camera_and_dock(path: Path, camera: Camera | None, dock: Dock | None) -> tuple[Camera, Dock]:
+    """Find the camera and the dock of a file; where None is given, the YAML beside it says.
+
+    Raises
+    ------
+    FileError
+        if there is no such file, or the YAML is wrong.
+    UserError
+        if the camera or the dock is not known.
+    """
+    if camera is None or dock is None:
+        if not path.is_file():
+            raise FileError(f"{path}: there is no such file")
+        beside = read_sidecar(path)
+        camera, dock = camera or beside.camera, dock or beside.dock
+    return known(str(path), camera, dock, f", or {path.stem}.yaml beside it")
+
+
+def known(name: str, camera: Camera | None, dock: Dock | None, hint: str = "") -> tuple[Camera, Dock]:
+    """Return the camera and the dock, and ask for what is missing: a UserError, about ``name``."""
+    if camera is None:
+        raise UserError(f"{name}: which camera? Give --camera C.yaml{hint}")
+    if dock is None:
+        raise UserError(f"{name}: how large is the dock? Give --dock-diameter in metres{hint}")
+    return camera, dock
 
 
 def _dock(content: Any, path: Path) -> Dock:

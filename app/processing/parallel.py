@@ -22,7 +22,7 @@ from typing import Protocol
 
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Job, read_job
+from dockpose.app.inputs.pictures import PictureFile
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.sources import Frames, Pictures, open_frames
 from dockpose.tracking.search import BLOCK, Search
@@ -106,16 +106,16 @@ class SequenceWork:
 class PictureWork:
     """Unrelated pictures, each with its camera and dock."""
 
-    jobs: tuple[Job, ...]
+    files: tuple[PictureFile, ...]
     folder: str = field(default_factory=os.getcwd)
 
     def count(self) -> int:
         """Number of pictures."""
-        return len(self.jobs)
+        return len(self.files)
 
     def belongs(self, index: int) -> tuple[Camera, Dock]:
         """Camera and dock of a picture."""
-        return self.jobs[index].camera, self.jobs[index].dock
+        return self.files[index].camera, self.files[index].dock
 
     def label(self, found: Found) -> str:
         """Name of a picture in messages."""
@@ -123,7 +123,7 @@ class PictureWork:
 
     def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
         """Return what estimates pictures ``start`` to ``stop`` (excluded) in order; ``before`` plays no part."""
-        return functools.partial(_estimate_pictures, self.jobs[start:stop], self.folder, start)
+        return functools.partial(_estimate_pictures, self.files[start:stop], self.folder, start)
 
 
 def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
@@ -159,13 +159,13 @@ def _estimate_frames(
     return done
 
 
-def _estimate_pictures(jobs: tuple[Job, ...], folder: str, start: int, settings: Settings) -> list[Found]:
+def _estimate_pictures(files: tuple[PictureFile, ...], folder: str, start: int, settings: Settings) -> list[Found]:
     done = []
-    for index, job in enumerate(jobs, start):
-        name = str(job.path)
+    for index, file in enumerate(files, start):
+        name = str(file.path)
         try:
-            picture = read_job(replace(job, path=Path(folder) / job.path))
-            found = estimate(picture.image, job.camera, job.dock, settings)
+            picture = replace(file, path=Path(folder) / file.path).read()
+            found = estimate(picture.image, file.camera, file.dock, settings)
         except ValueError as error:
             text = _as_typed(str(error), [name], folder)
             done.append(Found(index, None, name, None, None, text if name in text else f"{name}: {text}", 1))

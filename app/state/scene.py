@@ -53,6 +53,7 @@ def with_scene(view: View, scene: Scene, *, keep: bool = True) -> View:
         sample=None,
         note="",
         list_name="",
+        sha256=None,
     )
     if keep and view.scene is not None and view.scene.camera == scene.camera:
         return new

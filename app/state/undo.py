@@ -62,7 +62,7 @@ class History:
         self._last_names = set()
         self._returned_to = here.pop()
         if view.list_name == "sequence":  # its frames go on meanwhile
-            self._returned_to = replace(self._returned_to, image=view.image, source=view.source)
+            self._returned_to = replace(self._returned_to, image=view.image, source=view.source, sha256=view.sha256)
         return self._returned_to
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,11 +11,12 @@ from typing import Any
 import numpy as np
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.sidecar import Sidecar, load_sample, read_sidecar
-from dockpose.app.resources import sample_names, sample_path
-from dockpose.camera.image import decode, read
+from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
+from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
+from dockpose.camera.image import decode
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Scene, load_scene
+from dockpose.sources.pictures import read_picture
 
 DEFAULT_DOCK = Dock(diameter=0.30)
 GUESSED_VIEW_DEG = 60.0
@@ -51,9 +53,12 @@ class View:
     is_stale : bool
         Whether ``image`` is still to be rendered from ``scene``.
     list_name, item : str
-        The list of pictures that this one is in ("samples", "uploads", "folder"), and its name there.
+        The list of pictures that this one is in ("samples", "uploads", "folder" for the one that the
+        page may show, "beside" for that of the picture given at the start, "sequence"), and its name there.
     measured : KnownPose, optional
         Pose that the operator measured.
+    sha256 : str, optional
+        Of the bytes that the picture was read from; None for simulated pictures and frames of a sequence.
     """
 
     image: np.ndarray
@@ -72,6 +77,7 @@ class View:
     is_stale: bool = False
     list_name: str = ""
     item: str = ""
+    sha256: str | None = None
 
     @property
     def known_pose(self) -> KnownPose | None:
@@ -99,12 +105,14 @@ def open_source(source: str | None, camera: Camera | None, dock: Dock | None) ->
     if source is None:
         return _sample_view(sample_names()[0], camera, dock)
     path = Path(source)
-    image, beside = read(path), read_sidecar(path)
+    image, sha256 = read_picture(path)
+    beside = read_sidecar(path)
     known, note = camera or beside.camera, ""
     if known is None:
         known = guess_camera(image)
         note = _guess_sentence(known)
-    return _view(image, path.name, known, dock or beside.dock or DEFAULT_DOCK, truth=beside.truth, note=note)
+    view = _view(image, path.name, known, dock or beside.dock or DEFAULT_DOCK, truth=beside.truth, note=note)
+    return replace(view, sha256=sha256, list_name="beside", item=path.resolve().name)
 
 
 def with_sample(view: View, name: Any) -> View:
@@ -114,18 +122,18 @@ def with_sample(view: View, name: Any) -> View:
     return _sample_view(name, None, None, view.settings)
 
 
-def with_file(view: View, path: Path, name: str) -> View:
-    """Show a picture of the folder on this machine, called ``name`` there.
+def with_file(view: View, path: Path, name: str, list_name: str = "folder") -> View:
+    """Show a picture of a folder on this machine, called ``name`` there.
 
     What the YAML beside it says goes before the camera and the dock in use; see :func:`with_upload`.
     """
     beside = read_sidecar(path) if path.with_suffix(".yaml").resolve().parent == path.parent else Sidecar()
     shown = with_upload(view, _read_bytes(path, name), name)
     if beside.camera is None and beside.dock is None:
-        return replace(shown, truth=beside.truth, list_name="folder", item=name)
+        return replace(shown, truth=beside.truth, list_name=list_name)
     camera, note = (shown.camera, shown.note) if beside.camera is None else (beside.camera, "")
     own = _view(shown.image, name, camera, beside.dock or view.dock, settings=view.settings, truth=beside.truth)
-    return replace(own, note=note, list_name="folder", item=name)
+    return replace(own, note=note, list_name=list_name, item=name, sha256=shown.sha256)
 
 
 def with_upload(view: View, data: bytes, name: str) -> View:
@@ -137,7 +145,7 @@ def with_upload(view: View, data: bytes, name: str) -> View:
     image = decode(data, name)
     camera, note = _fitting(view.camera, image)
     shown = _view(image, name, camera, view.dock, settings=view.settings, note=note)
-    return replace(shown, list_name="uploads", item=name)
+    return replace(shown, list_name="uploads", item=name, sha256=hashlib.sha256(data).hexdigest())
 
 
 def with_frame(
@@ -192,7 +200,7 @@ def _sample_view(name: str, camera: Camera | None, dock: Dock | None, settings: 
     sample, scene = load_sample(name), load_scene(sample_path(name).with_suffix(".yaml"))
     camera, dock = camera or sample.camera, dock or sample.dock
     view = _view(sample.image, name, camera, dock, settings=settings, sample=name, truth=sample.truth)
-    return replace(view, scene=scene, list_name="samples", item=name)
+    return replace(view, scene=scene, list_name="samples", item=name, sha256=sample.sha256)
 
 
 def _view(

@@ -6,12 +6,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import viser
 from dockpose import Camera, Dock
 from dockpose.app.experiment.folder import SessionFolder
-from dockpose.app.inputs.folder import Shelf
-from dockpose.app.inputs.sequences import Given, is_sequence
+from dockpose.app.inputs.sequences import FrameSource, given, is_sequence
+from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.latest_worker import LatestWorker
 from dockpose.app.state.preferences import Memory, with_last_settings
@@ -22,7 +23,7 @@ from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_
 from dockpose.app.web.pacing import UpdatePacing
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
-from dockpose.app.web.server.guard import LOOPBACK_NAMES, Guard, accept_values_only
+from dockpose.app.web.server.guard import Guard, accept_values_only
 from dockpose.app.web.server.options import DEFAULTS, Options
 from dockpose.app.web.server.start import open_server, silence
 from dockpose.app.web.server.uploads import Uploads
@@ -30,49 +31,6 @@ from dockpose.sources import Frame
 
 LOOPBACK = "127.0.0.1"
 FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
-_OPEN_WARNING = (
-    "dockpose: it listens on {host}, so every machine of that network can reach this page. Who has the address with "
-    "its token can steer it and see its pictures; the connection is not encrypted. README.md shows a proxy with TLS."
-)
-
-
-def serve(
-    source: str | None,
-    camera: Camera | None,
-    dock: Dock | None,
-    host: str = LOOPBACK,
-    port: int = 8080,
-    options: Options = DEFAULTS,
-    report: Callable[[str], None] | None = None,
-) -> None:
-    """Serve the page until it is interrupted.
-
-    Parameters
-    ----------
-    source : path of the picture to start with; None for a sample scene.
-    camera, dock : None takes what the YAML beside the picture says.
-    host, port : to listen on; port 0 takes any free one.
-    options : what the page may do.
-    report : is told the page's address; the default writes to standard error.
-
-    Raises
-    ------
-    ValueError
-        if the picture cannot be read or does not belong to the camera.
-    PortBusyError
-        if the port cannot be had. Another one is never taken in its place.
-    """
-    tell = report or _tell
-    app = App.build(source, camera, dock, host=host, port=port, options=options)
-    try:
-        tell(f"dockpose is at {app.address} (Ctrl+C stops it)")
-        if host not in LOOPBACK_NAMES:
-            tell(_OPEN_WARNING.format(host=host))
-        threading.Event().wait()
-    except KeyboardInterrupt:
-        tell("dockpose: stopped")
-    finally:
-        app.stop()
 
 
 class App:
@@ -86,24 +44,25 @@ class App:
         memory: Memory,
         options: Options,
         draws_slowly: threading.Event,
-        given: Given | None,
+        sequence: FrameSource | None,
+        beside: Path | None,
     ) -> None:
         self._server = server
         self._guard = guard
         self._notices = Notifications()
-        self._shelf = Shelf()
-        self._uploads = Uploads(options.upload_limit_bytes, self._shelf.make_room)
+        self._kept = UploadStore()
+        self._uploads = Uploads(options.upload_limit_bytes, self._kept.make_room)
         self._memory, self._history = memory, History()
         self._view = view
         self._lock = threading.RLock()
         self._scene = Scene3D(server)
         self._shown = view
-        self._sequence = SequenceController(self, given, options.folder)
+        self._sequence = SequenceController(self, sequence, options.folder)
         self._sequence.on_change, self._sequence.on_rest = self._on_sequence, self._on_rest
         self._newest: Analysis | None = None
         self._is_warm = False
         self._pacing = UpdatePacing(draws_slowly, lambda: self._sequence.is_playing)
-        self._layout = Layout(server, self._parts(options))
+        self._layout = Layout(server, self._parts(options, beside))
         self._panels = self._layout.panels
         for panel in self._panels:
             panel.load(view)
@@ -123,15 +82,17 @@ class App:
         port: int = 0,
         options: Options = DEFAULTS,
     ) -> App:
-        """Open the source and start serving; see :func:`serve` for the arguments and errors."""
-        given = Given(source, camera, dock) if source is not None and is_sequence(source) else None
-        still = (source, camera, dock) if given is None else (None, None, None)
-        view, memory = open_source(*still), Memory(options.remember_in)
+        """Open the source and start serving; for arguments and errors see :func:`dockpose.app.commands.serve.serve`."""
+        sequence = given(source, camera, dock) if source is not None and is_sequence(source) else None
+        picture = None if source is None or sequence is not None else Path(source)
+        view = open_source(None, None, None) if sequence is not None else open_source(source, camera, dock)
+        memory = Memory(options.remember_in)
         view = with_last_settings(view, memory.now.settings)
         guard = Guard(host, options.allow_hosts)
         draws_slowly = threading.Event()
         server = open_server(host, port, guard, draws_slowly.set)
-        app = cls(server, guard, view, memory, options, draws_slowly, given)
+        beside = None if picture is None else picture.resolve().parent
+        app = cls(server, guard, view, memory, options, draws_slowly, sequence, beside)
         try:
             app._sequence.open_given()
         except ValueError:
@@ -212,14 +173,15 @@ class App:
         if self._newest is not None:
             self._worker.submit(None)
 
-    def _parts(self, options: Options) -> Parts:
+    def _parts(self, options: Options, beside: Path | None) -> Parts:
         return Parts(
             change=self.change,
             fail=self.fail,
             undo=lambda client: self.change(self._history.undo, client, reload=True),
             redo=lambda client: self.change(self._history.redo, client, reload=True),
-            shelf=self._shelf,
+            uploads=self._kept,
             root=options.folder,
+            beside=beside,
             memory=self._memory,
             sequence=self._sequence,
             scene=self._scene,

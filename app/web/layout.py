@@ -9,8 +9,7 @@ from pathlib import Path
 
 import viser
 from dockpose.app.experiment.folder import SessionFolder
-from dockpose.app.inputs.checksums import Checksums
-from dockpose.app.inputs.folder import Shelf
+from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.state.preferences import Memory
 from dockpose.app.web.html import help_link
 from dockpose.app.web.notifications import Notify
@@ -41,8 +40,9 @@ class Parts:
     change : applies a function to the view.
     fail : tells of an error that nobody expected.
     undo, redo : for the browser that asked.
-    shelf : the uploaded pictures.
+    uploads : the uploaded pictures.
     root : the folder on this machine that may be shown; None for none.
+    beside : the folder of the picture given at the start, to turn pages in; None for none.
     memory : the settings that outlast the program.
     sequence : plays sequences.
     scene : draws in 3D.
@@ -54,8 +54,9 @@ class Parts:
     fail: Callable[[Exception], None]
     undo: Callable[[viser.ClientHandle], None]
     redo: Callable[[viser.ClientHandle], None]
-    shelf: Shelf
+    uploads: UploadStore
     root: Path | None
+    beside: Path | None
     memory: Memory
     sequence: SequenceController
     scene: Scene3D
@@ -94,7 +95,7 @@ class Layout:
                 gui.add_html(help_link(section), order=1e9)
 
         with tab("Source", "source"):
-            source = SourcePanel(gui, change, parts.shelf, parts.root)
+            source = SourcePanel(gui, change, parts.uploads, parts.root, parts.beside)
             simulator = SimulatorPanel(gui, change)
         with tab("Camera & dock", "camera"):
             camera = CameraPanel(gui, change)
@@ -104,11 +105,10 @@ class Layout:
             pose = PosePanel(gui, change)
         with tab("Sequence", "sequence"):
             self.sequence = SequencePanel(gui, parts.sequence)
-        checksums = Checksums(parts.shelf, parts.root)
         with tab("Experiment", "experiment"):
-            experiment = ExperimentPanel(gui, parts.sessions, checksums, parts.notify, parts.fail)
+            experiment = ExperimentPanel(gui, parts.sessions, parts.notify, parts.fail)
         with tab("Export", "export"):
-            export = ExportPanel(server, parts.notify, parts.fail, checksums)
+            export = ExportPanel(server, parts.notify, parts.fail)
         actions = Actions(parts.undo, parts.redo, source.turn, lambda client: self.sequence.toggle())
         with tabs.add_tab("Settings"):
             self.settings = SettingsPanel(server, change, parts.memory, actions)

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import viser
-from dockpose.app.inputs.sequences import Given, Opened, choices, open_choice, open_given, open_sent
+from dockpose.app.inputs.sequences import FrameSource, choices, choose, sent
 from dockpose.app.processing.following import FrameFollower
 from dockpose.app.processing.player import FramePlayer
+from dockpose.app.state.scene import scene_of
 from dockpose.app.state.view import View
 from dockpose.app.web.notifications import Colour, attempt
 from dockpose.sources import Frame
@@ -55,10 +56,10 @@ class SequenceController:
     on_rest : called when playing paused or came to the end.
     """
 
-    def __init__(self, stage: Stage, given: Given | None, root: Path | None) -> None:
+    def __init__(self, stage: Stage, given: FrameSource | None, root: Path | None) -> None:
         self._stage, self._given, self._root = stage, given, root
         self._lock = threading.Lock()
-        self._opened: Opened | None = None
+        self._source: FrameSource | None = None
         self.player: FramePlayer | None = None
         self.follower: FrameFollower | None = None
         self.on_change: Callable[[str | None], None] = lambda name: None
@@ -72,7 +73,7 @@ class SequenceController:
     @property
     def name(self) -> str | None:
         """Of the sequence that is open."""
-        return None if self._opened is None else self._opened.name
+        return None if self._source is None else self._source.name
 
     def names(self) -> list[str]:
         """Of the sequences that can be chosen."""
@@ -83,24 +84,25 @@ class SequenceController:
         if name == NONE_CHOSEN:
             self.close()
             return
-        self._try(lambda: open_choice(name, self._given, self._root, self._stage.view, self.tell), client)
+        self._try(lambda: choose(name, self._given, self._root, scene_of(self._stage.view)), client)
 
     def take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
         """Open a video that was sent, in the same way."""
-        self._try(lambda: open_sent(data, name, self.tell), client)
+        self._try(lambda: sent(data, name), client)
 
     def open_given(self) -> None:
         """Open the sequence that was given at the start, if any. Raises ValueError where that cannot be done."""
         if self._given is not None:
-            self.open(open_given(self._given, self.tell))
+            self.open(self._given)
 
-    def open(self, opened: Opened) -> None:
+    def open(self, source: FrameSource) -> None:
         """Show the first frame of a sequence, or begin to play where it is live."""
+        frames = source.open(self.tell)
         self.close()
         with self._lock:
-            self._opened, self.follower = opened, FrameFollower(opened)
-            self.player = FramePlayer(opened.frames, self._stage.show_frame, lambda: self.on_rest(), self._show_error)
-        self.on_change(opened.name)
+            self._source, self.follower = source, FrameFollower(frames, source.name)
+            self.player = FramePlayer(frames, self._stage.show_frame, lambda: self.on_rest(), self._show_error)
+        self.on_change(source.name)
 
     def play(self, is_playing: bool) -> None:
         """Go on, or pause."""
@@ -112,19 +114,19 @@ class SequenceController:
     def close(self) -> None:
         """Let go of what is open, if anything."""
         with self._lock:
-            player, opened = self.player, self._opened
-            self.player = self.follower = self._opened = None
-        if player is not None and opened is not None:
+            player, source = self.player, self._source
+            self.player = self.follower = self._source = None
+        if player is not None and source is not None:
             player.close()
-            opened.close()
+            source.discard()
             self.on_change(None)
 
     def tell(self, sentence: str) -> None:
         """Say what became of a source: frames that were skipped, a stream that went away or came back."""
         self._stage.notify("About the sequence", sentence, "yellow", None)
 
-    def _try(self, opening: Callable[[], Opened], client: viser.ClientHandle) -> None:
-        if not attempt(lambda: self.open(opening()), self._stage.notify, self._stage.fail, client):
+    def _try(self, resolving: Callable[[], FrameSource], client: viser.ClientHandle) -> None:
+        if not attempt(lambda: self.open(resolving()), self._stage.notify, self._stage.fail, client):
             self.on_change(self.name)
 
     def _show_error(self, error: Exception) -> None:

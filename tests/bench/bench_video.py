@@ -20,8 +20,9 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Settings, estimate
-from dockpose.app.commands.estimate import Outputs, estimate_sources
+from dockpose.app.commands.estimate import estimate_sources
 from dockpose.app.commands.estimate_sequence import How
+from dockpose.app.commands.output import Destinations
 from dockpose.app.processing.parallel import search_of
 from dockpose.simulate import Approach, FilmPlan, Scene, film
 from dockpose.simulate.optics.water import preset
@@ -90,7 +91,7 @@ def decode(path: Path) -> int:
 
 
 def run(path: Path, out: Path) -> int:
-    outputs = Outputs(json=str(out))
+    outputs = Destinations(json=str(out))
     assert estimate_sources([str(path)], CAMERA, DOCK, Settings(), outputs, How()) == 0
     return len(out.read_text().splitlines())
 

@@ -1,6 +1,5 @@
 import pytest
-from dockpose.app.inputs.sidecar import load_sample
-from dockpose.app.resources import sample_path
+from dockpose.app.inputs.samples import load_sample, sample_path
 
 pytestmark = pytest.mark.browser
 

@@ -6,7 +6,7 @@ from dockpose.app.drawing.figures import to_svg
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.experiment import Measured, Session
 from dockpose.app.export.bundle import session_files
-from dockpose.app.inputs.sidecar import load_sample
+from dockpose.app.inputs.samples import load_sample
 
 pytestmark = pytest.mark.browser
 NASTY = "<img src='http://127.0.0.1:9/x' onerror='document.title=1'><script>alert(1)</script>"

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from dockpose.app.resources import sample_path, samples_folder
+from dockpose.app.inputs.samples import sample_path, samples_folder
 from dockpose.app.state.parameters import SCENE
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE
@@ -183,16 +183,16 @@ def test_forty_files_at_once(page):
     files = [(f"f{number}.png", good if number % 2 else b"junk") for number in range(40)]
     send(page, "Upload pictures", *files)
     page.until(lambda: "f39.png" in page.status, timeout_s=30)
-    assert [name for name in page.app._shelf.names() if name.startswith("f")] == [f"f{n}.png" for n in range(1, 40, 2)]
+    assert [name for name in page.app._kept.names() if name.startswith("f")] == [f"f{n}.png" for n in range(1, 40, 2)]
     page.page.get_by_text("more) | f38.png: is not a picture").first.wait_for()
 
 
 def test_uploads_are_forgotten_when_asked(page):
     send(page, "Upload pictures", ("mine.png", sample_path("tilted").read_bytes()))
     page.until(lambda: "Dock found in mine.png" in page.status)
-    kept = page.app._shelf.kept_bytes
+    kept = page.app._kept.kept_bytes
     page.page.get_by_role("button", name=f"Forget uploads ({kept / 2**20:.1f} MB)").click()
     page.page.get_by_text(f"which frees {kept / 2**20:.1f} MB of memory").first.wait_for()
-    assert page.app._shelf.kept_bytes == 0
+    assert page.app._kept.kept_bytes == 0
     page.until(lambda: page.page.get_by_role("button", name="Forget uploads").count() == 0)
     assert "Dock found in mine.png" in page.status

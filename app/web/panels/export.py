@@ -11,7 +11,6 @@ from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
 from dockpose.app.export.data import to_png
-from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.web.html import small
@@ -62,13 +61,10 @@ class ExportPanel(Panel):
         Tells a browser why there is no file.
     on_error : callable
         Given unexpected errors.
-    checksums : of the files that pictures come from.
     """
 
-    def __init__(
-        self, server: viser.ViserServer, notify: Notify, on_error: Callable[[Exception], None], checksums: Checksums
-    ) -> None:
-        self._server, self._notify, self._checksums = server, notify, checksums
+    def __init__(self, server: viser.ViserServer, notify: Notify, on_error: Callable[[Exception], None]) -> None:
+        self._server, self._notify = server, notify
         self._analysis: Analysis | None = None
         gui = server.gui
         gui.add_html(small(_WORDS))
@@ -136,7 +132,7 @@ class ExportPanel(Panel):
         self._saver.save(client, bundle_name(analysis.view.source), make)
 
     def _files(self, analysis: Analysis, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
-        files = picture_files(analysis, layers=layers, sha256=self._checksums.sha256(analysis.view), progress=progress)
+        files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256, progress=progress)
         scene = self._server.scene
         return files | {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: scene.as_html().encode()}
 

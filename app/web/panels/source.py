@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import viser
-from dockpose.app.inputs.folder import Shelf, below, folders_below, pictures_in, step
+from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
+from dockpose.app.inputs.samples import sample_names
+from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.resources import sample_names
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, on_change, on_click
@@ -23,12 +24,15 @@ class SourcePanel(Panel):
     Parameters
     ----------
     gui, change : of the page.
-    shelf : the uploaded pictures.
+    uploads : the uploaded pictures.
     root : the folder on this machine that may be shown; None for none.
+    beside : the folder of the picture given at the start, to turn pages in; None for none.
     """
 
-    def __init__(self, gui: viser.GuiApi, change: Change, shelf: Shelf, root: Path | None) -> None:
-        self._change, self._shelf, self._root = change, shelf, root
+    def __init__(
+        self, gui: viser.GuiApi, change: Change, uploads: UploadStore, root: Path | None, beside: Path | None
+    ) -> None:
+        self._change, self._uploads, self._root, self._beside = change, uploads, root, beside
         self._folder_area = gui.add_folder("Picture")
         with self._folder_area:
             self._sample = gui.add_dropdown(
@@ -89,9 +93,9 @@ class SourcePanel(Panel):
     def load(self, view: View) -> None:
         """Show where the picture is from."""
         self._sample.value = view.sample or OWN_PICTURE
-        uploaded = self._shelf.names()
+        uploaded = self._uploads.names()
         self._uploaded.visible = self._forget.visible = bool(uploaded)
-        self._forget.label = f"Forget uploads ({_megabytes(self._shelf.kept_bytes)})"
+        self._forget.label = f"Forget uploads ({_megabytes(self._uploads.kept_bytes)})"
         _fill(self._uploaded, uploaded, view.item if view.list_name == "uploads" else None)
         if self._root is not None:
             files = pictures_in(self._root, self._folder.value)
@@ -121,19 +125,19 @@ class SourcePanel(Panel):
 
     def _with_new_upload(self, view: View, data: bytes, name: str) -> View:
         shown = with_upload(view, data, name)
-        self._shelf.add(name, data)  # only what can be read is kept
+        self._uploads.add(name, data)  # only what can be read is kept
         return shown
 
     def _without_uploads(self, view: View, client: viser.ClientHandle) -> View:
         """Forgetting them changes nothing in what is shown."""
-        sentence = forgotten_sentence(len(self._shelf.names()), self._shelf.kept_bytes)
-        self._shelf.make_room(0)
+        sentence = forgotten_sentence(len(self._uploads.names()), self._uploads.kept_bytes)
+        self._uploads.make_room(0)
         client.add_notification("Uploads forgotten", sentence, color="green")
         return view
 
     def _with_uploaded(self, view: View) -> View:
         name = self._uploaded.value
-        return view if name == NONE_CHOSEN else with_upload(view, self._shelf.get(name), name)
+        return view if name == NONE_CHOSEN else with_upload(view, self._uploads.get(name), name)
 
     def _with_file(self, view: View) -> View:
         name = self._file.value
@@ -150,12 +154,13 @@ class SourcePanel(Panel):
             name = step(sample_names(), view.item, by)
             return view if name is None else with_sample(view, name)
         if view.list_name == "uploads":
-            name = step(self._shelf.names(), view.item, by)
-            return view if name is None else with_upload(view, self._shelf.get(name), name)
-        if view.list_name == "folder" and self._root is not None:
-            name = step(pictures_in(self._root, Path(view.item).parent.as_posix()), view.item, by)
-            return view if name is None else with_file(view, below(self._root, name), name)
-        return view
+            name = step(self._uploads.names(), view.item, by)
+            return view if name is None else with_upload(view, self._uploads.get(name), name)
+        root = {"folder": self._root, "beside": self._beside}.get(view.list_name)
+        if root is None:
+            return view
+        name = step(pictures_in(root, Path(view.item).parent.as_posix()), view.item, by)
+        return view if name is None else with_file(view, below(root, name), name, view.list_name)
 
 
 def forgotten_sentence(pictures: int, size: int) -> str:

@@ -3,24 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import PurePath
 from typing import Any
 
 import viser
+from dockpose.app.inputs.filenames import clean_name
 from dockpose.app.web.server.options import UPLOAD_LIMIT_BYTES
 from viser import _messages as messages
 
-_LONGEST_NAME = 80
-
 # Takes a file's bytes and its cleaned name; runs in a thread of its own.
 Receiver = Callable[[bytes, str], None]
-
-
-def clean_name(name: Any) -> str:
-    """What to call an uploaded file: its last part, without control characters, at most 80 characters."""
-    last = PurePath(str(name).replace("\\", "/")).name
-    printable = "".join(letter for letter in last if letter.isprintable())
-    return printable[:_LONGEST_NAME] or "the file"
 
 
 def too_large(name: str, size: int, limit: int) -> str:

@@ -7,8 +7,8 @@ import pytest
 from dockpose import Settings, estimate
 from dockpose.app.cli import main
 from dockpose.app.commands.compare import table
+from dockpose.app.inputs.samples import sample_path
 from dockpose.app.processing.comparison import COMPARED, compare
-from dockpose.app.resources import sample_path
 from dockpose.camera.files import save_camera
 from dockpose.simulate import render, save_scene
 from dockpose.simulate.parts import Text

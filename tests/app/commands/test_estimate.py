@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from dockpose.app.cli import main
 from dockpose.app.drawing.colours import MASK_COLOUR, bgr
-from dockpose.app.inputs.sidecar import load_sample
-from dockpose.app.resources import sample_names, sample_path
+from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
 from dockpose.camera.files import save_camera
 from dockpose.lights.masks import hidden_pixels
 from dockpose.simulate import save_scene

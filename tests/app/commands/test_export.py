@@ -14,8 +14,7 @@ from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Measured, Session
 from dockpose.app.export.bundle import read_lines
-from dockpose.app.inputs.sidecar import load_sample
-from dockpose.app.resources import sample_path
+from dockpose.app.inputs.samples import load_sample, sample_path
 from dockpose.camera.files import FileError
 
 NAMES = ("plain", "tilted", "flat_port")

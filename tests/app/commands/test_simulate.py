@@ -11,7 +11,7 @@ import pytest
 from dockpose import Camera
 from dockpose.app.cli import main
 from dockpose.app.commands import simulate as simulate_command
-from dockpose.app.resources import sample_path
+from dockpose.app.inputs.samples import sample_path
 from dockpose.camera.files import to_yaml
 from dockpose.simulate import ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, Sensor, load_sequence, save_sequence
 

@@ -2,7 +2,7 @@ import os
 
 import pytest
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.folder import Shelf, below, folders_below, pictures_in, step
+from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
 
 
 @pytest.fixture
@@ -44,18 +44,3 @@ def test_steps_end_at_both_ends():
     assert [step(names, "b", by) for by in (-1, 1, 2)] == ["a", "c", None]
     assert step(names, "a", -1) is None
     assert step(names, "gone", 1) is None
-
-
-def test_oldest_uploads_make_room():
-    shelf = Shelf()
-    for name in ("a", "b", "c"):
-        shelf.add(name, b"12345")
-    shelf.add("a", b"123")
-    assert shelf.names() == ["b", "c", "a"]
-    shelf.make_room(8)
-    assert shelf.names() == ["c", "a"]
-    assert shelf.kept_bytes == 8
-    with pytest.raises(UserError, match="b is no longer kept"):
-        shelf.get("b")
-    shelf.make_room(0)
-    assert shelf.kept_bytes == 0

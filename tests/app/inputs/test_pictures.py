@@ -1,6 +1,6 @@
 import pytest
-from dockpose.app.errors import UserError
-from dockpose.app.inputs.expand import expand
+from dockpose.app.inputs.pictures import expand
+from dockpose.sources import SourceError
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def test_a_name_with_brackets_that_exists_is_no_glob(tmp_path):
 
 
 def test_an_empty_folder_and_a_glob_without_match_are_told(tmp_path):
-    with pytest.raises(UserError, match="has no pictures"):
+    with pytest.raises(SourceError, match="has no pictures"):
         expand([str(tmp_path)])
-    with pytest.raises(UserError, match="no file matches"):
+    with pytest.raises(SourceError, match="no file matches"):
         expand([str(tmp_path / "*.png")])

@@ -9,8 +9,7 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose.app.inputs.sidecar import load_sample
-from dockpose.app.resources import sample_names, sample_path, samples_folder
+from dockpose.app.inputs.samples import load_sample, sample_names, sample_path, samples_folder
 from dockpose.simulate import load_scene, render, render_folder
 from dockpose.simulate.truth import truth_of
 

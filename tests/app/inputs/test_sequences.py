@@ -10,13 +10,11 @@ from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.sequences import (
     SIMULATED,
-    Given,
-    Opened,
     choices,
+    choose,
+    given,
     is_sequence,
-    open_choice,
-    open_given,
-    open_sent,
+    sent,
     simulated,
 )
 from dockpose.app.processing.following import FrameFollower, chosen_by_track
@@ -61,58 +59,57 @@ def refuse(text):
 
 
 def test_choices_are_the_given_one_those_below_the_folder_and_simulated_ones(folder):
-    given = Given("/dev/videos/dive.mp4")
-    assert choices(given, folder) == ["dive.mp4", "tank.avi", "pictures in shots", *SIMULATED]
+    first = given("/dev/videos/dive.mp4", None, None)
+    assert choices(first, folder) == ["dive.mp4", "tank.avi", "pictures in shots", *SIMULATED]
     assert choices(None, None) == [*SIMULATED]
 
 
-def test_video_comes_with_the_camera_beside_it(folder, view):
-    opened = open_choice("tank.avi", None, folder, view, refuse)
-    assert (opened.frames.count, opened.camera, opened.dock) == (3, CAMERA, None)
-    opened.close()
+def test_video_comes_with_the_camera_beside_it(folder):
+    with choose("tank.avi", None, folder, SCENE).open(refuse) as frames:
+        assert (frames.count, frames.camera, frames.dock) == (3, CAMERA, None)
 
 
-def test_pictures_of_a_folder_come_in_order(folder, view):
-    opened = open_choice("pictures in shots", None, folder, view, refuse)
-    assert [int(frame.image.max()) for frame in opened.frames] == [0, 255]
+def test_pictures_of_a_folder_come_in_order(folder):
+    frames = choose("pictures in shots", None, folder, SCENE).open(refuse)
+    assert [int(frame.image.max()) for frame in frames] == [0, 255]
 
 
 @pytest.mark.parametrize(
     "name", ["notes.txt", "../tank.avi", "/etc/passwd", "rtsp://127.0.0.1/x", "0", "", None, 3, "x.avi"]
 )
-def test_browser_opens_nothing_else(folder, view, name):
+def test_browser_opens_nothing_else(folder, name):
     with pytest.raises(UserError, match="no sequence called"):
-        open_choice(name, None, folder, view, refuse)
+        choose(name, None, folder, SCENE)
 
 
 @pytest.mark.parametrize("name", ["pictures in ..", "pictures in /etc", "pictures in nowhere"])
-def test_browser_leaves_not_the_folder(folder, view, name):
+def test_browser_leaves_not_the_folder(folder, name):
     with pytest.raises(UserError, match="not"):
-        open_choice(name, None, folder, view, refuse)
+        choose(name, None, folder, SCENE)
 
 
 def test_sent_video_is_played_and_deleted(folder):
-    opened = open_sent((folder / "tank.avi").read_bytes(), "my dive.avi", refuse)
-    assert opened.name == "my dive.avi"
-    assert [int(frame.image.mean().round(-2)) for frame in opened.frames] == [0, 100, 200]
-    assert opened.folder is not None
-    kept = opened.folder.name
-    opened.close()
+    source = sent((folder / "tank.avi").read_bytes(), "my dive.avi")
+    assert source.name == "my dive.avi"
+    with source.open(refuse) as frames:
+        assert [int(frame.image.mean().round(-2)) for frame in frames] == [0, 100, 200]
+    assert source.folder is not None
+    kept = source.folder.name
+    source.discard()
     assert not Path(kept).exists()
 
 
-def test_sent_file_that_is_no_video_is_named(folder):
+def test_sent_file_that_is_no_video_is_named():
     for name in ("text.mp4", "text.txt"):
         with pytest.raises(UserError, match=name):
-            open_sent(b"not a video at all", name, refuse)
+            sent(b"not a video at all", name).open(refuse)
 
 
 def test_given_camera_and_dock_go_before_those_beside(folder):
     mine, dock = Camera(500, 500, 159.5, 119.5, 320, 240), Dock(0.5)
-    opened = open_given(Given(str(folder / "tank.avi"), mine, dock), refuse)
-    assert (opened.camera, opened.dock) == (mine, dock)
-    opened.close()
-    assert open_given(Given(str(folder / "shots")), refuse).frames.count == 2
+    with given(str(folder / "tank.avi"), mine, dock).open(refuse) as frames:
+        assert (frames.camera, frames.dock) == (mine, dock)
+    assert given(str(folder / "shots"), None, None).open(refuse).count == 2
 
 
 def test_what_is_a_sequence(folder):
@@ -123,13 +120,13 @@ def test_what_is_a_sequence(folder):
 
 def test_missing_video_is_told_at_the_start():
     with pytest.raises(SourceError, match=r"nowhere\.mp4"):
-        open_given(Given("nowhere.mp4"), refuse)
+        given("nowhere.mp4", None, None).open(refuse)
 
 
 @pytest.mark.parametrize("name", SIMULATED)
 def test_simulated_courses_suit_the_dock(name):
-    opened = simulated(name, SCENE)
-    frames = opened.frames.between(0, 2)
+    opened = simulated(name, SCENE).open(refuse)
+    frames = opened.between(0, 2)
     first, second = next(frames), next(frames)
     assert first.image.shape == (240, 320)
     assert second.time_s == pytest.approx(1 / 25)
@@ -150,11 +147,11 @@ def test_frame_keeps_the_camera_that_fits_and_guesses_where_none_does(view):
 def follower():
     motion = Approach(start_m=1.2, end_m=1.0, frames=20, rate_hz=10)
     sequence = FilmPlan(scene=SCENE, motion=motion)
-    return FrameFollower(Opened(Simulated(sequence, "course"), "course", CAMERA, SCENE.dock))
+    return FrameFollower(Simulated(sequence, "course"), "course")
 
 
 def read(follower, view, index):
-    frame = follower._frames.at(index)
+    frame = follower.frames.at(index)
     view = follower.view_of(view, frame)
     return view, follower.read(view, frame)
 

@@ -1,3 +1,4 @@
+import hashlib
 import math
 
 import cv2
@@ -5,10 +6,10 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.sidecar import load_sample
-from dockpose.app.resources import sample_names, sample_path
+from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
 from dockpose.app.state import view as state
 from dockpose.app.state.parameters import put
+from dockpose.app.state.scene import with_scene
 from dockpose.camera.image import ImageError
 
 
@@ -23,7 +24,7 @@ def png(width, height):
 
 def test_starts_on_the_first_sample(view):
     sample = load_sample(sample_names()[0])
-    assert (view.source, view.sample, view.camera, view.dock) == (sample.name, sample.name, sample.camera, sample.dock)
+    assert (view.source, view.sample, view.camera, view.dock) == ("plain", "plain", sample.camera, sample.dock)
     assert view.truth == sample.truth
     assert view.note == ""
 
@@ -97,3 +98,26 @@ def test_upload_of_another_shape_gets_a_guessed_camera_and_says_so(view):
 def test_upload_that_is_no_picture_is_named(view, data):
     with pytest.raises(ImageError, match=r"notes\.png"):
         state.with_upload(view, data, "notes.png")
+
+
+def test_the_checksum_is_that_of_the_bytes_that_were_opened(view, tmp_path):
+    data = sample_path("tilted").read_bytes()
+    right = hashlib.sha256(data).hexdigest()
+    (tmp_path / "tank.png").write_bytes(data)
+    (tmp_path / "beside.png").write_bytes(data)
+    (tmp_path / "beside.yaml").write_bytes(sample_path("tilted").with_suffix(".yaml").read_bytes())
+    opened = state.open_source(str(tmp_path / "tank.png"), None, None)
+    assert opened.sha256 == right
+    assert (opened.list_name, opened.item) == ("beside", "tank.png")
+    for name in ("tank.png", "beside.png"):
+        assert state.with_file(view, tmp_path / name, name).sha256 == right
+    (tmp_path / "tank.png").unlink()  # a file that is gone or changed meanwhile does not matter
+    assert opened.sha256 == right
+    assert state.with_upload(view, data, "mine.png").sha256 == right
+    assert state.with_sample(view, "tilted").sha256 == right
+    assert view.sha256 == hashlib.sha256(sample_path("plain").read_bytes()).hexdigest()
+
+
+def test_simulated_pictures_and_frames_have_no_checksum(view):
+    assert with_scene(view, view.scene).sha256 is None
+    assert state.with_frame(view, view.image, "dive.mp4, frame 1").sha256 is None

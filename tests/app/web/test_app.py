@@ -4,7 +4,6 @@ from urllib.request import urlopen
 import pytest
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_psf, with_water
-from dockpose.app.web import app as server
 from dockpose.app.web.app import App
 from dockpose.app.web.notifications import together
 from dockpose.app.web.server import start as opening
@@ -65,36 +64,6 @@ def test_port_taken_after_the_check_is_noticed(busy_port, monkeypatch):
 def test_unknown_host_is_named():
     with pytest.raises(OSError, match=r"no\.such\.host\.invalid"):
         App.build(host="no.such.host.invalid")
-
-
-def test_serve_tells_the_address_and_stops_on_interrupt(monkeypatch):
-    told = []
-
-    class Interrupted:
-        def wait(self):
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(server.threading, "Event", Interrupted)
-    monkeypatch.setattr(server.App, "build", lambda *_, **__: FakeApp())
-    server.serve(None, None, None, report=told.append)
-    assert "http://127.0.0.1:1234" in told[0]
-    assert FakeApp.stopped
-
-
-def test_serving_to_others_says_what_that_means(monkeypatch):
-    told = []
-    monkeypatch.setattr(server.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
-    monkeypatch.setattr(server.App, "build", lambda *_, **__: FakeApp())
-    server.serve(None, None, None, host="0.0.0.0", report=told.append)
-    assert "every machine of that network" in told[1]
-
-
-class FakeApp:
-    address = "http://127.0.0.1:1234"
-    stopped = False
-
-    def stop(self):
-        FakeApp.stopped = True
 
 
 def test_no_browser_can_open_a_tunnel_or_upload_to_a_shared_control(app):

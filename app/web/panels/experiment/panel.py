@@ -10,7 +10,6 @@ from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session
 from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
-from dockpose.app.inputs.checksums import Checksums
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.web.charts.errors import ErrorCharts
@@ -53,11 +52,10 @@ class ExperimentPanel(Panel):
         self,
         gui: viser.GuiApi,
         sessions: SessionFolder,
-        checksums: Checksums,
         notify: Notify,
         on_error: Callable[[Exception], None],
     ) -> None:
-        self._sessions, self._checksums, self._notify, self._on_error = sessions, checksums, notify, on_error
+        self._sessions, self._notify, self._on_error = sessions, notify, on_error
         self._lock = threading.RLock()
         self._analysis: Analysis | None = None
         self._session: Session | None = None
@@ -194,8 +192,8 @@ class ExperimentPanel(Panel):
         if analysis is None:
             return
         view, values = analysis.view, values_of(texts)
-        sha256 = self._checksums.sha256(view)
-        row = session.take(view.image, analysis.estimate, view.source, measured_of(values), values["notes"], sha256)
+        measured, notes = measured_of(values), values["notes"]
+        row = session.take(view.image, analysis.estimate, view.source, measured, notes, view.sha256)
         said = taken_words(row)
         with self._lock:
             if not self._keep.value and self._next_texts == texts:

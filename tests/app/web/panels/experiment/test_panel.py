@@ -1,4 +1,3 @@
-import hashlib
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,11 +9,8 @@ import pytest
 import viser
 from dockpose.app.experiment import Row
 from dockpose.app.experiment.folder import SessionFolder
-from dockpose.app.inputs.checksums import Checksums
-from dockpose.app.inputs.folder import Shelf
 from dockpose.app.processing.analysis import Analysis, analyse
-from dockpose.app.resources import sample_path
-from dockpose.app.state.view import open_source, with_upload
+from dockpose.app.state.view import open_source
 from dockpose.app.web.panels.experiment.measured import BLANK
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
@@ -65,20 +61,6 @@ def test_outside_text_is_escaped():
     assert taken_words(row) == "Frame 1 is on disk: tank, without a pose, not yet measured."
 
 
-def test_checksum_is_that_of_the_file_that_is_shown(tmp_path):
-    shelf, data = Shelf(), sample_path("plain").read_bytes()
-    checksums = Checksums(shelf, None)
-    view = open_source(None, None, None)
-    right = hashlib.sha256(data).hexdigest()
-    assert checksums.sha256(view) == right
-    assert checksums.sha256(replace(view, image=view.image + 1)) is None
-    sent = with_upload(view, data, "mine.png")
-    assert checksums.sha256(sent) is None  # no longer kept
-    shelf.add("mine.png", data)
-    assert checksums.sha256(replace(sent, image=sent.image.copy())) == right
-    assert checksums.sha256(replace(sent, image=sent.image.copy(), list_name="sequence")) is None
-
-
 @pytest.fixture
 def panel(tmp_path):
     with silence():
@@ -87,7 +69,6 @@ def panel(tmp_path):
     made = ExperimentPanel(
         server.gui,
         SessionFolder(tmp_path),
-        Checksums(Shelf(), None),
         lambda title, sentence, colour, client: told.append((title, sentence)),
         lambda error: told.append(("failed", error)),
     )

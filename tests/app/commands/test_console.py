@@ -2,7 +2,7 @@ import signal
 import threading
 
 import pytest
-from dockpose.app.commands.interrupts import Interrupts
+from dockpose.app.commands.console import Interrupts
 
 
 @pytest.fixture(autouse=True)

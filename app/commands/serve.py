@@ -1,0 +1,129 @@
+"""``dockpose serve``: the page in the browser."""
+
+from __future__ import annotations
+
+import argparse
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from dockpose import Camera, Dock
+from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ, say
+from dockpose.app.errors import UserError
+from dockpose.app.inputs.samples import sample_source
+from dockpose.app.web.server.options import DEFAULTS, SESSIONS_FOLDER, Options
+
+_OPEN_WARNING = (
+    "it listens on {host}, so every machine of that network can reach this page. Who has the address with its token "
+    "can steer it and see its pictures; the connection is not encrypted. README.md shows a proxy with TLS."
+)
+
+
+def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command ``serve``."""
+    parser = commands.add_parser("serve", help="open the page in the browser (this is what dockpose alone does)")
+    parser.add_argument(
+        "source",
+        nargs="?",
+        metavar="SOURCE",
+        type=sample_source,
+        help="picture, folder, video, camera's number, stream, or a sample's name; default: the first sample scene",
+    )
+    add_camera_and_dock(parser)
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
+    parser.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")
+    parser.add_argument("--folder", metavar="ROOT", type=Path, help="let the page show pictures of this folder")
+    parser.add_argument(
+        "--sessions",
+        metavar="FOLDER",
+        type=Path,
+        default=SESSIONS_FOLDER,
+        help="where the page keeps experiments; made with the first one (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--upload-limit-mb", type=float, default=200, metavar="MB", help="of all pictures sent to it (default: 200)"
+    )
+    parser.add_argument(
+        "--allow-host",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="another name by which browsers may call it, as a reverse proxy's; may be given repeatedly",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose serve``; returns the exit status."""
+    camera, dock = camera_of(arguments), dock_of(arguments)
+    if not 0 <= arguments.port <= 65535:
+        raise UserError(f"--port is {arguments.port}; it must be 0 to 65535")
+    options = _options(arguments)
+    serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port, options=options)
+    return EXIT_ALL_READ
+
+
+def _options(arguments: argparse.Namespace) -> Options:
+    from dockpose.app.state.preferences import config_folder
+
+    megabytes, folder, sessions = arguments.upload_limit_mb, arguments.folder, arguments.sessions
+    if not 0 < megabytes < 1e6:
+        raise UserError(f"--upload-limit-mb is {megabytes:g}; it must be above 0 and below a million")
+    if folder is not None and not folder.is_dir():
+        raise UserError(f"--folder {folder}: there is no such folder")
+    if sessions.exists() and not sessions.is_dir():
+        raise UserError(f"--sessions {sessions}: is no folder")
+    return Options(
+        allow_hosts=tuple(arguments.allow_host),
+        folder=None if folder is None else folder.resolve(),
+        upload_limit_bytes=round(megabytes * 2**20),
+        remember_in=config_folder(),
+        sessions=sessions.resolve(),
+    )
+
+
+def serve(
+    source: str | None,
+    camera: Camera | None,
+    dock: Dock | None,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    options: Options = DEFAULTS,
+    report: Callable[[str], None] = say,
+) -> None:
+    """Serve the page until it is interrupted.
+
+    Parameters
+    ----------
+    source : str or None
+        What to start with; None for a sample scene.
+    camera, dock : Camera, Dock or None
+        None takes what the YAML beside the picture says.
+    host, port : str, int
+        To listen on; port 0 takes any free one.
+    options : Options
+        What the page may do.
+    report : callable
+        Told the page's address; the default writes to standard error.
+
+    Raises
+    ------
+    ValueError
+        if the source cannot be read or does not belong to the camera.
+    PortBusyError
+        if the port cannot be had. Another one is never taken in its place.
+    """
+    from dockpose.app.web.app import App  # viser takes a second to import, which the other commands need not wait for
+    from dockpose.app.web.server.guard import LOOPBACK_NAMES
+
+    app = App.build(source, camera, dock, host=host, port=port, options=options)
+    try:
+        report(f"the page is at {app.address} (Ctrl+C stops it)")
+        if host not in LOOPBACK_NAMES:
+            report(_OPEN_WARNING.format(host=host))
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        report("stopped")
+    finally:
+        app.stop()

@@ -1,5 +1,12 @@
+import hashlib
+import shutil
+
+import pytest
+from dockpose.app.cli import main
 from dockpose.app.commands import serve as command
+from dockpose.app.inputs.samples import sample_path
 from dockpose.app.web.app import App
+from dockpose.app.web.panels.source import SourcePanel
 
 
 def test_serve_tells_the_address_and_stops_on_interrupt(monkeypatch):
@@ -30,3 +37,35 @@ class FakeApp:
 
     def stop(self):
         FakeApp.stopped = True
+
+
+@pytest.fixture
+def tank(tmp_path):
+    """Three pictures in a folder, the first two with their YAML."""
+    for name, sample in (("frame2", "plain"), ("frame10", "tilted")):
+        for ending in (".png", ".yaml"):
+            shutil.copy(sample_path(sample).with_suffix(ending), tmp_path / f"{name}{ending}")
+    shutil.copy(sample_path("tilted"), tmp_path / "last.png")
+    return tmp_path
+
+
+def test_pages_of_a_picture_that_is_served_turn_in_its_folder_and_have_checksums(tank):
+    app = App.build(str(tank / "frame2.png"))
+    try:
+        (source,) = (panel for panel in app._panels if isinstance(panel, SourcePanel))
+        seen = [app.view]
+        for by in (1, 1, 1, -1):
+            source.turn(by, None)  # pyright: ignore[reportArgumentType]  # no browser is told anything
+            seen.append(app.view)
+    finally:
+        app.stop()
+    assert [view.source for view in seen] == ["frame2.png", "frame10.png", "last.png", "last.png", "frame10.png"]
+    for view in seen:
+        assert view.sha256 == hashlib.sha256((tank / view.source).read_bytes()).hexdigest()
+    assert seen[1].truth is not None
+
+
+def test_what_cannot_be_served_is_said(tmp_path, capsys):
+    for words in (["gone.png"], ["serve", "--folder", str(tmp_path / "none")], ["serve", "--port", "70000"]):
+        assert main(words) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1

@@ -9,7 +9,7 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose.app.inputs.samples import load_sample, sample_names, sample_path, samples_folder
+from dockpose.app.inputs.samples import load_sample, sample_names, sample_path, sample_source, samples_folder
 from dockpose.simulate import load_scene, render, render_folder
 from dockpose.simulate.truth import truth_of
 
@@ -128,3 +128,12 @@ def test_far_is_6_m_away_and_deep():
     assert sample.truth.position_m[2] == 6
     assert sample.image.dtype == np.uint16
     assert 255 < sample.image.max() <= 4095
+
+
+def test_samples_have_names_unless_a_file_here_is_called_so(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert sample_source("sample_images") == str(samples_folder())
+    assert sample_source("tilted") == str(sample_path("tilted"))
+    assert sample_source("tank.png") == "tank.png"
+    (tmp_path / "sample_images").mkdir()
+    assert sample_source("sample_images") == "sample_images"

@@ -1,0 +1,46 @@
+import pytest
+from dockpose.app import cli
+from dockpose.app.cli import main
+from dockpose.app.inputs.samples import sample_path
+
+
+@pytest.mark.parametrize(("word", "near"), [("estmate", "estimate"), ("compair", "compare"), ("simulat", "simulate")])
+def test_a_mistyped_command_is_named_with_the_nearest(word, near, capsys):
+    assert main([word, "x.png"]) == 2
+    told = capsys.readouterr().err
+    assert f"there is no command '{word}'" in told
+    assert f"did you mean {near}?" in told
+    assert len(told.splitlines()) == 1
+
+
+def test_a_word_near_no_command_is_told_which_there_are(capsys):
+    assert main(["qqq"]) == 2
+    assert ", ".join(cli.COMMANDS) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "word",
+    ["picture.png", "runs/tank", "0", "rtsp://10.0.0.5/tank", "tank7", "plain", "sample_images", "tank", "--port"],
+)
+def test_what_has_the_look_of_a_source_is_served(word, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tank").mkdir()
+    assert cli._with_command([word]) == ["serve", word]
+
+
+def test_no_words_serve_and_commands_are_left():
+    assert cli._with_command([]) == ["serve"]
+    for words in (["estimate", "x.png"], ["--help"], ["--version"]):
+        assert cli._with_command(words) == words
+
+
+def test_the_help_says_that_the_samples_have_a_name(capsys):
+    with pytest.raises(SystemExit):
+        main(["estimate", "--help"])
+    assert "sample_images" in capsys.readouterr().out
+
+
+def test_the_samples_are_named_from_any_folder(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["estimate", "plain", "--json", "-"]) == 0
+    assert str(sample_path("plain")) in capsys.readouterr().out

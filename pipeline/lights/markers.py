@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 from dockpose.lights.centroids import weighted_centres
-from dockpose.thresholds.bright import BrightPixels
-from dockpose.thresholds.flood import LEVELS, group_shapes
+from dockpose.thresholds.bright import SATURATED, BrightPixels
+from dockpose.thresholds.flood import LEVELS, group_shapes, outline
 from dockpose.thresholds.histogram import Histogram, Threshold
 from dockpose.thresholds.local import split_by_peaks
 
@@ -18,6 +19,11 @@ _FOOT = 0.2  # of a light's height above the water, below which it does not weig
 _MOST_MARKERS = 400  # of more, the largest are taken
 # A group so many times as large as the middle one, and not tiny, may be two lights.
 _MERGED_AREA, _LEAST_MERGED_PX = 1.7, 8
+# So may one that fills little of its box: a disc fills 0.79.
+_LEAST_FILL = 0.6
+_MOST_SUSPECTS = 100
+# A group of so many pixels, so many of them saturated, is centred by its outline; it needs so much of it.
+_LEAST_FLAT_PX, _FLAT_SHARE, _LEAST_OUTLINE_PX = 150, 0.5, 12
 
 
 @dataclass(frozen=True)
@@ -61,19 +67,24 @@ def find_markers(
         pixels, labels = threshold.kept
         count = int(labels.max()) + 1
     elif threshold.level < LEVELS and not (pixels := histogram.bright(threshold.level)).is_empty:
-        count, labels = _split_merged(pixels, *pixels.groups())
+        count, labels = _split_merged(histogram, pixels, *pixels.groups())
     else:
         return _no_markers()
     areas, points, boxes, peaks = group_shapes(pixels.index, pixels.level, labels, count, pixels.width)
     kept = areas >= min_area_px
     dropped = int(np.count_nonzero(~kept))
     if count - dropped > _MOST_MARKERS:
-        kept &= areas >= np.sort(areas)[-_MOST_MARKERS]
+        # Of those of equal size the brighter ones, and in the end the first.
+        order = np.lexsort((-peaks, -areas))
+        kept[order[_MOST_MARKERS:]] = False
     if not kept.any():
         return _no_markers(dropped)
-    points, boxes = points[kept], boxes[kept]
     if centroid == "grey":
-        points = grey_centres(grey, boxes, points)
+        flat = _flat_centres(pixels, labels, areas, points, histogram.levels.shape[0])
+        points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
+    else:
+        points = points[kept]
+    boxes = boxes[kept]
     return Markers(points, areas[kept], peaks[kept], dropped, boxes)
 
 
@@ -81,24 +92,58 @@ def _no_markers(dropped: int = 0) -> Markers:
     return Markers(np.empty((0, 2)), np.empty(0, dtype=int), np.empty(0, dtype=int), dropped)
 
 
-def _split_merged(pixels: BrightPixels, count: int, labels: np.ndarray) -> tuple[int, np.ndarray]:
+def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels: np.ndarray) -> tuple[int, np.ndarray]:
     """Give the parts of groups that hold several separate peaks numbers of their own."""
-    if count < 2:
+    areas, _, boxes, _ = group_shapes(pixels.index, pixels.level, labels, count, pixels.width)
+    fill = areas / ((boxes[:, 2] - boxes[:, 0] + 1) * (boxes[:, 3] - boxes[:, 1] + 1))
+    middle = np.sort(areas)[count // 2]
+    large = (areas > _MERGED_AREA * middle) | ((fill < _LEAST_FILL) & (areas >= _LEAST_FLAT_PX))
+    suspects = np.flatnonzero(large & (areas >= _LEAST_MERGED_PX))
+    if len(suspects) == 0 or len(suspects) > _MOST_SUSPECTS:
         return count, labels
-    areas = np.bincount(labels, minlength=count)
-    middle = sorted(areas.tolist())[count // 2]
-    suspects = np.flatnonzero((areas > _MERGED_AREA * middle) & (areas >= _LEAST_MERGED_PX))
-    if len(suspects) == 0 or len(suspects) > count / 2:
-        return count, labels
+    members = np.flatnonzero(np.isin(labels, suspects))
+    part = BrightPixels(pixels.floor, pixels.width, pixels.index[members], pixels.level[members])
+    parts = split_by_peaks(part, histogram)
+    # Parts never span groups; the first of each keeps the group's number.
+    first = np.unique(parts, return_index=True)[1]
+    owner = labels[members][first]
+    number = np.arange(count, count + len(first))
+    _, keeps = np.unique(owner, return_index=True)
+    number[keeps] = owner[keeps]
     labels = labels.copy()
-    for suspect in suspects:
-        members = np.flatnonzero(labels == suspect)
-        part = BrightPixels(pixels.floor, pixels.width, pixels.index[members], pixels.level[members])
-        parts = split_by_peaks(part)
-        for number in range(1, int(parts.max()) + 1):
-            labels[members[parts == number]] = count
-            count += 1
-    return count, labels
+    extra = np.flatnonzero(number >= count)
+    renumbered = number.copy()
+    renumbered[extra] = np.arange(count, count + len(extra))
+    labels[members] = renumbered[parts]
+    return count + len(extra), labels
+
+
+def _flat_centres(
+    pixels: BrightPixels, labels: np.ndarray, areas: np.ndarray, points_px: np.ndarray, height: int
+) -> np.ndarray:
+    """Centres (N, 2) of groups so large and saturated that their grey values say little; nan for the others.
+
+    They are the groups' mass moments, or, of groups that another or the picture's edge cuts, those of the ellipses
+    through what is left of their outlines.
+    """
+    centres = np.full((len(areas), 2), np.nan)
+    saturated = np.bincount(labels, pixels.level >= SATURATED, len(areas))
+    is_flat = (areas >= _LEAST_FLAT_PX) & (saturated >= _FLAT_SHARE * areas)
+    if not is_flat.any():
+        return centres
+    centres[is_flat] = points_px[is_flat]
+    on_outline, is_cut = outline(pixels.index, labels, pixels.width, height)
+    cut = np.bincount(labels, is_cut, len(areas)) > 0
+    y, x = np.divmod(pixels.index[on_outline], pixels.width)
+    of = labels[on_outline]
+    for group in np.flatnonzero(is_flat & cut):
+        points = np.column_stack([x[of == group], y[of == group]]).astype(np.float32)
+        if len(points) < _LEAST_OUTLINE_PX:
+            continue
+        centre, axes, _ = cv2.fitEllipseDirect(points)
+        if min(axes) > 0.5 * max(axes) and np.prod(axes) < 8 * areas[group]:
+            centres[group] = centre
+    return centres
 
 
 def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:

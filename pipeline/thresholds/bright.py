@@ -1,16 +1,19 @@
 """The bright pixels of a picture, and the groups (8-connected components) that they form at any level.
 
-Lights cover about a thousandth of a picture, so groups are found on a list of the pixels above a floor and of which
-touch which, rather than on the whole picture.
+Lights cover about a thousandth of a picture, so groups are found on a list of the pixels above a floor, rather than on
+the whole picture.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from dockpose.thresholds.flood import groups_at_every_level, label_groups, touching_pairs
+from dockpose.thresholds.flood import LEVELS, coarsen, count_groups, label_groups
+
+# Levels so near the top are saturated: noise and compression lower some.
+SATURATED = 250
 
 
 @dataclass(frozen=True)
@@ -37,13 +40,6 @@ class BrightPixels:
     def __len__(self) -> int:
         return len(self.index)
 
-    @cached_property
-    def touching(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs (m,), (m,) of neighbours, diagonal ones included, as indices into this list; each pair once."""
-        if self.is_empty:
-            return np.empty(0, np.int32), np.empty(0, np.int32)
-        return touching_pairs(self.index, self.width)
-
     def above(self, floor: int) -> BrightPixels:
         """Return the pixels at or above another floor, which must not be lower."""
         kept = self.level >= floor
@@ -56,11 +52,42 @@ class BrightPixels:
 
     def groups(self) -> tuple[int, np.ndarray]:
         """Number of groups, and the group (n,) of each pixel, counted from 0."""
-        return label_groups(len(self), *self.touching)
+        return label_groups(self.index, self.width)
 
     def groups_at_every_level(self, min_area_px: int) -> np.ndarray:
         """Number of groups of at least ``min_area_px`` pixels at every level; (256,), -1 below the floor."""
-        return groups_at_every_level(self.level, *self.touching, self.floor, min_area_px)
+        return self.count_groups(min_area_px)[0]
+
+    def count_groups(
+        self, min_area_px: int, most_area_px: int | None = None, rise: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Number of all groups at every level, and of those that a person would count; (256,), -1 below the floor.
+
+        Parameters
+        ----------
+        min_area_px : int
+            Smaller groups are not counted.
+        most_area_px : int, optional
+            The groups that a person would count are no larger, unless they are saturated.
+        rise : float
+            They rise by at least this many levels above where they meet a brighter one.
+        """
+        if self.is_empty:
+            counts = np.where(np.arange(LEVELS) < self.floor, -1, 0)
+            return counts, counts
+        most = len(self) if most_area_px is None else most_area_px
+        return count_groups(self.level, self.index, self.width, self.floor, min_area_px, most, float(rise), SATURATED)
+
+    def coarser(self, most_pixels: int) -> tuple[BrightPixels, int]:
+        """These pixels merged into squares, about ``most_pixels`` of them at most, and the side of a square in pixels.
+
+        Lights made of more pixels than that are large, so a smaller picture shows them too.
+        """
+        side = math.ceil(math.sqrt(len(self) / most_pixels))
+        if side <= 1:
+            return self, 1
+        index, level, _, width = coarsen(self.index, self.level, self.width, side)
+        return BrightPixels(self.floor, width, index, level), side
 
 
 def bright_pixels(levels: np.ndarray, floor: int) -> BrightPixels:

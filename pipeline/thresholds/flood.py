@@ -1,6 +1,6 @@
 """Loops over single pixels, compiled by numba: which touch, what groups they form, and where those meet.
 
-Pixels are a list in the order of the picture's rows; pairs of touching pixels are numbers in that list.
+Pixels are a list in the order of the picture's rows: the places ``row * width + column`` of those that are looked at.
 """
 
 from __future__ import annotations
@@ -9,31 +9,32 @@ import numpy as np
 from dockpose.thresholds.compiled import compiled
 
 LEVELS = 256
+_NEIGHBOURS = 8
 
 
 @compiled
-def touching_pairs(index: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (m,), (m,) of pixels that touch, also across corners, each pair once; ``index`` is row * width + column."""
+def _touching(index: np.ndarray, width: int) -> np.ndarray:
+    """Numbers (n, 8) of the pixels that touch each, also across corners; -1 where there is none."""
     count = len(index)
-    first, second = np.empty(4 * count, np.int32), np.empty(4 * count, np.int32)
-    found, above = 0, 0
+    beside = np.full((count, _NEIGHBOURS), -1, np.int32)
+    above, row_starts = 0, -width
     for pixel in range(count):
         place = index[pixel]
-        column = place % width
-        if column > 0 and pixel > 0 and index[pixel - 1] == place - 1:
-            first[found], second[found] = pixel - 1, pixel
-            found += 1
+        if place >= row_starts + width:
+            row_starts = place - place % width
+        if pixel > 0 and place > row_starts and index[pixel - 1] == place - 1:
+            beside[pixel, 0], beside[pixel - 1, 7] = pixel - 1, pixel
         # Pixels of the row above are passed once: "above" is the first that is not left of all neighbours.
-        while index[above] < place - width - 1:
+        first = max(place - width - 1, row_starts - width)
+        last = min(place - width + 1, row_starts - 1)
+        while index[above] < first:
             above += 1
         other = above
-        while other < pixel and index[other] <= place - width + 1:
-            step = index[other] % width - column
-            if -1 <= step <= 1:
-                first[found], second[found] = other, pixel
-                found += 1
+        while index[other] <= last:
+            slot = index[other] - place + width + 2
+            beside[pixel, slot], beside[other, 7 - slot] = other, pixel
             other += 1
-    return first[:found], second[:found]
+    return beside
 
 
 @compiled
@@ -46,53 +47,157 @@ def _root(parent: np.ndarray, node: int) -> int:
 
 @compiled
 def _brightest_first(values: np.ndarray) -> np.ndarray:
-    """Order (n,) of levels from bright to dark; equal ones keep their order."""
-    start = np.zeros(LEVELS + 1, np.int64)
+    """Order (n,) of whole numbers from large to small; equal ones keep their order."""
+    top, bottom = values[0], values[0]
     for value in values:
-        start[LEVELS - value] += 1
+        top, bottom = max(top, value), min(bottom, value)
+    start = np.zeros(top - bottom + 2, np.int64)
+    for value in values:
+        start[top - value + 1] += 1
     start = np.cumsum(start)
-    order = np.empty(len(values), np.int64)
+    order = np.empty(len(values), np.int32)
     for number in range(len(values)):
-        slot = LEVELS - 1 - values[number]
+        slot = top - values[number]
         order[start[slot]] = number
         start[slot] += 1
     return order
 
 
 @compiled
-def groups_at_every_level(
-    level: np.ndarray, first: np.ndarray, second: np.ndarray, floor: int, min_area_px: int
-) -> np.ndarray:
-    """Number of groups of at least ``min_area_px`` pixels at every level (256,), -1 below the floor."""
-    darker = np.minimum(level[first], level[second])
-    pixels, pairs = _brightest_first(level), _brightest_first(darker)
-    parent, area = np.arange(len(level)), np.ones(len(level), np.int64)
-    counts = np.full(LEVELS, -1)
-    groups, pixel, pair = 0, 0, 0
-    for at in range(LEVELS - 1, floor - 1, -1):
-        while pixel < len(pixels) and level[pixels[pixel]] == at:
-            groups += min_area_px <= 1
-            pixel += 1
-        while pair < len(pairs) and darker[pairs[pair]] == at:
-            one, other = _root(parent, first[pairs[pair]]), _root(parent, second[pairs[pair]])
-            pair += 1
-            if one == other:
+def count_groups(
+    level: np.ndarray,
+    index: np.ndarray,
+    width: int,
+    floor: int,
+    min_area_px: int,
+    most_area_px: int,
+    rise: float,
+    saturated: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Number of groups at every level, (256,) and (256,), -1 below the floor.
+
+    Returns
+    -------
+    The number of groups of at least ``min_area_px`` pixels; and of those of them that a person would count: of at most
+    ``most_area_px`` unless they reach the level ``saturated``, and that rise by ``rise`` above where they meet a
+    brighter one, or above the floor.
+    """
+    count = len(level)
+    beside = _touching(index, width)
+    parent, area = np.arange(count), np.ones(count, np.int64)
+    # The level from which down a group has the least area, and more than the most.
+    enough, too_much = np.full(count, -1), np.full(count, -1)
+    seen = np.zeros(count, np.bool_)
+    # What each level adds to the number of the level above.
+    more, more_real = np.zeros(LEVELS + 1, np.int64), np.zeros(LEVELS + 1, np.int64)
+    for pixel in _brightest_first(level):
+        seen[pixel] = True
+        at = level[pixel]
+        own = int(pixel)
+        if min_area_px <= 1:
+            enough[own] = at
+        for number in range(_NEIGHBOURS):
+            touching = beside[pixel, number]
+            if touching < 0 or not seen[touching]:
                 continue
-            together = area[one] + area[other]
-            groups += int(together >= min_area_px) - int(area[one] >= min_area_px) - int(area[other] >= min_area_px)
-            parent[other] = one
-            area[one] = together
-        counts[at] = groups
-    return counts
+            other = _root(parent, touching)
+            if other == own:
+                continue
+            # A root is its group's first, so brightest, pixel.
+            high, low = (other, own) if level[other] >= level[own] else (own, other)
+            _count_one(more, more_real, level[low], enough[low], too_much[low], at, rise, saturated)
+            parent[low] = high
+            area[high] += area[low]
+            if enough[high] < 0 and area[high] >= min_area_px:
+                enough[high] = at
+            if too_much[high] < 0 and area[high] > most_area_px:
+                too_much[high] = at
+            own = high
+    for pixel in range(count):
+        if parent[pixel] == pixel:
+            _count_one(more, more_real, level[pixel], enough[pixel], too_much[pixel], floor - 1, rise, saturated)
+    counts, real = np.full(LEVELS, -1), np.full(LEVELS, -1)
+    groups, real_groups = 0, 0
+    for at in range(LEVELS - 1, floor - 1, -1):
+        groups += more[at]
+        real_groups += more_real[at]
+        counts[at], real[at] = groups, real_groups
+    return counts, real
 
 
 @compiled
-def label_groups(count: int, first: np.ndarray, second: np.ndarray) -> tuple[int, np.ndarray]:
+def _count_one(
+    more: np.ndarray,
+    more_real: np.ndarray,
+    top: int,
+    enough: int,
+    too_much: int,
+    ends: int,
+    rise: float,
+    saturated: int,
+) -> None:
+    """Count a group from the level at which it is large enough to where it ends in another."""
+    if enough <= ends:
+        return
+    more[enough] += 1
+    if ends >= 0:
+        more[ends] -= 1
+    last = ends if top >= saturated else max(ends, too_much)
+    if top - ends >= rise and enough > last:
+        more_real[enough] += 1
+        if last >= 0:
+            more_real[last] -= 1
+
+
+@compiled
+def coarsen(
+    index: np.ndarray, value: np.ndarray, width: int, shrink: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Put pixels in squares of ``shrink`` by ``shrink``, each as high as its highest pixel.
+
+    Returns
+    -------
+    Place (m,) and value (m,) of each square, the number (n,) of each pixel's, and how many squares a row has.
+    """
+    across = -(-width // shrink)
+    down = index[-1] // width // shrink + 1
+    highest = np.full(across * down, -1, value.dtype)
+    square_of = np.empty(len(index), np.int64)
+    for pixel in range(len(index)):
+        row, column = index[pixel] // width, index[pixel] % width
+        square = row // shrink * across + column // shrink
+        square_of[pixel] = square
+        highest[square] = max(highest[square], value[pixel])
+    squares = np.flatnonzero(highest >= 0)
+    number_of = np.empty(across * down, np.int64)
+    for number in range(len(squares)):
+        number_of[squares[number]] = number
+    for pixel in range(len(index)):
+        square_of[pixel] = number_of[square_of[pixel]]
+    return squares, highest[squares], square_of, across
+
+
+@compiled
+def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
     """How many groups the pixels form, and the number (n,) of each one's, in the order of their first pixels."""
+    count = len(index)
     parent = np.arange(count)
-    for pair in range(len(first)):
-        one, other = _root(parent, first[pair]), _root(parent, second[pair])
-        parent[max(one, other)] = min(one, other)
+    above, row_starts = 0, -width
+    for pixel in range(count):
+        place = index[pixel]
+        if place >= row_starts + width:
+            row_starts = place - place % width
+        if pixel > 0 and place > row_starts and index[pixel - 1] == place - 1:
+            parent[pixel] = parent[pixel - 1]
+        first = max(place - width - 1, row_starts - width)
+        last = min(place - width + 1, row_starts - 1)
+        while index[above] < first:
+            above += 1
+        other = above
+        while index[other] <= last:
+            one, two = _root(parent, other), _root(parent, pixel)
+            parent[max(one, two)] = min(one, two)
+            other += 1
     labels = np.empty(count, np.int64)
     groups = 0
     for pixel in range(count):
@@ -103,6 +208,27 @@ def label_groups(count: int, first: np.ndarray, second: np.ndarray) -> tuple[int
         else:
             labels[pixel] = labels[root]
     return groups, labels
+
+
+@compiled
+def outline(index: np.ndarray, labels: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
+    """Which pixels (n,) are on the outline of their group, and which (n,) touch another group or the picture's edge.
+
+    A pixel that touches another group is on no outline, nor is one at the picture's edge.
+    """
+    beside = _touching(index, width)
+    on_outline, cut = np.zeros(len(index), np.bool_), np.zeros(len(index), np.bool_)
+    for pixel in range(len(index)):
+        row, column = index[pixel] // width, index[pixel] % width
+        cut[pixel] = row == 0 or column == 0 or row == height - 1 or column == width - 1
+        for slot in range(_NEIGHBOURS):
+            other = beside[pixel, slot]
+            if other >= 0:
+                cut[pixel] |= labels[other] != labels[pixel]
+            elif slot == 0 or slot == 2 or slot == 5 or slot == 7:
+                on_outline[pixel] = True
+        on_outline[pixel] &= not cut[pixel]
+    return on_outline, cut
 
 
 @compiled
@@ -129,47 +255,86 @@ def group_shapes(
 
 @compiled
 def peaks_by_persistence(
-    level: np.ndarray, first: np.ndarray, second: np.ndarray, mode: int, rise: float, rise_share: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Peaks of the picture that rise enough above where they meet a brighter one.
+    value: np.ndarray,
+    index: np.ndarray,
+    width: int,
+    mode: float,
+    saturated: int,
+    rise: tuple[float, float],
+    rise_saturated: tuple[float, float],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Peaks of the picture that rise enough above where they meet a higher one.
+
+    Parameters
+    ----------
+    value : (n,) int array
+        Up to ``saturated`` the brightness; above it how deep a pixel lies within a saturated region.
+    index, width : (n,) int array, int
+        Where the pixels are.
+    mode : float
+        Level of the water. Heights are measured from it, and in saturated regions from their edge.
+    saturated : int
+        The highest brightness.
+    rise, rise_saturated : pair of float
+        How far a peak must rise at least, and by what share of its height; the second where saturated pixels join it to
+        the higher peak.
 
     Returns
     -------
-    For each peak its level and the level of its highest saddle to another (-1 where it stands alone), and for each
-    pixel the number (n,) of its peak. A peak rises enough if it does by ``rise``, and by ``rise_share`` of its height
-    above ``mode``. Pixels are joined along the touching pairs, brightest first.
+    For each peak its value, the value of its highest saddle to another peak, that of the saddle at which it joins a
+    higher one (both -1 where there is none); and for each pixel the number (n,) of its peak.
     """
-    darker = np.minimum(level[first], level[second])
-    parent, peak = np.arange(len(level)), level.copy()
-    saddle, tree = np.full(len(level), -1), np.arange(len(level))
-    pairs = _brightest_first(darker)
-    for number in range(len(pairs)):
-        pair = int(pairs[number])
-        # A pair within one tree tells nothing new; trees join whether or not their peaks stay apart.
-        one, other = _root(tree, first[pair]), _root(tree, second[pair])
-        if one == other:
-            continue
-        tree[other] = one
-        high, low = _root(parent, first[pair]), _root(parent, second[pair])
-        if peak[high] < peak[low]:
-            high, low = low, high
-        at = darker[pair]
-        if peak[low] - at < max(rise, rise_share * (peak[low] - mode)):
-            parent[low] = high
-            saddle[high] = max(saddle[high], saddle[low])
-        else:
-            saddle[high], saddle[low] = max(saddle[high], at), max(saddle[low], at)
-    number_of = np.full(len(level), -1)
-    member_of = np.empty(len(level), np.int64)
-    count = 0
-    for pixel in range(len(level)):
-        root = _root(parent, pixel)
+    count = len(value)
+    beside = _touching(index, width)
+    # Pixels that are joined at all form a tree, whose root is its highest pixel; those of one peak form a basin.
+    tree, basin = np.arange(count), np.arange(count)
+    saddle, ends = np.full(count, -1), np.full(count, -1)
+    has_parts, seen = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    for pixel in _brightest_first(value):
+        seen[pixel] = True
+        at = value[pixel]
+        # A pixel belongs to the basin of its highest neighbour; so it meets that one first.
+        highest = 0
+        for number in range(1, _NEIGHBOURS):
+            if beside[pixel, number] >= 0 and (
+                beside[pixel, highest] < 0 or value[beside[pixel, number]] > value[beside[pixel, highest]]
+            ):
+                highest = number
+        for turn in range(_NEIGHBOURS):
+            touching = beside[pixel, (highest + turn) % _NEIGHBOURS]
+            if touching < 0 or not seen[touching]:
+                continue
+            one, other = _root(tree, pixel), _root(tree, touching)
+            if one == other:
+                continue
+            here, there = _root(basin, pixel), _root(basin, touching)
+            if value[one] > value[other]:
+                one, other, here, there = other, one, there, here
+            tree[one] = other
+            if at > saturated:
+                stays = value[one] - at >= max(rise_saturated[0], rise_saturated[1] * (value[one] - saturated))
+            else:
+                top = min(value[one], saturated)
+                stays = top - at >= max(rise[0], rise[1] * (top - mode))
+            if stays or has_parts[one]:
+                ends[one] = at
+                saddle[here], saddle[there] = max(saddle[here], at), max(saddle[there], at)
+                has_parts[other] = True
+            else:
+                basin[here] = there
+                saddle[there] = max(saddle[there], saddle[here])
+    number_of = np.full(count, -1)
+    member_of = np.empty(count, np.int64)
+    peaks = 0
+    for pixel in range(count):
+        root = _root(basin, pixel)
         if number_of[root] < 0:
-            number_of[root] = count
-            count += 1
+            number_of[root] = peaks
+            peaks += 1
         member_of[pixel] = number_of[root]
-    tops, saddles = np.empty(count, np.int64), np.empty(count, np.int64)
-    for pixel in range(len(level)):
+    tops, saddles, last = np.empty(peaks, np.int64), np.empty(peaks, np.int64), np.empty(peaks, np.int64)
+    for pixel in range(count):
         if number_of[pixel] >= 0:
-            tops[number_of[pixel]], saddles[number_of[pixel]] = peak[pixel], saddle[pixel]
-    return tops, saddles, member_of
+            one = number_of[pixel]
+            tops[one], saddles[one], last[one] = value[pixel], saddle[pixel], ends[pixel]
+    return tops, saddles, last, member_of

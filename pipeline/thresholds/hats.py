@@ -8,17 +8,28 @@ on how many lights there are.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from itertools import groupby
 
 import numpy as np
+from dockpose.thresholds.bright import SATURATED
 from dockpose.thresholds.flood import LEVELS
-from dockpose.thresholds.histogram import SMOOTHING, Histogram, Threshold
+from dockpose.thresholds.histogram import SMOOTHING, Histogram, Threshold, noise_levels
 
 # The background ends where fewer than this share of all pixels have a level; two in ten thousand are 60 of 640 x 480.
 BACKGROUND_SHARE = 2e-4
 # Lights never fill more of a picture than a tenth; what does is background. Where that is not settled by saturated
 # lights, the brightest two per cent, or 8000 pixels, are more than enough to look at.
 MOST_LIT, ENOUGH_LIT, ENOUGH_LIT_PX = 0.1, 0.02, 8000
+# Where halos or close lights fill the histogram the background so seen ends above the lights. Then these shares of the
+# picture are looked at, or twice what is saturated; groups of more than an eighth of the picture are water.
+LIT_SHARES, SATURATED_TIMES, MOST_SHARE = (0.05, 0.4), 2.0, 0.125
+# There a light rises by so many standard deviations of the noise above where it meets a brighter one.
+RISE_NOISE = 5.0
+# Fewer groups than a ring has, or a count with less than this share of all votes, ask for another look.
+FEWEST, SURE_SHARE = 4, 0.1
+# More pixels than these are looked at in a smaller picture.
+MOST_PIXELS = 15_000
 # A count of groups is real if it holds over this share of the brightness above the background, and three levels.
 REAL_SHARE, REAL_LEVELS = 0.2, 3
 # Brightness so near the background's mode counts by its levels, above that by its ratios.
@@ -47,24 +58,87 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
     The elected count is the largest with a real share of the votes; the level is the brightest of its run.
     """
     counts = histogram.sketch
-    mode = int(counts.argmax())
-    floor = background_limit(counts)
-    if floor >= LEVELS or (pixels := histogram.bright(floor)).is_empty:
-        return _threshold(histogram, LEVELS, floor, "Nothing stands out above the background.")
-    top = int(pixels.level.max())
-    groups = pixels.groups_at_every_level(min_area_px)
-    floor = _above_noise(groups, floor, top)
-    runs = _longest_runs(groups, floor, top)
-    if not runs:
+    mode, floor = background_mode(counts), background_limit(counts)
+    found = _vote(histogram, floor, mode, min_area_px, 0.0)
+    for share in LIT_SHARES:
+        lower = lit_limit(counts, share)
+        if found.is_sure or lower >= floor:
+            continue
+        floor = lower
+        rise = RISE_NOISE * noise_levels(histogram.levels)
+        found = max(
+            found, _vote(histogram, floor, mode, min_area_px, rise), key=lambda vote: (vote.is_sure, vote.share)
+        )
+    if found.count > 0:
+        reason = (
+            f"{found.count} group{'' if found.count == 1 else 's'} at {found.length} "
+            f"level{'' if found.length == 1 else 's'} in a row from {found.level} down, of the "
+            f"{found.top - found.floor + 1} above the background: the largest count with a real share."
+        )
+    elif found.floor >= LEVELS:
+        reason = "Nothing stands out above the background."
+    else:
         reason = f"Nothing of at least {min_area_px} pixels stands out above the background."
-        return _threshold(histogram, LEVELS, floor, reason, groups)
+    return Threshold(
+        method="hats",
+        level=found.level,
+        native_level=found.level * histogram.native_step,
+        histogram=counts_with_exact_top(histogram, found.floor),
+        reason=reason,
+        groups_at_level=found.groups,
+        floor=found.floor,
+    )
+
+
+@dataclass(frozen=True)
+class _Vote:
+    """What the levels from ``floor`` to ``top`` elect: ``count`` groups, at ``length`` levels from ``level`` down.
+
+    ``share`` is that of the elected count in all votes down to the background's mode.
+    """
+
+    floor: int
+    top: int = LEVELS
+    count: int = 0
+    level: int = LEVELS
+    length: int = 0
+    share: float = 0.0
+    groups: np.ndarray = field(default_factory=lambda: np.full(LEVELS, -1))
+
+    @property
+    def is_sure(self) -> bool:
+        return self.count >= FEWEST and self.share >= SURE_SHARE
+
+
+def _vote(histogram: Histogram, floor: int, mode: int, min_area_px: int, rise: float) -> _Vote:
+    """Count groups from ``floor`` up, and elect a count; where ``rise`` is given, of those alone that rise so far."""
+    if floor >= LEVELS or (pixels := histogram.bright(floor)).is_empty:
+        return _Vote(LEVELS)
+    # Which of the saturated is brighter is noise.
+    top = max(floor, min(int(pixels.level.max()), SATURATED))
+    pixels, side = pixels.coarser(MOST_PIXELS)
+    most_area_px = int(MOST_SHARE * histogram.levels.size / side**2)
+    groups, real = pixels.count_groups(math.ceil(min_area_px / side**2), most_area_px, rise)
+    if rise == 0:
+        real, floor = groups, _above_noise(groups, floor, top)
+    runs = _longest_runs(real, floor, top)
+    if not runs:
+        return _Vote(floor, groups=groups)
     elected = _elect(runs, floor, top, mode)
     level, length = runs[elected]
-    reason = (
-        f"{elected} group{'' if elected == 1 else 's'} at {length} level{'' if length == 1 else 's'} in a row from "
-        f"{level} down, of the {top - floor + 1} above the background: the largest count with a real share."
-    )
-    return _threshold(histogram, level, floor, reason, groups)
+    share = _votes(level, length, mode) / _votes(top, top - mode + 1, mode)
+    return _Vote(floor, top, elected, level, length, share, groups)
+
+
+def _votes(level: int, length: int, mode: int) -> float:
+    """How much brightness a run of levels holds, from its brightest level down."""
+    return math.log((level - mode + DIM_LEVELS) / (level - length - mode + DIM_LEVELS))
+
+
+def background_mode(counts: np.ndarray) -> int:
+    """The level that most of the background has; saturated is light, unless it is more than half of the picture."""
+    dark = counts[:SATURATED]
+    return int(dark.argmax() if 2 * dark.sum() >= counts.sum() else counts.argmax())
 
 
 def background_limit(counts: np.ndarray) -> int:
@@ -82,6 +156,14 @@ def background_limit(counts: np.ndarray) -> int:
     saturated = 1.5 * left[np.flatnonzero(counts)[-1]]
     too_much = left > min(MOST_LIT * total, max(ENOUGH_LIT * total, ENOUGH_LIT_PX, saturated))
     return max(ends, int(np.count_nonzero(too_much)))
+
+
+def lit_limit(counts: np.ndarray, share: float) -> int:
+    """The level from which up this share of a picture is lit, or twice what is saturated; it is above the mode."""
+    left = counts[::-1].cumsum()[::-1]
+    saturated = left[SATURATED]
+    enough = np.flatnonzero(left <= max(share * left[0], SATURATED_TIMES * saturated))
+    return max(background_mode(counts) + 1, int(enough[0]) if len(enough) else LEVELS)
 
 
 def _above_noise(groups: np.ndarray, floor: int, top: int) -> int:
@@ -105,33 +187,11 @@ def _longest_runs(groups: np.ndarray, floor: int, top: int) -> dict[int, tuple[i
 
 def _elect(runs: dict[int, tuple[int, int]], floor: int, top: int, mode: int) -> int:
     """The largest count with a real share of the votes; where none has, the one with the most."""
-
-    def votes(level: int, length: int) -> float:
-        return math.log((level - mode + DIM_LEVELS) / (level - length - mode + DIM_LEVELS))
-
-    weights = {count: votes(*run) for count, run in runs.items()}
-    share = min(max(weights.values()), REAL_SHARE * votes(top, top - floor + 1))
+    weights = {count: _votes(*run, mode) for count, run in runs.items()}
+    share = min(max(weights.values()), REAL_SHARE * _votes(top, top - floor + 1, mode))
     least = min(REAL_LEVELS, max(length for _, length in runs.values()))
     real = [count for count, (_, length) in runs.items() if weights[count] >= share and length >= least]
     return max(real) if real else max(weights, key=lambda count: weights[count])
-
-
-def _threshold(
-    histogram: Histogram,
-    level: int,
-    floor: int,
-    reason: str,
-    groups: np.ndarray | None = None,
-) -> Threshold:
-    return Threshold(
-        method="hats",
-        level=level,
-        native_level=level * histogram.native_step,
-        histogram=counts_with_exact_top(histogram, floor),
-        reason=reason,
-        groups_at_level=np.full(LEVELS, -1) if groups is None else groups,
-        floor=floor,
-    )
 
 
 def counts_with_exact_top(histogram: Histogram, floor: int) -> np.ndarray:

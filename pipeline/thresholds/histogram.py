@@ -161,6 +161,18 @@ def histogram_of(grey: np.ndarray, counted: np.ndarray | None = None) -> Histogr
     return Histogram(*to_levels(grey), counted)
 
 
+def noise_levels(levels: np.ndarray) -> float:
+    """Standard deviation of the noise, from how neighbours differ along every few rows; at least a quarter level."""
+    step = max(1, levels.shape[0] // 60)
+    rows = levels[::step].astype(np.int16)
+    difference = np.abs(np.diff(rows, axis=1))
+    if difference.size == 0:
+        return 0.25
+    # Lights and edges are rare; the mean of what is left of a normal distribution's differences is 1.128 sigma.
+    quiet = difference[difference <= np.quantile(difference, 0.98)]
+    return max(0.25, float(quiet.mean()) / 1.128)
+
+
 def _counts(levels: np.ndarray, counted: np.ndarray | None) -> np.ndarray:
     return cv2.calcHist([levels], [0], counted, [LEVELS], [0, LEVELS]).ravel().astype(np.int64)
 

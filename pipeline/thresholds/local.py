@@ -1,23 +1,37 @@
 """HATS light by light: a level for each light from its own part of the histogram (Ghosh et al. 2016, section 2.1.2).
 
-Where the lights' brightness, or the water's, differs so much that no one level shows them all, each peak of the picture
-that rises enough above the saddle to its brighter neighbour is a light of its own, cut half way up. The water's own
-changes are taken out first.
+Where the lights' brightness, or the water's, differs so much that no one level shows them all, or they run together,
+each peak of the picture that rises enough above the saddle to its brighter neighbour is a light of its own, cut half
+way up. The water's own changes are taken out first. Where the sensor saturates, brightness is continued by the distance
+to the edge of what is saturated: lights that touch part again.
 """
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
-from dockpose.thresholds.bright import BrightPixels
-from dockpose.thresholds.flood import LEVELS, peaks_by_persistence
-from dockpose.thresholds.hats import background_limit, counts_with_exact_top
-from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
+from dockpose.thresholds.bright import SATURATED, BrightPixels
+from dockpose.thresholds.flood import LEVELS, coarsen, peaks_by_persistence
+from dockpose.thresholds.hats import (
+    LIT_SHARES,
+    MOST_PIXELS,
+    background_limit,
+    background_mode,
+    counts_with_exact_top,
+    lit_limit,
+)
+from dockpose.thresholds.histogram import Histogram, Threshold, noise_levels, threshold_at
 
 RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above its saddle to count by itself
 RISE_NOISE = 5.0  # standard deviations of the noise: the same
+# Within what is saturated a pixel of depth counts as so many steps; a light must rise by so much, and such a share.
+DEPTH_STEPS, RISE_DEPTH_PX, RISE_DEPTH_SHARE = 8, 1.0, 0.15
+_HOLES_PX = 5
+CLEAR_NOISE = 8.0  # of these as well: what is so far above the water is none
 _MOST_LIGHTS = 150
-# The background is the median over so many pixels of the picture shrunk to so many: a fifth of its width.
+# The background is looked for in the picture shrunk to so many pixels, over so many of them: a fifth of its width.
 _NEIGHBOURHOOD_PX, _SMALL_PX = 15, 80
 _PEDESTAL = 16
 
@@ -35,19 +49,24 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     A threshold that lists the pixels it keeps; its level is that of its dimmest light, 256 where there is none.
     """
     flat = Histogram(_flattened(histogram), histogram.native_step, histogram.counted)
-    floor = background_limit(flat.sketch)
+    mode, noise = background_mode(flat.sketch), noise_levels(histogram.levels)
+    # The dark side of the background is its own; what halos add is on the other.
+    clear = mode + math.ceil(CLEAR_NOISE * max(noise, _dark_side(flat.sketch, mode)))
+    floor = min(background_limit(flat.sketch), max(lit_limit(flat.sketch, LIT_SHARES[-1]), clear))
     if floor >= LEVELS or (pixels := flat.bright(floor)).is_empty:
         return threshold_at("hats_local", histogram, LEVELS, "Nothing stands out above the background.")
-    mode = int(flat.sketch.argmax())
-    rise = RISE_NOISE * noise_levels(histogram.levels)
-    peaks, saddles, member_of = _peaks(pixels, mode, rise)
+    value = continued(histogram.levels, pixels)
+    peaks, saddles, ends, member_of = _peaks(value, pixels, mode, RISE_NOISE * noise)
+    tops = np.minimum(peaks, LEVELS - 1)
     base = np.maximum(saddles, mode)
-    cut = np.maximum(saddles + 1, np.ceil((base + peaks) / 2)).astype(int)
-    stands_out = peaks - base >= np.maximum(rise, RISE_SHARE * (peaks - mode))
-    kept = (pixels.level >= cut[member_of]) & stands_out[member_of]
+    # What is saturated is kept whole, wherever it parts.
+    cut = np.where(saddles >= LEVELS, LEVELS - 1, np.maximum(saddles + 1, np.ceil((base + tops) / 2))).astype(int)
+    stands_out = (ends >= 0) | (tops - mode >= RISE_NOISE * noise)
+    kept = (value >= cut[member_of]) & stands_out[member_of]
     area = np.bincount(member_of[kept], minlength=len(peaks))
     lights = np.flatnonzero(area >= min_area_px)
-    lights = np.sort(lights[np.argsort(base[lights] - peaks[lights], kind="stable")][:_MOST_LIGHTS])
+    height = tops - np.minimum(base, tops) + (peaks - tops)
+    lights = np.sort(lights[np.argsort(-height[lights], kind="stable")][:_MOST_LIGHTS])
     if len(lights) == 0:
         return threshold_at("hats_local", histogram, LEVELS, "No peak of the picture stands out of the noise.")
     number = np.full(len(peaks), -1)
@@ -73,39 +92,73 @@ def _threshold(histogram: Histogram, index: np.ndarray, light: np.ndarray) -> Th
 
 
 def _flattened(histogram: Histogram) -> np.ndarray:
-    """The picture less its background, (H, W) uint8: what is brighter than the median of a wide neighbourhood."""
+    """The picture less its background, (H, W) uint8: the dark of a wide neighbourhood, and its changes."""
     levels = histogram.levels
+    mode = np.uint8(background_mode(histogram.sketch))
     if histogram.counted is not None:
-        levels = np.where(histogram.counted > 0, levels, np.uint8(histogram.sketch.argmax()))
+        levels = np.where(histogram.counted > 0, levels, mode)
+    saturated = (levels >= SATURATED) & (mode < SATURATED)
     height, width = levels.shape
     shrink = max(height, width) / _SMALL_PX
     if min(height, width) / max(shrink, 1) < _NEIGHBOURHOOD_PX:
         return levels
-    small = cv2.resize(levels, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
+    # What is saturated is light, however much of a neighbourhood it fills.
+    water = np.where(saturated, mode, levels)
+    small = cv2.resize(water, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     background = cv2.resize(cv2.medianBlur(small, _NEIGHBOURHOOD_PX), (width, height))
     # What is at the background's level stays above 0, so that noise on both sides of it is seen as such.
     lifted = np.minimum(levels, np.uint8(255 - _PEDESTAL)) + np.uint8(_PEDESTAL)
     flat = cv2.subtract(lifted, background)
+    flat[saturated] = LEVELS - 1
     return flat if histogram.counted is None else np.where(histogram.counted > 0, flat, 0).astype(np.uint8)
 
 
-def noise_levels(levels: np.ndarray) -> float:
-    """Standard deviation of the noise, from how neighbours differ along every few rows; at least a quarter level."""
-    step = max(1, levels.shape[0] // 60)
-    rows = levels[::step].astype(np.int16)
-    difference = np.abs(np.diff(rows, axis=1))
-    if difference.size == 0:
-        return 0.25
-    # Lights and edges are rare; the mean of what is left of a normal distribution's differences is 1.128 sigma.
-    quiet = difference[difference <= np.quantile(difference, 0.98)]
-    return max(0.25, float(quiet.mean()) / 1.128)
+def _dark_side(counts: np.ndarray, mode: int) -> float:
+    """Standard deviation of the background by what is darker than its mode, which no light is."""
+    dark = counts[:mode].astype(float)
+    squares = float(dark @ (mode - np.arange(mode)) ** 2)
+    return math.sqrt(squares / max(dark.sum() + 0.5 * counts[mode], 1))
 
 
-def split_by_peaks(pixels: BrightPixels) -> np.ndarray:
-    """Number (n,) of the peak that each pixel of one group belongs to; all 0 where there is but one."""
-    _, _, member_of = _peaks(pixels, pixels.floor - 1, 3.0)
-    return member_of
+def continued(levels: np.ndarray, pixels: BrightPixels) -> np.ndarray:
+    """Levels (n,) of bright pixels, beyond 255 where the picture saturates: by their depth in what is saturated."""
+    row, column = np.divmod(pixels.index, pixels.width)
+    value = pixels.level.copy()
+    inside = levels.ravel()[pixels.index] >= SATURATED
+    if not inside.any():
+        return value
+    top, bottom = max(0, row[inside].min() - _HOLES_PX), row[inside].max() + _HOLES_PX + 1
+    left, right = max(0, column[inside].min() - _HOLES_PX), column[inside].max() + _HOLES_PX + 1
+    saturated = (levels[top:bottom, left:right] >= SATURATED).astype(np.uint8)
+    # Noise makes holes in what just saturates.
+    saturated |= cv2.medianBlur(saturated, _HOLES_PX)
+    depth = cv2.distanceTransform(saturated, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    inside = (row >= top) & (row < bottom) & (column >= left) & (column < right)
+    deep = np.rint(DEPTH_STEPS * depth[row[inside] - top, column[inside] - left]).astype(value.dtype)
+    value[inside] = np.where(deep > 0, LEVELS - 1 + deep, value[inside])
+    return value
 
 
-def _peaks(pixels: BrightPixels, mode: int, rise: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return peaks_by_persistence(pixels.level, *pixels.touching, mode, float(rise), RISE_SHARE)
+def split_by_peaks(pixels: BrightPixels, histogram: Histogram) -> np.ndarray:
+    """Number (n,) of the peak that each of some bright pixels belongs to."""
+    rise = RISE_NOISE * noise_levels(histogram.levels)
+    return _peaks(continued(histogram.levels, pixels), pixels, background_mode(histogram.sketch), rise)[3]
+
+
+def _peaks(
+    value: np.ndarray, pixels: BrightPixels, mode: int, rise: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    index, width, square_of = pixels.index, pixels.width, None
+    side = math.ceil(math.sqrt(len(pixels) / MOST_PIXELS))
+    if side > 1:
+        index, value, square_of, width = coarsen(index, value, width, side)
+    *peaks, member_of = peaks_by_persistence(
+        value,
+        index,
+        width,
+        float(mode),
+        LEVELS - 1,
+        (float(rise), RISE_SHARE),
+        (DEPTH_STEPS * RISE_DEPTH_PX, RISE_DEPTH_SHARE),
+    )
+    return *peaks, member_of if square_of is None else member_of[square_of]

@@ -1,0 +1,148 @@
+"""Pictures of rings of lamps, drawn without the project's simulator: discs in linear light, halos, gamma, JPEG."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from dockpose import Camera, Dock
+
+DIAMETER_M = 0.5
+GAMMA = 2.2
+# Share of a lamp's light in each halo, and the halo's standard deviation in lamp radii.
+HALOS = ((0.05, 1.5), (0.02, 4.0), (0.01, 10.0))
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A picture and what it shows.
+
+    Attributes
+    ----------
+    image : (H, W) uint8.
+    camera, dock : it was drawn with.
+    lamps_px : (N, 2) centres of the lamps.
+    position_m, normal : (3,) of the dock.
+    """
+
+    image: np.ndarray
+    camera: Camera
+    dock: Dock
+    lamps_px: np.ndarray
+    position_m: np.ndarray
+    normal: np.ndarray
+
+    @property
+    def lit_share(self) -> float:
+        """Share of the picture that is brighter than half way from its median to white."""
+        return float((self.image > (np.median(self.image) + 255) / 2).mean())
+
+
+def unit_normal(tilt_rad: float, around_rad: float) -> np.ndarray:
+    """Normal of a dock's face that is turned by ``tilt_rad`` from facing the camera, towards ``around_rad``."""
+    side = np.sin(tilt_rad)
+    return np.array([side * np.cos(around_rad), side * np.sin(around_rad), -np.cos(tilt_rad)])
+
+
+def ring_px(
+    camera: Camera, lights: int, position_m: np.ndarray, normal: np.ndarray, phase_rad: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (N, 2) of the lamps in the picture, and their distances (N,)."""
+    across = np.cross(normal, [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    down = np.cross(normal, across)
+    angles = phase_rad + 2 * np.pi * np.arange(lights) / lights
+    points = position_m + DIAMETER_M / 2 * (np.cos(angles)[:, None] * across + np.sin(angles)[:, None] * down)
+    return np.array([camera.fx, camera.fy]) * points[:, :2] / points[:, 2:] + [camera.cx, camera.cy], points[:, 2]
+
+
+def draw_lamps(
+    size: tuple[int, int],
+    lamps_px: np.ndarray,
+    radii_px: np.ndarray,
+    brightness: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    ambient: float | np.ndarray = 0.01,
+    halos: tuple[tuple[float, float], ...] = HALOS,
+    noise_levels: float = 1.5,
+    jpeg_quality: int | None = 80,
+) -> np.ndarray:
+    """Draw lamps as a camera stores them, (H, W) uint8.
+
+    Parameters
+    ----------
+    size : width and height in pixels.
+    lamps_px, radii_px, brightness : (N, 2), (N,), (N,) of the lamps; brightness 1 is just white.
+    ambient : light of the water, linear, one number or (H, W).
+    halos : pairs of a lamp's share of light, relative to its own surface, and standard deviation in mean radii.
+    """
+    width, height = size
+    light = np.zeros((height, width), np.float32)
+    for (x, y), radius, value in zip(lamps_px, radii_px, brightness, strict=True):
+        left, right = max(0, int(x - radius - 2)), min(width, int(x + radius + 3))
+        top, bottom = max(0, int(y - radius - 2)), min(height, int(y + radius + 3))
+        if left >= right or top >= bottom:
+            continue
+        rows, columns = np.mgrid[top:bottom, left:right]
+        cover = np.clip(radius + 0.5 - np.hypot(columns - x, rows - y), 0, 1)
+        light[top:bottom, left:right] = np.maximum(light[top:bottom, left:right], value * cover)
+    shown = light.copy()
+    for share, deviation in halos:
+        shown += share * _blurred(light, deviation * float(np.mean(radii_px)))
+    shown = cv2.GaussianBlur(shown, (0, 0), 0.7) + np.asarray(ambient, np.float32)
+    grey = 255 * np.clip(shown, 0, 1) ** (1 / GAMMA) + rng.normal(0, noise_levels, shown.shape)
+    image = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+    if jpeg_quality is None:
+        return image
+    coded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, jpeg_quality])[1]
+    return cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
+
+
+def _blurred(light: np.ndarray, deviation: float) -> np.ndarray:
+    """Light blurred by a Gaussian, by way of a smaller picture where that is wide; its peak keeps its place."""
+    shrink = max(1, int(deviation / 4))
+    height, width = light.shape
+    small = cv2.resize(light, (max(1, width // shrink), max(1, height // shrink)), interpolation=cv2.INTER_AREA)
+    small = cv2.GaussianBlur(small, (0, 0), deviation / shrink, borderType=cv2.BORDER_CONSTANT)
+    return cv2.resize(small, (width, height))
+
+
+def draw_close(seed: int) -> Drawn:
+    """A ring so close that its lamps, far over white, cover 5 to 35 % of the picture and touch in part."""
+    rng = np.random.default_rng([seed, 5])
+    while True:
+        width, height = [(320, 240), (640, 480), (800, 600), (1280, 720)][rng.integers(4)]
+        focal = float(np.exp(rng.uniform(np.log(0.5), np.log(3)))) * width
+        camera = Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+        lights = int(rng.integers(5, 25))
+        normal = unit_normal(np.radians(rng.uniform(0, 45)), rng.uniform(0, 2 * np.pi))
+        semi_axis = rng.uniform(0.25, 0.42) * height
+        z_m = focal * DIAMETER_M / 2 / semi_axis
+        place = rng.uniform(-0.05, 0.05, 2) * [width, height] * z_m / focal
+        position = np.array([*place, z_m])
+        lamps, depth = ring_px(camera, lights, position, normal, rng.uniform(0, 2 * np.pi))
+        radius = np.sqrt(rng.uniform(0.05, 0.35) * width * height / lights / np.pi)
+        radii = radius * z_m / depth
+        apart = np.linalg.norm(lamps - np.roll(lamps, 1, axis=0), axis=1)
+        room = (apart / (radii + np.roll(radii, 1))).min()
+        inside = (lamps > radii[:, None]).all() and (lamps + radii[:, None] < [width, height]).all()
+        if not 0.8 < room < 1.5 or not inside:
+            continue
+        brightness = np.exp(rng.uniform(np.log(1), np.log(10))) * rng.uniform(0.7, 1, lights)
+        halos = tuple((share * float(rng.uniform(0, 0.5)), wide) for share, wide in HALOS)
+        image = draw_lamps(
+            (width, height),
+            lamps,
+            radii,
+            brightness,
+            rng,
+            ambient=float(rng.uniform(0.002, 0.1)),
+            halos=halos,
+            noise_levels=float(rng.uniform(0.5, 3)),
+            jpeg_quality=int(rng.integers(40, 96)),
+        )
+        drawn = Drawn(image, camera, Dock(DIAMETER_M, lights), lamps, position, normal)
+        if 0.05 <= drawn.lit_share <= 0.35:
+            return drawn

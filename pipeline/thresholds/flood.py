@@ -9,14 +9,14 @@ import numpy as np
 from dockpose.thresholds.compiled import compiled
 
 LEVELS = 256
-_NEIGHBOURS = 8
+NEIGHBOURS = 8
 
 
 @compiled
-def _touching(index: np.ndarray, width: int) -> np.ndarray:
+def touching(index: np.ndarray, width: int) -> np.ndarray:
     """Numbers (n, 8) of the pixels that touch each, also across corners; -1 where there is none."""
     count = len(index)
-    beside = np.full((count, _NEIGHBOURS), -1, np.int32)
+    beside = np.full((count, NEIGHBOURS), -1, np.int32)
     above, row_starts = 0, -width
     for pixel in range(count):
         place = index[pixel]
@@ -38,7 +38,8 @@ def _touching(index: np.ndarray, width: int) -> np.ndarray:
 
 
 @compiled
-def _root(parent: np.ndarray, node: int) -> int:
+def root_of(parent: np.ndarray, node: int) -> int:
+    """The root of the tree that a node is in; the path to it becomes shorter."""
     while parent[node] != node:
         parent[node] = parent[parent[node]]
         node = parent[node]
@@ -46,7 +47,7 @@ def _root(parent: np.ndarray, node: int) -> int:
 
 
 @compiled
-def _brightest_first(values: np.ndarray) -> np.ndarray:
+def brightest_first(values: np.ndarray) -> np.ndarray:
     """Order (n,) of whole numbers from large to small; equal ones keep their order."""
     top, bottom = values[0], values[0]
     for value in values:
@@ -83,24 +84,24 @@ def count_groups(
     brighter one, or above the floor.
     """
     count = len(level)
-    beside = _touching(index, width)
+    beside = touching(index, width)
     parent, area = np.arange(count), np.ones(count, np.int64)
     # The level from which down a group has the least area, and more than the most.
     enough, too_much = np.full(count, -1), np.full(count, -1)
     seen = np.zeros(count, np.bool_)
     # What each level adds to the number of the level above.
     more, more_real = np.zeros(LEVELS + 1, np.int64), np.zeros(LEVELS + 1, np.int64)
-    for pixel in _brightest_first(level):
+    for pixel in brightest_first(level):
         seen[pixel] = True
         at = level[pixel]
         own = int(pixel)
         if min_area_px <= 1:
             enough[own] = at
-        for number in range(_NEIGHBOURS):
-            touching = beside[pixel, number]
-            if touching < 0 or not seen[touching]:
+        for number in range(NEIGHBOURS):
+            other = beside[pixel, number]
+            if other < 0 or not seen[other]:
                 continue
-            other = _root(parent, touching)
+            other = root_of(parent, other)
             if other == own:
                 continue
             # A root is its group's first, so brightest, pixel.
@@ -195,13 +196,13 @@ def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
             above += 1
         other = above
         while index[other] <= last:
-            one, two = _root(parent, other), _root(parent, pixel)
+            one, two = root_of(parent, other), root_of(parent, pixel)
             parent[max(one, two)] = min(one, two)
             other += 1
     labels = np.empty(count, np.int64)
     groups = 0
     for pixel in range(count):
-        root = _root(parent, pixel)
+        root = root_of(parent, pixel)
         if root == pixel:
             labels[pixel] = groups
             groups += 1
@@ -216,12 +217,12 @@ def outline(index: np.ndarray, labels: np.ndarray, width: int, height: int) -> t
 
     A pixel that touches another group is on no outline, nor is one at the picture's edge.
     """
-    beside = _touching(index, width)
+    beside = touching(index, width)
     on_outline, cut = np.zeros(len(index), np.bool_), np.zeros(len(index), np.bool_)
     for pixel in range(len(index)):
         row, column = index[pixel] // width, index[pixel] % width
         cut[pixel] = row == 0 or column == 0 or row == height - 1 or column == width - 1
-        for slot in range(_NEIGHBOURS):
+        for slot in range(NEIGHBOURS):
             other = beside[pixel, slot]
             if other >= 0:
                 cut[pixel] |= labels[other] != labels[pixel]
@@ -251,90 +252,3 @@ def group_shapes(
     for group in range(count):
         moments[group] /= max(areas[group], 1)
     return areas, moments, boxes, peaks
-
-
-@compiled
-def peaks_by_persistence(
-    value: np.ndarray,
-    index: np.ndarray,
-    width: int,
-    mode: float,
-    saturated: int,
-    rise: tuple[float, float],
-    rise_saturated: tuple[float, float],
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Peaks of the picture that rise enough above where they meet a higher one.
-
-    Parameters
-    ----------
-    value : (n,) int array
-        Up to ``saturated`` the brightness; above it how deep a pixel lies within a saturated region.
-    index, width : (n,) int array, int
-        Where the pixels are.
-    mode : float
-        Level of the water. Heights are measured from it, and in saturated regions from their edge.
-    saturated : int
-        The highest brightness.
-    rise, rise_saturated : pair of float
-        How far a peak must rise at least, and by what share of its height; the second where saturated pixels join it to
-        the higher peak.
-
-    Returns
-    -------
-    For each peak its value, the value of its highest saddle to another peak, that of the saddle at which it joins a
-    higher one (both -1 where there is none); and for each pixel the number (n,) of its peak.
-    """
-    count = len(value)
-    beside = _touching(index, width)
-    # Pixels that are joined at all form a tree, whose root is its highest pixel; those of one peak form a basin.
-    tree, basin = np.arange(count), np.arange(count)
-    saddle, ends = np.full(count, -1), np.full(count, -1)
-    has_parts, seen = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-    for pixel in _brightest_first(value):
-        seen[pixel] = True
-        at = value[pixel]
-        # A pixel belongs to the basin of its highest neighbour; so it meets that one first.
-        highest = 0
-        for number in range(1, _NEIGHBOURS):
-            if beside[pixel, number] >= 0 and (
-                beside[pixel, highest] < 0 or value[beside[pixel, number]] > value[beside[pixel, highest]]
-            ):
-                highest = number
-        for turn in range(_NEIGHBOURS):
-            touching = beside[pixel, (highest + turn) % _NEIGHBOURS]
-            if touching < 0 or not seen[touching]:
-                continue
-            one, other = _root(tree, pixel), _root(tree, touching)
-            if one == other:
-                continue
-            here, there = _root(basin, pixel), _root(basin, touching)
-            if value[one] > value[other]:
-                one, other, here, there = other, one, there, here
-            tree[one] = other
-            if at > saturated:
-                stays = value[one] - at >= max(rise_saturated[0], rise_saturated[1] * (value[one] - saturated))
-            else:
-                top = min(value[one], saturated)
-                stays = top - at >= max(rise[0], rise[1] * (top - mode))
-            if stays or has_parts[one]:
-                ends[one] = at
-                saddle[here], saddle[there] = max(saddle[here], at), max(saddle[there], at)
-                has_parts[other] = True
-            else:
-                basin[here] = there
-                saddle[there] = max(saddle[there], saddle[here])
-    number_of = np.full(count, -1)
-    member_of = np.empty(count, np.int64)
-    peaks = 0
-    for pixel in range(count):
-        root = _root(basin, pixel)
-        if number_of[root] < 0:
-            number_of[root] = peaks
-            peaks += 1
-        member_of[pixel] = number_of[root]
-    tops, saddles, last = np.empty(peaks, np.int64), np.empty(peaks, np.int64), np.empty(peaks, np.int64)
-    for pixel in range(count):
-        if number_of[pixel] >= 0:
-            one = number_of[pixel]
-            tops[one], saddles[one], last[one] = value[pixel], saddle[pixel], ends[pixel]
-    return tops, saddles, last, member_of

@@ -13,7 +13,7 @@ import math
 import cv2
 import numpy as np
 from dockpose.thresholds.bright import SATURATED, BrightPixels
-from dockpose.thresholds.flood import LEVELS, coarsen, peaks_by_persistence
+from dockpose.thresholds.flood import LEVELS, coarsen
 from dockpose.thresholds.hats import (
     LIT_SHARES,
     MOST_PIXELS,
@@ -23,6 +23,7 @@ from dockpose.thresholds.hats import (
     lit_limit,
 )
 from dockpose.thresholds.histogram import Histogram, Threshold, noise_levels, threshold_at
+from dockpose.thresholds.peaks import peaks_by_persistence
 
 RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above its saddle to count by itself
 RISE_NOISE = 5.0  # standard deviations of the noise: the same
@@ -131,7 +132,7 @@ def continued(levels: np.ndarray, pixels: BrightPixels) -> np.ndarray:
     left, right = max(0, column[inside].min() - _HOLES_PX), column[inside].max() + _HOLES_PX + 1
     saturated = (levels[top:bottom, left:right] >= SATURATED).astype(np.uint8)
     # Noise makes holes in what just saturates.
-    saturated |= cv2.medianBlur(saturated, _HOLES_PX)
+    saturated = np.maximum(saturated, cv2.medianBlur(saturated, _HOLES_PX))
     depth = cv2.distanceTransform(saturated, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     inside = (row >= top) & (row < bottom) & (column >= left) & (column < right)
     deep = np.rint(DEPTH_STEPS * depth[row[inside] - top, column[inside] - left]).astype(value.dtype)

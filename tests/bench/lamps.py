@@ -97,7 +97,9 @@ def draw_lamps(
     if jpeg_quality is None:
         return image
     coded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, jpeg_quality])[1]
-    return cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
+    decoded = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
+    assert decoded is not None
+    return decoded
 
 
 def _blurred(light: np.ndarray, deviation: float) -> np.ndarray:

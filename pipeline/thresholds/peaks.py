@@ -1,0 +1,94 @@
+"""Peaks of a picture that rise enough above the saddles between them: which there are, and the pixels of each."""
+
+from __future__ import annotations
+
+import numpy as np
+from dockpose.thresholds.compiled import compiled
+from dockpose.thresholds.flood import NEIGHBOURS, brightest_first, root_of, touching
+
+
+@compiled
+def peaks_by_persistence(
+    value: np.ndarray,
+    index: np.ndarray,
+    width: int,
+    mode: float,
+    saturated: int,
+    rise: tuple[float, float],
+    rise_saturated: tuple[float, float],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Peaks of the picture that rise enough above where they meet a higher one.
+
+    Parameters
+    ----------
+    value : (n,) int array
+        Up to ``saturated`` the brightness; above it how deep a pixel lies within a saturated region.
+    index, width : (n,) int array, int
+        Where the pixels are.
+    mode : float
+        Level of the water. Heights are measured from it, and in saturated regions from their edge.
+    saturated : int
+        The highest brightness.
+    rise, rise_saturated : pair of float
+        How far a peak must rise at least, and by what share of its height; the second where saturated pixels join it to
+        the higher peak.
+
+    Returns
+    -------
+    For each peak its value, the value of its highest saddle to another peak, that of the saddle at which it joins a
+    higher one (both -1 where there is none); and for each pixel the number (n,) of its peak.
+    """
+    count = len(value)
+    beside = touching(index, width)
+    # Pixels that are joined at all form a tree, whose root is its highest pixel; those of one peak form a basin.
+    tree, basin = np.arange(count), np.arange(count)
+    saddle, ends = np.full(count, -1), np.full(count, -1)
+    has_parts, seen = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    for pixel in brightest_first(value):
+        seen[pixel] = True
+        at = value[pixel]
+        # A pixel belongs to the basin of its highest neighbour; so it meets that one first.
+        highest = 0
+        for number in range(1, NEIGHBOURS):
+            if beside[pixel, number] >= 0 and (
+                beside[pixel, highest] < 0 or value[beside[pixel, number]] > value[beside[pixel, highest]]
+            ):
+                highest = number
+        for turn in range(NEIGHBOURS):
+            other = beside[pixel, (highest + turn) % NEIGHBOURS]
+            if other < 0 or not seen[other]:
+                continue
+            one, two = root_of(tree, pixel), root_of(tree, other)
+            if one == two:
+                continue
+            here, there = root_of(basin, pixel), root_of(basin, other)
+            if value[one] > value[two]:
+                one, two, here, there = two, one, there, here
+            tree[one] = two
+            if at > saturated:
+                stays = value[one] - at >= max(rise_saturated[0], rise_saturated[1] * (value[one] - saturated))
+            else:
+                top = min(value[one], saturated)
+                stays = top - at >= max(rise[0], rise[1] * (top - mode))
+            if stays or has_parts[one]:
+                ends[one] = at
+                saddle[here], saddle[there] = max(saddle[here], at), max(saddle[there], at)
+                has_parts[two] = True
+            else:
+                basin[here] = there
+                saddle[there] = max(saddle[there], saddle[here])
+    number_of = np.full(count, -1)
+    member_of = np.empty(count, np.int64)
+    peaks = 0
+    for pixel in range(count):
+        root = root_of(basin, pixel)
+        if number_of[root] < 0:
+            number_of[root] = peaks
+            peaks += 1
+        member_of[pixel] = number_of[root]
+    tops, saddles, last = np.empty(peaks, np.int64), np.empty(peaks, np.int64), np.empty(peaks, np.int64)
+    for pixel in range(count):
+        if number_of[pixel] >= 0:
+            one = number_of[pixel]
+            tops[one], saddles[one], last[one] = value[pixel], saddle[pixel], ends[pixel]
+    return tops, saddles, last, member_of

@@ -271,7 +271,7 @@ def _search_with(
             return "too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept
         return "no_ellipse", f"No ellipse: {error}.", stages
     area_px2 = float(picture.grey.size)
-    chance = chance_of_ring(ring, ellipse, choice, dock, area_px2)
+    chance = chance_of_ring(ring, stages["markers"], ellipse, choice, dock, area_px2)
     reason = why_no_dock(ring, stages["markers"], ellipse, choice, dock, chance)
     if reason is not None:
         return "not_a_ring", reason, stages

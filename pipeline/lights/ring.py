@@ -45,8 +45,6 @@ class Ring:
         Through the lights, where it was fitted on the way.
     lights : int or None
         How many lights the ring has, missing ones included; None where that is not known.
-    density : float
-        Groups per square pixel around it, for :func:`dockpose.lights.chance.log_chance_rings`.
     rivals : tuple of (N,) bool arrays
         Other rings in view that are as certain to be one, apart from this.
     """
@@ -55,7 +53,6 @@ class Ring:
     reason: str
     ellipse: Ellipse | None = None
     lights: int | None = None
-    density: float = 0.0
     rivals: tuple[np.ndarray, ...] = ()
 
     @property
@@ -71,7 +68,6 @@ class _Candidate:
     polygon: Polygon
     sides: int
     log_chance: float
-    density: float
 
     @property
     def members(self) -> frozenset[int]:
@@ -114,7 +110,7 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
         lights = _spaced_as(points_px, ellipse, dock, density)
         if lights is not None:
             reason = f"All {count} groups lie on one ellipse."
-            return Ring(np.ones(count, dtype=bool), reason, ellipse, lights or None, density)
+            return Ring(np.ones(count, dtype=bool), reason, ellipse, lights or None)
     brightness = markers.areas_px * markers.peaks.astype(float)
     order = np.argsort(-brightness, kind="stable")
     nearest_px = points_px - [camera.cx, camera.cy]
@@ -133,7 +129,7 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
         return Ring(nothing, trouble)
     on_ring = _mask(count, best)
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
-    return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, best.density, rivals)
+    return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, rivals)
 
 
 def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
@@ -204,7 +200,7 @@ def _candidates(
                 area_px2=area_px2,
             ) + math.log(len(numbers))
             if chance < math.log(ACCEPTED_AMONG_OTHERS):
-                found.append(_Candidate(polygon, sides, chance, density))
+                found.append(_Candidate(polygon, sides, chance))
     return sorted(found, key=lambda candidate: candidate.log_chance)
 
 

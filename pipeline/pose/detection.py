@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, NUMBERS, log_chance_rings
+from dockpose.lights.chance import ACCEPTED, NUMBERS, density_per_px2, log_chance_rings
 from dockpose.lights.ellipse import Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring, light_diameter_px, tolerance_px
@@ -15,13 +15,15 @@ from dockpose.pose.choice import Choice
 _MOST_OFF = 1.5  # tolerances of a single light that all may be off, root mean square
 
 
-def chance_of_ring(ring: Ring, ellipse: Ellipse, choice: Choice, dock: Dock, area_px2: float) -> float:
+def chance_of_ring(
+    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, area_px2: float
+) -> float:
     """Return the expected number of chance rings as good as a pose's.
 
     Parameters
     ----------
-    ring : Ring
-        The lights, and the density of groups around them.
+    ring, markers : Ring, Markers
+        The lights among the groups.
     ellipse : Ellipse
         Through them.
     choice : Choice
@@ -43,14 +45,17 @@ def chance_of_ring(ring: Ring, ellipse: Ellipse, choice: Choice, dock: Dock, are
     if sides is None or count > sides:
         return 0.0  # lights anywhere on an ellipse: judged where that was found
     tests = math.log(len(NUMBERS)) if dock.lights is None else 0.0
+    members, brightness = np.flatnonzero(ring.on_ring), markers.areas_px * markers.peaks.astype(float)
+    major = ellipse.semi_axes_px[0]
+    density = density_per_px2(markers.points_px, brightness, members, ellipse.centre_px, major, area_px2)
     rms_px = choice.candidates[0].rms_px or 0.0
     logarithm = tests + log_chance_rings(
         count,
         sides,
         even=not dock.angles_deg,
         squares_px2=count * rms_px**2,
-        radius_px=ellipse.semi_axes_px[0],
-        density=ring.density or count / area_px2,
+        radius_px=major,
+        density=density,
         area_px2=area_px2,
     )
     return math.exp(min(logarithm, 100.0))

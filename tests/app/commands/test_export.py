@@ -16,6 +16,7 @@ from dockpose.app.experiment import Measured, Session
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.inputs.samples import load_sample, sample_path
 from dockpose.camera.files import FileError
+from dockpose.camera.image import ImageError
 
 NAMES = ("plain", "tilted", "flat_port")
 NASTY = "<script>alert(1)</script>&\"'"
@@ -120,7 +121,7 @@ def test_what_cannot_be_exported_is_said(tmp_path, folder):
         export(folder, None, None, tmp_path / "a.svg", layers="lamps")
     with pytest.raises(UserError, match="no session"):
         export(tmp_path, None, None, tmp_path / "out")
-    with pytest.raises(UserError, match="cannot be read"):
+    with pytest.raises(ImageError, match="cannot be read"):
         export(tmp_path / "gone.png", None, None, tmp_path / "out")
     assert set(LAYERS) >= {"lights", "scale"}
 

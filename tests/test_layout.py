@@ -12,6 +12,8 @@ MOST_ENTRIES = 14
 MOST_LINES = 340
 MOST_LINES_OF_APP = 12_300
 
+# Imports against the order that are still to be cut.
+STILL_WRONG: set[tuple[str, str]] = set()
 # Folders whose docstrings do not all follow numpydoc yet.
 NOT_YET_NUMPYDOC = {
     *("app/export", "app/web", "app/web/panels"),
@@ -31,7 +33,7 @@ OF_SEVERAL = {
 
 
 def test_imports_between_folders_point_one_way():
-    assert layout.wrong_imports() == []
+    assert set(layout.wrong_imports()) - STILL_WRONG == set()
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,7 @@ def estimate_sources(
     camera, dock : Camera, Dock or None
         For all sources; where None, each one's own, from the YAML beside it.
     settings : Settings
+        How each frame is thresholded and searched.
     to : Destinations
         Where results go; a line for each frame is printed where nothing is asked for.
     how : How, optional

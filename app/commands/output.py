@@ -51,6 +51,7 @@ class ResultWriter:
     Parameters
     ----------
     to : Destinations
+        Where to write.
     files : ExitStack
         Closes what is opened here.
     before_each : callable
@@ -128,6 +129,7 @@ class PictureFolder:
     Parameters
     ----------
     folder : Path
+        Where to write.
     originals : sequence of Path
         The pictures that results are made from; none of them is ever overwritten, nor is another result.
     """

@@ -63,6 +63,7 @@ class Batch:
     Parameters
     ----------
     paths : sequence of Path
+        Of the files, in order.
     camera, dock : Camera, Dock or None
         For all pictures; where None, each picture's own, from the YAML beside it.
     report : callable

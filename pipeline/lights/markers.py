@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from dockpose.lights.centroids import weighted_centres
 from dockpose.thresholds.bright import SATURATED, BrightPixels
-from dockpose.thresholds.flood import LEVELS, group_shapes, outline
+from dockpose.thresholds.flood import LEVELS, coarsen, group_shapes, of_squares, outline
 from dockpose.thresholds.histogram import Histogram, Threshold
 from dockpose.thresholds.local import split_by_peaks
 
@@ -22,6 +23,7 @@ _MERGED_AREA, _LEAST_MERGED_PX = 1.7, 8
 # So may one that fills little of its box: a disc fills 0.79.
 _LEAST_FILL = 0.6
 _MOST_SUSPECTS = 100
+_MANY_PIXELS, _MOST_OUTLINED = 100_000, 50_000
 # A group of so many pixels, so many of them saturated, is centred by its outline; it needs so much of it.
 _LEAST_FLAT_PX, _FLAT_SHARE, _LEAST_OUTLINE_PX = 150, 0.5, 12
 
@@ -67,7 +69,7 @@ def find_markers(
         pixels, labels = threshold.kept
         count = int(labels.max()) + 1
     elif threshold.level < LEVELS and not (pixels := histogram.bright(threshold.level)).is_empty:
-        count, labels = _split_merged(histogram, pixels, *pixels.groups())
+        count, labels = _groups(histogram, pixels)
     else:
         return _no_markers()
     areas, points, boxes, peaks = group_shapes(pixels.index, pixels.level, labels, count, pixels.width)
@@ -80,7 +82,7 @@ def find_markers(
     if not kept.any():
         return _no_markers(dropped)
     if centroid == "grey":
-        flat = _flat_centres(pixels, labels, areas, points, histogram.levels.shape[0])
+        flat = _flat_centres(pixels, labels, areas, boxes, points, histogram.levels.shape[0])
         points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
     else:
         points = points[kept]
@@ -90,6 +92,18 @@ def find_markers(
 
 def _no_markers(dropped: int = 0) -> Markers:
     return Markers(np.empty((0, 2)), np.empty(0, dtype=int), np.empty(0, dtype=int), dropped)
+
+
+def _groups(histogram: Histogram, pixels: BrightPixels) -> tuple[int, np.ndarray]:
+    """How many groups pixels form, and the number (n,) of each one's; of very many as a smaller picture shows them."""
+    smaller, side = histogram.smaller if len(pixels) > _MANY_PIXELS else (histogram, 1)
+    if side == 1:
+        return _split_merged(histogram, pixels, *pixels.groups())
+    squares = smaller.bright(pixels.floor)
+    count, labels = _split_merged(smaller, squares, *squares.groups())
+    label_at = np.full(smaller.levels.size, -1)
+    label_at[squares.index] = labels
+    return count, of_squares(pixels.index, pixels.width, side, squares.width, label_at)
 
 
 def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels: np.ndarray) -> tuple[int, np.ndarray]:
@@ -119,30 +133,35 @@ def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels
 
 
 def _flat_centres(
-    pixels: BrightPixels, labels: np.ndarray, areas: np.ndarray, points_px: np.ndarray, height: int
+    pixels: BrightPixels, labels: np.ndarray, areas: np.ndarray, boxes: np.ndarray, points_px: np.ndarray, height: int
 ) -> np.ndarray:
-    """Centres (N, 2) of groups so large and saturated that their grey values say little; nan for the others.
+    """Centres (N, 2) of groups so large or saturated that their grey values say little; nan for the others.
 
     They are the groups' mass moments, or, of groups that another or the picture's edge cuts, those of the ellipses
     through what is left of their outlines.
     """
     centres = np.full((len(areas), 2), np.nan)
     saturated = np.bincount(labels, pixels.level >= SATURATED, len(areas))
-    is_flat = (areas >= _LEAST_FLAT_PX) & (saturated >= _FLAT_SHARE * areas)
+    size = (boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 1
+    is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | (size > _MOST_REACH_PX))
     if not is_flat.any():
         return centres
     centres[is_flat] = points_px[is_flat]
-    on_outline, is_cut = outline(pixels.index, labels, pixels.width, height)
+    side = math.ceil(math.sqrt(len(pixels) / _MOST_OUTLINED))
+    index, width = pixels.index, pixels.width
+    if side > 1:
+        index, labels, _, width = coarsen(index, labels, width, side)
+    on_outline, is_cut = outline(index, labels, width, -(-height // side))
     cut = np.bincount(labels, is_cut, len(areas)) > 0
-    y, x = np.divmod(pixels.index[on_outline], pixels.width)
+    y, x = np.divmod(index[on_outline], width)
     of = labels[on_outline]
     for group in np.flatnonzero(is_flat & cut):
         points = np.column_stack([x[of == group], y[of == group]]).astype(np.float32)
         if len(points) < _LEAST_OUTLINE_PX:
             continue
         centre, axes, _ = cv2.fitEllipseDirect(points)
-        if min(axes) > 0.5 * max(axes) and np.prod(axes) < 8 * areas[group]:
-            centres[group] = centre
+        if min(axes) > 0.5 * max(axes) and side**2 * np.prod(axes) < 8 * areas[group]:
+            centres[group] = np.multiply(centre, side) + (side - 1) / 2
     return centres
 
 

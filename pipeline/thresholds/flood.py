@@ -179,6 +179,17 @@ def coarsen(
 
 
 @compiled
+def of_squares(index: np.ndarray, width: int, side: int, across: int, of_square: np.ndarray) -> np.ndarray:
+    """The entry of ``of_square`` for each pixel: squares are ``side`` by ``side`` pixels, ``across`` to a row."""
+    found = np.empty(len(index), of_square.dtype)
+    for pixel in range(len(index)):
+        row = index[pixel] // width
+        column = index[pixel] - row * width
+        found[pixel] = of_square[row // side * across + column // side]
+    return found
+
+
+@compiled
 def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
     """How many groups the pixels form, and the number (n,) of each one's, in the order of their first pixels."""
     count = len(index)

@@ -28,8 +28,8 @@ LIT_SHARES, SATURATED_TIMES, MOST_SHARE = (0.05, 0.4), 2.0, 0.125
 RISE_NOISE = 5.0
 # Fewer groups than a ring has, or a count with less than this share of all votes, ask for another look.
 FEWEST, SURE_SHARE = 4, 0.1
-# More pixels than these are looked at in a smaller picture.
-MOST_PIXELS = 15_000
+# More pixels than these are looked at in a smaller picture; as such another look begins in a small one, sooner.
+MANY_PIXELS, MOST_PIXELS = 15_000, 6_000
 # A count of groups is real if it holds over this share of the brightness above the background, and three levels.
 REAL_SHARE, REAL_LEVELS = 0.2, 3
 # Brightness so near the background's mode counts by its levels, above that by its ratios.
@@ -60,15 +60,16 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
     counts = histogram.sketch
     mode, floor = background_mode(counts), background_limit(counts)
     found = _vote(histogram, floor, mode, min_area_px, 0.0)
-    for share in LIT_SHARES:
-        lower = lit_limit(counts, share)
-        if found.is_sure or lower >= floor:
-            continue
-        floor = lower
-        rise = RISE_NOISE * noise_levels(histogram.levels)
-        found = max(
-            found, _vote(histogram, floor, mode, min_area_px, rise), key=lambda vote: (vote.is_sure, vote.share)
-        )
+    if not found.is_sure:
+        smaller, side = histogram.smaller
+        least_px, rise = math.ceil(min_area_px / side**2), RISE_NOISE * noise_levels(histogram.levels)
+        for share in LIT_SHARES:
+            lower = lit_limit(smaller.sketch, share)
+            if found.is_sure or lower >= floor:
+                continue
+            floor = lower
+            other = _vote(smaller, floor, background_mode(smaller.sketch), least_px, rise)
+            found = max(found, other, key=lambda vote: (vote.is_sure, vote.share))
     if found.count > 0:
         reason = (
             f"{found.count} group{'' if found.count == 1 else 's'} at {found.length} "
@@ -116,7 +117,7 @@ def _vote(histogram: Histogram, floor: int, mode: int, min_area_px: int, rise: f
         return _Vote(LEVELS)
     # Which of the saturated is brighter is noise.
     top = max(floor, min(int(pixels.level.max()), SATURATED))
-    pixels, side = pixels.coarser(MOST_PIXELS)
+    pixels, side = pixels.coarser(MOST_PIXELS if rise else MANY_PIXELS)
     most_area_px = int(MOST_SHARE * histogram.levels.size / side**2)
     groups, real = pixels.count_groups(math.ceil(min_area_px / side**2), most_area_px, rise)
     if rise == 0:
@@ -127,6 +128,10 @@ def _vote(histogram: Histogram, floor: int, mode: int, min_area_px: int, rise: f
     elected = _elect(runs, floor, top, mode)
     level, length = runs[elected]
     share = _votes(level, length, mode) / _votes(top, top - mode + 1, mode)
+    # The brightest of these levels may show no more than fragments of the lights.
+    whole = np.flatnonzero(groups[level - length + 1 : level + 1] == elected)
+    if len(whole):
+        level, length = level - length + 1 + int(whole[-1]), int(whole[-1]) + 1
     return _Vote(floor, top, elected, level, length, share, groups)
 
 
@@ -136,9 +141,9 @@ def _votes(level: int, length: int, mode: int) -> float:
 
 
 def background_mode(counts: np.ndarray) -> int:
-    """The level that most of the background has; saturated is light, unless it is more than half of the picture."""
-    dark = counts[:SATURATED]
-    return int(dark.argmax() if 2 * dark.sum() >= counts.sum() else counts.argmax())
+    """The level that most of the background has: of the darkest part of the picture, as large as lights leave it."""
+    darkest = np.searchsorted(counts.cumsum(), (1 - LIT_SHARES[-1]) * counts.sum())
+    return int(counts[: darkest + 1].argmax())
 
 
 def background_limit(counts: np.ndarray) -> int:
@@ -148,7 +153,7 @@ def background_limit(counts: np.ndarray) -> int:
     be too much to be lights, it ends higher.
     """
     smooth = np.convolve(counts, SMOOTHING, mode="same")
-    mode = int(counts.argmax())
+    mode = background_mode(counts)
     total = int(counts.sum())
     few = np.flatnonzero(smooth[mode:] <= BACKGROUND_SHARE * total)
     ends = mode + int(few[0]) if len(few) else LEVELS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -12,6 +13,7 @@ from dockpose.thresholds.bright import BrightPixels, bright_pixels
 from dockpose.thresholds.flood import LEVELS
 
 SKETCH_PX = 80_000
+SMALLER_PX = 310_000  # 640 x 480, and as much of larger pictures
 SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16  # of the histogram, so that a single odd level is not a peak
 
 
@@ -51,12 +53,38 @@ class Histogram:
         rough = _counts(self.levels[::step], None if self.counted is None else self.counted[::step]) * step
         return rough if rough.any() else self.counts  # masks may hide every one of those rows
 
+    @cached_property
+    def smaller(self) -> tuple[Histogram, int]:
+        """A large picture in squares, each as bright as its brightest pixel, and the side of a square in pixels.
+
+        For what cannot be done on a large picture in time, and shows in a smaller one too.
+        """
+        side = math.ceil(math.sqrt(self.levels.size / SMALLER_PX))
+        if side <= 1:
+            return self, 1
+        counted = None if self.counted is None else _brightest_of_squares(self.counted, side)
+        return Histogram(_brightest_of_squares(self.levels, side), self.native_step, counted), side
+
     def bright(self, floor: int) -> BrightPixels:
         """Pixels at or above ``floor``; the picture is searched once for the lowest floor asked for."""
         known = self._found.get("pixels")
         if known is None or floor < known.floor:
             known = self._found["pixels"] = bright_pixels(self.levels, floor)
         return known if floor == known.floor else known.above(floor)
+
+
+def _brightest_of_squares(levels: np.ndarray, side: int) -> np.ndarray:
+    """The brightest pixel of each square of ``side`` by ``side``; those at the right and the bottom may be cut."""
+    height, width = levels.shape
+    if height % side or width % side:
+        levels = np.pad(levels, ((0, -height % side), (0, -width % side)), mode="edge")
+    rows = levels[::side]
+    for offset in range(1, side):
+        rows = np.maximum(rows, levels[offset::side])
+    columns = rows[:, ::side]
+    for offset in range(1, side):
+        columns = np.maximum(columns, rows[:, offset::side])
+    return np.ascontiguousarray(columns)
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ import math
 import cv2
 import numpy as np
 from dockpose.thresholds.bright import SATURATED, BrightPixels
-from dockpose.thresholds.flood import LEVELS, coarsen
+from dockpose.thresholds.flood import LEVELS, coarsen, of_squares
 from dockpose.thresholds.hats import (
     LIT_SHARES,
     MOST_PIXELS,
+    MOST_SHARE,
     background_limit,
     background_mode,
     counts_with_exact_top,
@@ -49,13 +50,15 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     -------
     A threshold that lists the pixels it keeps; its level is that of its dimmest light, 256 where there is none.
     """
+    whole, (histogram, side) = histogram, histogram.smaller
+    min_area_px = math.ceil(min_area_px / side**2)
     flat = Histogram(_flattened(histogram), histogram.native_step, histogram.counted)
-    mode, noise = background_mode(flat.sketch), noise_levels(histogram.levels)
+    mode, noise = background_mode(flat.sketch), noise_levels(whole.levels)
     # The dark side of the background is its own; what halos add is on the other.
     clear = mode + math.ceil(CLEAR_NOISE * max(noise, _dark_side(flat.sketch, mode)))
     floor = min(background_limit(flat.sketch), max(lit_limit(flat.sketch, LIT_SHARES[-1]), clear))
     if floor >= LEVELS or (pixels := flat.bright(floor)).is_empty:
-        return threshold_at("hats_local", histogram, LEVELS, "Nothing stands out above the background.")
+        return threshold_at("hats_local", whole, LEVELS, "Nothing stands out above the background.")
     value = continued(histogram.levels, pixels)
     peaks, saddles, ends, member_of = _peaks(value, pixels, mode, RISE_NOISE * noise)
     tops = np.minimum(peaks, LEVELS - 1)
@@ -65,30 +68,41 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     stands_out = (ends >= 0) | (tops - mode >= RISE_NOISE * noise)
     kept = (value >= cut[member_of]) & stands_out[member_of]
     area = np.bincount(member_of[kept], minlength=len(peaks))
-    lights = np.flatnonzero(area >= min_area_px)
+    lights = np.flatnonzero((area >= min_area_px) & (area <= MOST_SHARE * histogram.levels.size))
     height = tops - np.minimum(base, tops) + (peaks - tops)
     lights = np.sort(lights[np.argsort(-height[lights], kind="stable")][:_MOST_LIGHTS])
     if len(lights) == 0:
-        return threshold_at("hats_local", histogram, LEVELS, "No peak of the picture stands out of the noise.")
+        return threshold_at("hats_local", whole, LEVELS, "No peak of the picture stands out of the noise.")
     number = np.full(len(peaks), -1)
     number[lights] = np.arange(len(lights))
     kept &= number[member_of] >= 0
-    return _threshold(histogram, pixels.index[kept], number[member_of[kept]])
+    return _threshold(whole, histogram.levels, side, pixels.index[kept], number[member_of[kept]])
 
 
-def _threshold(histogram: Histogram, index: np.ndarray, light: np.ndarray) -> Threshold:
-    """Threshold that keeps the pixels ``index``, each of the light of that number, at the picture's own levels."""
-    own = histogram.levels.ravel()[index].astype(np.int32)
+def _threshold(histogram: Histogram, levels: np.ndarray, side: int, index: np.ndarray, light: np.ndarray) -> Threshold:
+    """Threshold that keeps the squares ``index`` of a smaller picture ``levels``, each of the light of that number.
+
+    Of the picture itself it keeps those pixels of the squares that are as bright as the light's dimmest square.
+    """
+    own = levels.ravel()[index].astype(np.int32)
     dimmest = np.full(int(light.max()) + 1, LEVELS)
     np.minimum.at(dimmest, light, own)
     level = int(dimmest.min())
+    width = histogram.levels.shape[1]
+    if side > 1:
+        number_at = np.full(levels.size, -1)
+        number_at[index] = light
+        pixels = histogram.bright(level)
+        light = of_squares(pixels.index, width, side, levels.shape[1], number_at)
+        kept = (light >= 0) & (pixels.level >= dimmest[light])
+        index, own, light = pixels.index[kept], pixels.level[kept], light[kept]
     return Threshold(
         method="hats_local",
         level=level,
         native_level=level * histogram.native_step,
         histogram=counts_with_exact_top(histogram, LEVELS),
         reason=f"{len(dimmest)} peaks, each cut half way up, at levels from {level} to {int(dimmest.max())}.",
-        kept=(BrightPixels(level, histogram.levels.shape[1], index, own), light),
+        kept=(BrightPixels(level, width, index, own), light),
     )
 
 

@@ -132,7 +132,7 @@ def draw_close(seed: int) -> Drawn:
         inside = (lamps > radii[:, None]).all() and (lamps + radii[:, None] < [width, height]).all()
         if not 0.8 < room < 1.5 or not inside:
             continue
-        brightness = np.exp(rng.uniform(np.log(1), np.log(10))) * rng.uniform(0.7, 1, lights)
+        brightness = np.exp(rng.uniform(np.log(2), np.log(20))) * rng.uniform(0.7, 1, lights)
         halos = tuple((share * float(rng.uniform(0, 0.5)), wide) for share, wide in HALOS)
         image = draw_lamps(
             (width, height),

@@ -101,9 +101,32 @@ def test_more_than_400_groups_leave_the_largest():
     image[::6, ::6] = 200
     image[100:104, 100:104] = 200
     markers = markers_at(image, 100)
-    assert len(markers) >= 1
+    assert len(markers) == 400
     assert 16 in markers.areas_px
-    assert len(markers) <= 2500
+
+
+def saturated_discs(centres: list[tuple[float, float]], radius: float) -> np.ndarray:
+    y, x = np.mgrid[:160, :240]
+    apart = np.min([np.hypot(x - cx, y - cy) for cx, cy in centres], axis=0)
+    return (20 + 235 * np.clip(radius + 0.5 - apart, 0, 1)).astype(np.uint8)
+
+
+def test_saturated_lights_that_touch_are_parted_and_centred_by_their_outlines():
+    centres = [(50.3, 60.2), (84.1, 72.6), (118.4, 80.3), (190.2, 90.7)]
+    markers = markers_at(saturated_discs(centres, 20.0), 128)
+    assert len(markers) == 4
+    apart = np.linalg.norm(markers.points_px[:, None] - np.array(centres)[None], axis=2).min(axis=0)
+    assert apart.max() < 0.3
+
+
+def test_a_saturated_light_that_the_edge_cuts_is_centred_by_what_is_left_of_its_outline():
+    centres = [(10.4, 70.3), (150.2, 80.6)]
+    markers = markers_at(saturated_discs(centres, 20.0), 128)
+    np.testing.assert_allclose(markers.points_px, centres, atol=0.3)
+
+
+def test_a_large_light_is_one():
+    assert len(markers_at(saturated_discs([(120.0, 80.0)], 60.0), 128)) == 1
 
 
 @pytest.mark.parametrize("size", [1, 4])

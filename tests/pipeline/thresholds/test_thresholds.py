@@ -8,7 +8,7 @@ from dockpose.simulate import render
 from dockpose.thresholds import METHODS, fixed, hats, hats_local, histogram_of
 from dockpose.thresholds.bright import bright_pixels
 from dockpose.thresholds.hats import background_limit
-from dockpose.thresholds.local import noise_levels
+from dockpose.thresholds.histogram import noise_levels
 
 from tests.support.scenes import random_scene
 
@@ -189,6 +189,40 @@ def test_hats_local_has_every_light_of_a_random_scene(seed):
     for light in truth.lights_px[truth.visible]:
         assert np.hypot(x - light[0], y - light[1]).min() < 2
     assert labels.max() + 1 < 30
+
+
+def close_lights(radius: float, level: float) -> np.ndarray:
+    """Ten discs on a ring, their halos all over the picture."""
+    angles = 2 * np.pi * np.arange(10) / 10
+    y, x = np.mgrid[:240, :320]
+    apart = np.min([np.hypot(x - 160 - 90 * np.cos(a), y - 120 - 90 * np.sin(a)) for a in angles], axis=0)
+    halo = 150 * np.exp(-np.maximum(apart - radius, 0) / 40)
+    noise = np.random.default_rng(0).normal(0, 1.5, apart.shape)
+    return np.clip(np.where(apart < radius, level, 20 + halo) + noise, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("radius", [8, 15, 24])
+@pytest.mark.parametrize("level", [230, 400])
+def test_close_lights_whose_halos_fill_the_histogram_are_found(radius, level):
+    threshold = hats(histogram_of(close_lights(radius, level)), min_area_px=2)
+    assert 170 < threshold.level <= 255
+    _, labels = bright_pixels(close_lights(radius, level), threshold.level).groups()
+    assert (np.bincount(labels) > radius**2).sum() == 10
+
+
+def test_lights_that_touch_where_the_sensor_saturates_part_in_the_level_free_search():
+    pixels, lights = hats_local(histogram_of(close_lights(30, 400)), min_area_px=2).kept
+    assert (np.bincount(lights) > 30**2).sum() == 10
+    assert len(pixels) == len(lights)
+
+
+def test_levels_of_a_large_picture_are_those_of_a_small_one():
+    small = close_lights(15, 400)
+    large = np.kron(small, np.ones((9, 9), np.uint8))
+    assert abs(hats(histogram_of(large), 2).level - hats(histogram_of(small), 2).level) <= 20
+    pixels, lights = hats_local(histogram_of(large), 2).kept
+    assert (np.bincount(lights) > 81 * 15**2).sum() == 10
+    assert pixels.width == large.shape[1]
 
 
 @pytest.mark.parametrize("sigma", [1.0, 3.0, 8.0])

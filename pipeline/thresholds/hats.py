@@ -128,10 +128,9 @@ def _vote(histogram: Histogram, floor: int, mode: int, min_area_px: int, rise: f
     elected = _elect(runs, floor, top, mode)
     level, length = runs[elected]
     share = _votes(level, length, mode) / _votes(top, top - mode + 1, mode)
-    # The brightest of these levels may show no more than fragments of the lights.
-    whole = np.flatnonzero(groups[level - length + 1 : level + 1] == elected)
-    if len(whole):
-        level, length = level - length + 1 + int(whole[-1]), int(whole[-1]) + 1
+    # So near their own level lights come to pieces by noise.
+    down = max(0, min(math.floor(rise) - 1, length - 1))
+    level, length = level - down, length - down
     return _Vote(floor, top, elected, level, length, share, groups)
 
 

@@ -68,8 +68,7 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:
         image = None
-    # Before 4.11, OpenCV gave out what there is of a PNG file that was cut short.
-    if image is None or (data.startswith(b"\x89PNG") and b"IEND" not in data):
+    if image is None or _is_cut_short(data):
         raise ImageError(f"{name}: the picture is damaged or cut short ({len(data)} bytes)")
     return _check(_without_alpha(image), name)
 
@@ -126,6 +125,18 @@ def _size_from_header(data: bytes, name: str) -> tuple[int, int]:
         raise ImageError(f"{name}: the picture has far more than the {at_most} megapixels that are read") from error
     except Exception as error:  # Pillow's readers raise many kinds on damaged headers
         raise ImageError(f"{name}: the picture's header is damaged or cut short ({error})") from error
+
+
+def _is_cut_short(data: bytes) -> bool:
+    """Whether a PNG or JPEG file lacks its end; before 4.11, OpenCV gave out what there was of such a picture."""
+    if data.startswith(b"\x89PNG"):
+        return b"IEND" not in data
+    if not data.startswith(b"\xff\xd8"):
+        return False
+    start = 2  # of each segment before the scan; a thumbnail in one of them has an end of its own
+    while data[start : start + 1] == b"\xff" and data[start + 1 : start + 2] != b"\xda":
+        start += 2 + int.from_bytes(data[start + 2 : start + 4], "big")
+    return b"\xff\xd9" not in data[start:]
 
 
 def _without_alpha(image: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+from dockpose.thresholds.compiled import compiled
 from scipy.spatial import KDTree
 
 # The brightest points are looked at, first few, then more.
@@ -129,7 +129,7 @@ def _inverses(unit: np.ndarray, steps: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.linalg.inv(places.transpose(0, 1, 3, 2)))
 
 
-@njit(cache=True)
+@compiled
 def _promising(
     points: np.ndarray,
     middles: np.ndarray,
@@ -176,7 +176,7 @@ def _promising(
     return kept[order[:usable]]
 
 
-@njit(cache=True)
+@compiled
 def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond):  # type: ignore[no-untyped-def]
     """How many of the next corners have a point, and how near; -1 for no image of a dock."""
     p = np.empty((2, 3))
@@ -216,7 +216,7 @@ def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond):
     return score
 
 
-@njit(cache=True)
+@compiled
 def _grow_all(
     points: np.ndarray, unit: np.ndarray, triples: np.ndarray, focal_px: float, tolerance_px: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -241,7 +241,7 @@ def _grow_all(
     return corners[:found], squares[:found], mappings[:found]
 
 
-@njit(cache=True)
+@compiled
 def _is_known(found: np.ndarray, corners: np.ndarray) -> bool:
     """Whether the points of ``corners`` are part of a polygon found before, in the same order around it."""
     sides = len(corners)
@@ -267,7 +267,7 @@ def _is_known(found: np.ndarray, corners: np.ndarray) -> bool:
     return False
 
 
-@njit(cache=True)
+@compiled
 def _grow(points, unit, start, focal_px, tolerance_px):  # type: ignore[no-untyped-def]
     """Grow a polygon from three corners: fit, look for the corners beside those that are known, and fit again.
 
@@ -334,7 +334,7 @@ def _grow(points, unit, start, focal_px, tolerance_px):  # type: ignore[no-untyp
     return corners, (squares if members >= 4 else -1.0), mapping
 
 
-@njit(cache=True)
+@compiled
 def _fit(points, corners, unit, focal_px):  # type: ignore[no-untyped-def]
     """Homography (3, 3) of the unit circle's corners to the points, no more in perspective than they ask for.
 
@@ -389,7 +389,7 @@ def _fit(points, corners, unit, focal_px):  # type: ignore[no-untyped-def]
     return plausible, mapping
 
 
-@njit(cache=True)
+@compiled
 def _as_pose(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
     """Sum of squares and homography of the circle's pose that is nearest to a homography.
 
@@ -419,7 +419,7 @@ def _as_pose(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyp
     return least, best
 
 
-@njit(cache=True)
+@compiled
 def _fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
     """Sum of squares and homography (3, 3) of the best affine part for a given perspective."""
     normal, right = np.zeros((3, 3)), np.zeros((3, 2))
@@ -447,7 +447,7 @@ def _fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
     return squares, mapping
 
 
-@njit(cache=True)
+@compiled
 def _solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Solve A x = b for a symmetric positive definite A, in place (Cholesky); compiles far sooner than LAPACK's."""
     size = len(b)
@@ -470,7 +470,7 @@ def _solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     return b
 
 
-@njit(cache=True)
+@compiled
 def _stretch(mapping):  # type: ignore[no-untyped-def]
     """Singular values, larger first, of how the mapping stretches around the circle's middle."""
     a = mapping[0, 0] - mapping[0, 2] * mapping[2, 0]

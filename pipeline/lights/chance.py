@@ -8,6 +8,7 @@ length; the one threshold is that number.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -16,19 +17,19 @@ import numpy as np
 ACCEPTED, ACCEPTED_AMONG_OTHERS = 1e-2, 1e-3
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
+_LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
 _LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 NUMBERS = range(4, 25)  # of lights that are tried where it is not known
 
 
-def density_per_px2(
+def neighbours(
     points_px: np.ndarray,
     brightness: np.ndarray,
     members: np.ndarray,
     centre_px: tuple[float, float],
     radius_px: float,
-    area_px2: float,
-) -> float:
-    """Density of points to reckon with around a ring: of those that are as bright as the dimmest on it.
+) -> tuple[int, int]:
+    """Count the points near a ring that are not on it.
 
     Parameters
     ----------
@@ -39,41 +40,17 @@ def density_per_px2(
     members : int array
         Numbers of those on the ring.
     centre_px, radius_px : tuple of float, float
-        The ring's image: middle and major semi-axis.
-    area_px2 : float
-        Of the picture.
+        The ring's image: middle and major semi-axis. Near is within twice the radius.
 
     Returns
     -------
-    float
-        Points per square pixel: one more than are off the ring within twice its radius, over that area. Elsewhere the
-        picture may be crowded, as where it shows text, or empty: what counts is how likely points are just here.
+    tuple of int
+        How many there are, and how many of these are as bright as the dimmest on the ring.
     """
-    as_bright = brightness >= brightness[members].min()
-    every = np.ones(len(points_px), dtype=bool)
-    # Leaving the dimmer ones out is another test for each octave of brightness.
-    octaves = _BRIGHTNESSES ** (1 / len(members))
-    return min(
-        _density(points_px, every, members, centre_px, radius_px, area_px2),
-        octaves * _density(points_px, as_bright, members, centre_px, radius_px, area_px2),
-    )
-
-
-def _density(
-    points_px: np.ndarray,
-    counted: np.ndarray,
-    members: np.ndarray,
-    centre_px: tuple[float, float],
-    radius_px: float,
-    area_px2: float,
-) -> float:
-    """Density of those points that are counted, (M,) bool, see :func:`density_per_px2`."""
-    apart = counted.copy()
-    apart[members] = False
-    off = points_px[apart] - centre_px
-    reach = 2 * radius_px
-    beside = np.count_nonzero((off * off).sum(axis=1) < reach**2)
-    return (1 + beside) / min(math.pi * reach**2, area_px2)
+    off = points_px - centre_px
+    near = (off * off).sum(axis=1) < (2 * radius_px) ** 2
+    near[members] = False
+    return int(near.sum()), int((near & (brightness >= brightness[members].min())).sum())
 
 
 def log_chance_rings(
@@ -82,8 +59,8 @@ def log_chance_rings(
     *,
     even: bool,
     squares_px2: float,
-    radius_px: float,
-    density: float,
+    semi_axes_px: tuple[float, float],
+    near: tuple[int, int],
     area_px2: float,
 ) -> float:
     """Natural logarithm of the expected number of rings as good among points strewn at random.
@@ -98,12 +75,19 @@ def log_chance_rings(
         Whether they are evenly spaced.
     squares_px2 : float
         Sum of the squared distances between the points and where the ring has its lights, in pixels squared.
-    radius_px : float
-        Major semi-axis of the ring's image.
-    density : float
-        Points per square pixel, see :func:`density_per_px2`.
+    semi_axes_px : tuple of float
+        Major and minor semi-axis of the ring's image.
+    near : tuple of int
+        Other points near it, and those as bright, see :func:`neighbours`.
     area_px2 : float
         Of the picture.
+
+    Returns
+    -------
+    float
+        The larger of the logarithms for two backgrounds: points strewn over the whole picture as densely as near the
+        ring, and one crowd of points no larger than the ring and its surroundings, such as the parts of a bright
+        object; in a crowd it is no evidence that points are close together. Fewer than five points are no crowd.
 
     Notes
     -----
@@ -111,18 +95,33 @@ def log_chance_rings(
     distance rho of it, the root of the sum of squares, in a tube around it. The expected number of chance rings is the
     density to the power of n times the tube's volume (first order: that of the surface times that of a ball of radius
     rho in the remaining dimensions), times the number of ways to take n of the N lights. The surface: affine maps A of
-    the unit circle, sum over n lights of |A u|^2 giving a volume element of n^3 / 4, over all places in the picture and
-    all A up to this size (pi^2 R^4 / 3). Two poses give nearly one affine map. Sizes by octave and the number of lights
-    that are missing are as many tests.
+    the unit circle, the sum over n lights of |A u|^2 giving a volume element of n^3 / 4, over all places and all A up
+    to this size (pi^2 R^4 / 3). Two poses give nearly one affine map. Sizes by octave and the number of lights that are
+    missing are as many tests; leaving out what is dimmer than the ring is one for each octave of brightness.
     """
+    major, minor = semi_axes_px
     ways = math.lgamma(sides + 1) - math.lgamma(count + 1) - math.lgamma(sides - count + 1)
     if even:
         ways -= math.log(sides)
     squares_px2 = max(squares_px2, (2 * count - 6) * _LEAST_PX**2)
-    surface = math.log(area_px2) + math.log(math.pi**2 * radius_px**4 / 3) + math.log(count**3 / 4)
-    tube = _log_ball(2 * count - 6, squares_px2) + math.log(2)
-    tests = math.log(_SIZES * max(1, sides - 3))
-    return count * math.log(density) + surface + tube + ways + tests
+    tube = math.log(2 * math.pi**2 / 3 * count**3 / 4) + _log_ball(2 * count - 6, squares_px2)
+    common = tube + ways + math.log(_SIZES * max(1, sides - 3))
+    around = min(4 * math.pi * major**2, area_px2)
+    crowd = min(4 * math.pi * major * minor, area_px2)
+
+    def strewn(beside: int) -> float:
+        return count * math.log((1 + beside) / around) + math.log(area_px2) + 4 * math.log(major)
+
+    def crowded(beside: int) -> float:
+        inside = beside * minor / major
+        return count * math.log((count + inside) / crowd) + math.log(crowd) + 2 * math.log(major * minor)
+
+    def least(background: Callable[[int], float]) -> float:
+        return min(background(near[0]), math.log(_BRIGHTNESSES) + background(near[1]))
+
+    if count < _LEAST_CROWD:
+        return common + least(strewn)
+    return common + max(least(strewn), least(crowded) - math.log(_MORE_OF_CROWDS))
 
 
 def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: float, total: int) -> float:

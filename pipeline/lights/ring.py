@@ -13,9 +13,9 @@ from dockpose.lights.chance import (
     ACCEPTED,
     ACCEPTED_AMONG_OTHERS,
     NUMBERS,
-    density_per_px2,
     log_chance_ellipses,
     log_chance_rings,
+    neighbours,
 )
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.markers import Markers
@@ -189,16 +189,16 @@ def _candidates(
         even = not dock.angles_deg
         for polygon in find_polygons(points_px, angles, even, focal_px, tolerance, chosen):
             members, centre, radius = polygon.members, polygon.centre_px, polygon.semi_axes_px[0]
-            density = density_per_px2(points_px, brightness, members, centre, radius, area_px2)
-            chance = log_chance_rings(
+            near = neighbours(points_px, brightness, members, centre, radius)
+            chance = math.log(len(numbers)) + log_chance_rings(
                 len(members),
                 sides,
                 even=even,
                 squares_px2=polygon.squares_px2,
-                radius_px=radius,
-                density=density,
+                semi_axes_px=polygon.semi_axes_px,
+                near=near,
                 area_px2=area_px2,
-            ) + math.log(len(numbers))
+            )
             if chance < math.log(ACCEPTED_AMONG_OTHERS):
                 found.append(_Candidate(polygon, sides, chance))
     return sorted(found, key=lambda candidate: candidate.log_chance)
@@ -211,7 +211,7 @@ def _best(found: list[_Candidate], brightness: np.ndarray) -> _Candidate:
         if _mirrors(best, other):
             if other.polygon.centre_px[1] > best.polygon.centre_px[1]:
                 best = other
-        elif len(other.members) >= 0.7 * len(best.members):
+        elif len(other.members) >= 0.7 * len(best.members) and other.log_chance < _AS_CONVINCING * found[0].log_chance:
             ours, theirs = (np.median(brightness[list(one.members)]) for one in (best, other))
             best = other if theirs > ours else best
     return best

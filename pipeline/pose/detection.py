@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, NUMBERS, density_per_px2, log_chance_rings
+from dockpose.lights.chance import ACCEPTED, NUMBERS, log_chance_rings, neighbours
 from dockpose.lights.ellipse import Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring, light_diameter_px, tolerance_px
@@ -46,16 +46,15 @@ def chance_of_ring(
         return 0.0  # lights anywhere on an ellipse: judged where that was found
     tests = math.log(len(NUMBERS)) if dock.lights is None else 0.0
     members, brightness = np.flatnonzero(ring.on_ring), markers.areas_px * markers.peaks.astype(float)
-    major = ellipse.semi_axes_px[0]
-    density = density_per_px2(markers.points_px, brightness, members, ellipse.centre_px, major, area_px2)
+    near = neighbours(markers.points_px, brightness, members, ellipse.centre_px, ellipse.semi_axes_px[0])
     rms_px = choice.candidates[0].rms_px or 0.0
     logarithm = tests + log_chance_rings(
         count,
         sides,
         even=not dock.angles_deg,
         squares_px2=count * rms_px**2,
-        radius_px=major,
-        density=density,
+        semi_axes_px=ellipse.semi_axes_px,
+        near=near,
         area_px2=area_px2,
     )
     return math.exp(min(logarithm, 100.0))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,13 +23,29 @@ _LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 NUMBERS = range(4, 25)  # of lights that are tried where it is not known
 
 
+@dataclass(frozen=True)
+class Neighbours:
+    """Points near a ring that are not on it.
+
+    Attributes
+    ----------
+    around : int
+        How many are within twice its larger radius.
+    beside : int
+        How many are within an ellipse of twice its size and its shape, as the letters of a line are for a narrow one.
+    """
+
+    around: int
+    beside: int
+
+
 def neighbours(
     points_px: np.ndarray,
     brightness: np.ndarray,
     members: np.ndarray,
     centre_px: tuple[float, float],
     radius_px: float,
-) -> tuple[int, int]:
+) -> tuple[Neighbours, Neighbours]:
     """Count the points near a ring that are not on it.
 
     Parameters
@@ -38,19 +55,27 @@ def neighbours(
     brightness : (M,) float array
         Of each.
     members : int array
-        Numbers of those on the ring.
+        Numbers of those on the ring, at least four.
     centre_px, radius_px : tuple of float, float
-        The ring's image: middle and major semi-axis. Near is within twice the radius.
+        The ring's image: middle and major semi-axis.
 
     Returns
     -------
-    tuple of int
-        How many there are, and how many of these are as bright as the dimmest on the ring.
+    tuple of Neighbours
+        All, and those as bright as the dimmest on the ring.
     """
     off = points_px - centre_px
-    near = (off * off).sum(axis=1) < (2 * radius_px) ** 2
-    near[members] = False
-    return int(near.sum()), int((near & (brightness >= brightness[members].min())).sum())
+    around = (off * off).sum(axis=1) < (2 * radius_px) ** 2
+    # The covariance of points around an ellipse has half its squared semi-axes.
+    spread = np.cov(points_px[members].T, bias=True) + 1e-9 * np.eye(2)
+    moved = points_px - points_px[members].mean(axis=0)
+    beside = (moved @ np.linalg.inv(spread) * moved).sum(axis=1) < 8
+    around[members] = beside[members] = False
+    bright = brightness >= brightness[members].min()
+    return (
+        Neighbours(int(around.sum()), int(beside.sum())),
+        Neighbours(int((around & bright).sum()), int((beside & bright).sum())),
+    )
 
 
 def log_chance_rings(
@@ -60,7 +85,7 @@ def log_chance_rings(
     even: bool,
     squares_px2: float,
     semi_axes_px: tuple[float, float],
-    near: tuple[int, int],
+    near: tuple[Neighbours, Neighbours],
     area_px2: float,
 ) -> float:
     """Natural logarithm of the expected number of rings as good among points strewn at random.
@@ -77,7 +102,7 @@ def log_chance_rings(
         Sum of the squared distances between the points and where the ring has its lights, in pixels squared.
     semi_axes_px : tuple of float
         Major and minor semi-axis of the ring's image.
-    near : tuple of int
+    near : tuple of Neighbours
         Other points near it, and those as bright, see :func:`neighbours`.
     area_px2 : float
         Of the picture.
@@ -109,14 +134,13 @@ def log_chance_rings(
     around = min(4 * math.pi * major**2, area_px2)
     crowd = min(4 * math.pi * major * minor, area_px2)
 
-    def strewn(beside: int) -> float:
-        return count * math.log((1 + beside) / around) + math.log(area_px2) + 4 * math.log(major)
+    def strewn(others: Neighbours) -> float:
+        return count * math.log((1 + others.around) / around) + math.log(area_px2) + 4 * math.log(major)
 
-    def crowded(beside: int) -> float:
-        inside = beside * minor / major
-        return count * math.log((count + inside) / crowd) + math.log(crowd) + 2 * math.log(major * minor)
+    def crowded(others: Neighbours) -> float:
+        return count * math.log((count + others.beside) / crowd) + math.log(crowd) + 2 * math.log(major * minor)
 
-    def least(background: Callable[[int], float]) -> float:
+    def least(background: Callable[[Neighbours], float]) -> float:
         return min(background(near[0]), math.log(_BRIGHTNESSES) + background(near[1]))
 
     if count < _LEAST_CROWD:

@@ -18,8 +18,9 @@ from dockpose.lights.chance import (
     neighbours,
 )
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
+from dockpose.lights.growing import NARROWEST, TOLERANCE_PX
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, NARROWEST, TOLERANCE_PX, Polygon, find_polygons
+from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, Polygon, find_polygons
 
 # A light's centre may lie this far off the ellipse: uneven glow and lamp housings move it by a pixel or so, and on
 # a large ring by a share of its size; a large light's by a share of its own.

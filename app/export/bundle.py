@@ -1,4 +1,4 @@
-"""All that can be taken away of a picture, a session or a sequence: names of files, and what makes each."""
+"""Files that can be exported of a picture, a session or a sequence: their names and what makes each."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ def picture_files(
     analysis : Analysis
         The picture and what was found in it.
     layers : collection of str
-        What to draw on the annotated picture.
+        Layers to draw on the annotated picture.
     sha256 : str or None
-        Of the picture's file, where there is one.
+        Checksum of the picture's file, if it has one.
     progress : Progress or None
-        Of the montage, which takes longest; making it raises CancelledError once it is asked to stop.
+        Progress of the montage, the slowest part; making it raises CancelledError once stopped.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def picture_files(
 
 
 def session_files(record: SessionRecord) -> Files:
-    """Return report, table and plot of a session; its frames lie in its folder as they are."""
+    """Return report, tables and plots of a session, without its frames."""
     return {
         "report.html": lambda: session_report(record).encode(),
         "table.csv": lambda: csv_table(record.rows).encode(),
@@ -113,7 +113,7 @@ def to_zip(files: Mapping[str, Callable[[], bytes]], progress: Progress | None =
 
 
 def bundle_name(source: str, ending: str = ".zip") -> str:
-    """Return a file name for what is made of a source, valid on every system whatever the source is called."""
+    """Return a file name after a source, valid on every system."""
     last = PureWindowsPath(PurePosixPath(source).name).stem
     return f"dockpose_{safe_name(last, ending)}"
 
@@ -121,7 +121,7 @@ def bundle_name(source: str, ending: str = ".zip") -> str:
 def read_lines(path: Path) -> list[dict[str, Any]]:
     """Read lines of schema 1 as ``dockpose estimate --json`` writes them.
 
-    A last line cut short, as a stopped run may leave it, is left out where others are whole.
+    A truncated last line, as an interrupted run may leave it, is skipped if others are complete.
 
     Raises
     ------
@@ -182,7 +182,7 @@ class _Marker(msgspec.Struct):
 
 
 class _Line(msgspec.Struct):
-    """What reports and tables read of a line; it has more."""
+    """The fields of a line that reports and tables read."""
 
     schema: int
     source: str | None

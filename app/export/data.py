@@ -1,4 +1,4 @@
-"""What was found in a picture as data: JSON, CSV, and the settings as YAML."""
+"""Results of a picture as JSON and CSV, and its settings as YAML."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from dockpose.app.processing.analysis import Analysis
 
 
 def result_line(analysis: Analysis, sha256: str | None = None) -> dict[str, Any]:
-    """The JSON object of schema 1, with the versions of program and libraries; ``sha256`` is of the picture's file."""
+    """Return the JSON object of schema 1, with version numbers; ``sha256`` is the checksum of the picture's file."""
     return with_versions(analysis.estimate.to_dict(analysis.view.source, frame=0, sha256=sha256))
 
 
 def to_json(line: dict[str, Any]) -> bytes:
-    """A JSON object as a file for people."""
+    """Return a JSON object as an indented file."""
     return (json.dumps(line, allow_nan=False, indent=2) + "\n").encode()
 
 
 def to_csv(lines: Iterable[dict[str, Any]]) -> bytes:
-    """A table with a row for each JSON object, with the columns of ``dockpose estimate --csv``."""
+    """Return a table with one row per JSON object and the columns of ``dockpose estimate --csv``."""
     text = io.StringIO(newline="")
     table = csv.DictWriter(text, CSV_COLUMNS)
     table.writeheader()
@@ -37,7 +37,7 @@ def to_csv(lines: Iterable[dict[str, Any]]) -> bytes:
 
 
 def settings_yaml(analysis: Analysis) -> str:
-    """What the picture was read with, as YAML: settings, dock, camera, and the measured pose where there is one."""
+    """Return settings, dock, camera and, where there is one, the measured pose as YAML."""
     view = analysis.view
     content: dict[str, Any] = {
         "source": view.source,
@@ -51,10 +51,10 @@ def settings_yaml(analysis: Analysis) -> str:
 
 
 def to_png(picture: np.ndarray) -> bytes:
-    """A picture as a PNG file, losslessly."""
+    """Encode a picture as PNG, losslessly."""
     return cv2.imencode(".png", picture)[1].tobytes()
 
 
 def _plain(value: Any) -> Any:
-    """Lists, dictionaries and numbers only, as a YAML file can hold them."""
+    """Convert to the plain lists, dictionaries and numbers that YAML can hold."""
     return msgspec.json.decode(msgspec.json.encode(value))

@@ -1,4 +1,4 @@
-"""Text from outside in a LaTeX document, for every engine and without further packages."""
+"""Escape text for LaTeX: for every engine, without further packages."""
 
 from __future__ import annotations
 
@@ -67,10 +67,10 @@ _GREEK_CAPITAL = frozenset(("gamma", "delta", "theta", "lambda", "xi", "pi", "si
 
 
 def to_latex(text: str) -> str:
-    """Return LaTeX that prints the text, and does nothing else.
+    """Return LaTeX that prints the text and does nothing else.
 
-    Latin letters with accents and Greek letters are spelt as commands; of other scripts, which plain LaTeX has no fonts
-    for, a "?" is left for each letter.
+    Accented Latin letters and Greek letters become commands. Letters of other scripts, for which plain LaTeX has no
+    fonts, become "?".
     """
     return "".join(_character(character) for character in unicodedata.normalize("NFC", text))
 
@@ -88,7 +88,7 @@ def _character(character: str) -> str:
 
 
 def _greek(character: str) -> str:
-    """A Greek letter as mathematics has it; "?" for what it has none of."""
+    """Return a Greek letter as a math command; "?" where there is none."""
     match = _GREEK.match(unicodedata.name(character, ""))
     if match is None:
         return "?"

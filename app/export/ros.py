@@ -12,32 +12,34 @@ from dockpose.pose.circle import CirclePose, rotation_from_angles
 from scipy.spatial.transform import Rotation
 
 FRAME_ID = "camera_optical_frame"
-# An angle about which nothing is known is spread evenly over the whole turn, whose variance is (2 pi)^2 / 12.
+# An unknown angle is uniform over a full turn, with the variance (2 pi)^2 / 12.
 UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3
-UNKNOWN_LENGTH_M2 = 1e6  # a kilometre, squared: further off than any camera sees under water
+UNKNOWN_LENGTH_M2 = 1e6  # a kilometre, squared: farther than any camera sees under water
 
 
 def pose_message(found: Estimate, time_s: float = 0.0, frame_id: str = FRAME_ID) -> dict[str, Any] | None:
-    """The chosen pose as the message's fields; None where there is no pose.
+    """Return the chosen pose as the message's fields; None without a pose.
 
     Parameters
     ----------
-    found : of which the chosen pose is told; that there is another candidate has no place in the message.
-    time_s : for the stamp, since 1970.
-    frame_id : of the camera's optical frame, x right, y down, z ahead (REP 103).
+    found : Estimate
+        Only the chosen pose is kept; the message has no place for the other candidate.
+    time_s : float
+        Time of the stamp, in seconds since 1970.
+    frame_id : str
+        Name of the camera's optical frame: x right, y down, z ahead (REP 103).
 
     Returns
     -------
-    ``pose.pose`` is where the dock's frame lies in the camera's: z into the dock, away from the camera, x level.
-    ``pose.covariance`` is 6 x 6, row by row, in the order of the message: x, y, z, then turns about the fixed axes x, y
-    and z of the camera's frame.
+    dict or None
+        ``pose.pose`` is the dock's frame in the camera's: z into the dock, away from the camera, x level.
+        ``pose.covariance`` is 6 x 6, row by row: x, y, z, then rotations about the camera's fixed axes x, y and z.
 
     Notes
     -----
-    The rotation is Ry(theta_y) Rx(theta_x): a step of theta_y is a turn about the camera's y axis, one of theta_x
-    a turn about x after it was turned by theta_y. About the dock's own axis its turn (roll) is not known at all, as all
-    lights look alike: that direction has the variance of an even spread, pi^2 / 3. What position and angles
-    have to do with each other is not kept, hence the zeros between them.
+    The rotation is Ry(theta_y) Rx(theta_x): theta_y turns about the camera's y axis, theta_x about the x axis as
+    rotated by theta_y. Roll, about the dock's own axis, is unobservable since all lights look alike; it gets the
+    variance of a uniform distribution over a full turn, pi^2 / 3. Correlations of position and angles are left out.
     """
     pose = found.selected
     if pose is None:
@@ -60,13 +62,13 @@ def pose_message(found: Estimate, time_s: float = 0.0, frame_id: str = FRAME_ID)
 
 
 def pose_yaml(found: Estimate, time_s: float = 0.0, frame_id: str = FRAME_ID) -> str | None:
-    """The message as YAML text; None where there is no pose."""
+    """Return the message as YAML; None without a pose."""
     message = pose_message(found, time_s, frame_id)
     return None if message is None else yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
 
 
 def covariance(pose: CirclePose) -> np.ndarray:
-    """Covariance (6, 6) in square metres and square radians, see :func:`pose_message`."""
+    """Return the covariance (6, 6) in square metres and square radians; see :func:`pose_message`."""
     matrix = np.zeros((6, 6))
     sigmas_m = pose.sigma_position_m or (math.inf,) * 3
     matrix[:3, :3] = np.diag([_variance(sigma, UNKNOWN_LENGTH_M2) for sigma in sigmas_m])

@@ -1,4 +1,4 @@
-"""A row of a table for each JSON object of schema 1."""
+"""Rows of a table from JSON objects of schema 1."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CSV_COLUMNS = (
 
 
 def to_row(line: dict[str, Any]) -> dict[str, Any]:
-    """One row of the table from one JSON object."""
+    """Return the row of one JSON object."""
     threshold, track = line["threshold"] or {}, line.get("track") or {}
     row: dict[str, Any] = {
         **{key: line[key] for key in ("source", "frame", "time_s", "status", "selected_by", "elapsed_ms", "message")},

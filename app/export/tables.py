@@ -23,9 +23,9 @@ _LATEX_HEAD = ("No.", *(rf"${name}$ (cm)" for name in "xyz"), *(rf"$\theta_{name
 
 
 def csv_table(rows: Sequence[Row]) -> str:
-    """One line a row with estimated, measured and error side by side, to compute with; blank where not known.
+    """Return a line per row with estimate, measurement and error side by side; unknown values are blank.
 
-    A text that a spreadsheet would take for a formula gets an apostrophe in front.
+    Text that a spreadsheet would take for a formula gets a leading apostrophe.
     """
     text = io.StringIO(newline="")
     lines = writer(text, lineterminator="\n")
@@ -41,7 +41,7 @@ def csv_table(rows: Sequence[Row]) -> str:
 
 
 def markdown_table(rows: Sequence[Row]) -> str:
-    """A table of GitHub's Markdown."""
+    """Return a table in GitHub's Markdown."""
     content = table(rows)
     lines = [_markdown_line(content.head), _markdown_line(["---:"] * (len(content.head) - 1) + ["---"])]
     lines += [_markdown_line([_markdown(cell) for cell in cells]) for cells in content.body]
@@ -50,7 +50,7 @@ def markdown_table(rows: Sequence[Row]) -> str:
 
 
 def latex_table(rows: Sequence[Row]) -> str:
-    """A ``longtable`` to be put into a document with the package of that name; without the columns of errors."""
+    """Return a ``longtable`` without the error columns; the document must load the package of that name."""
     content = table(rows, with_errors=False)
     head = " & ".join(rf"\textbf{{{name}}}" for name in (*_LATEX_HEAD, "Notes"))
     lines = [
@@ -67,7 +67,7 @@ def latex_table(rows: Sequence[Row]) -> str:
 
 
 def html_table(rows: Sequence[Row]) -> str:
-    """A page of its own with the table."""
+    """Return a complete page with the table."""
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>estimated (measured)</title><style>'
         "body { font: 14px sans-serif } table { border-collapse: collapse } td, th { padding: 0.2em 0.6em; "
@@ -78,7 +78,7 @@ def html_table(rows: Sequence[Row]) -> str:
 
 
 def html_fragment(content: Table) -> Markup:
-    """The table alone, every cell escaped."""
+    """Return the table alone, with every cell escaped."""
     head = Markup("").join(Markup("<th>{}</th>").format(name) for name in content.head)
     body, foot = (
         Markup("\n").join(
@@ -105,7 +105,7 @@ def _markdown_line(cells: Sequence[str]) -> str:
 
 
 def _markdown(text: str) -> str:
-    """Text without markup, neither Markdown's nor HTML's; a line break becomes <br>."""
+    """Escape Markdown and HTML; a line break becomes <br>."""
     marked = re.sub(r"([\\`*_{}\[\]()#+!|~$-])", r"\\\1", text) if not _is_number(text) else text
     return str(escape(marked)).replace("\n", "<br>")
 

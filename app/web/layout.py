@@ -1,4 +1,4 @@
-"""Where everything is on the page: its panels, in their tabs."""
+"""Layout of the page: its panels in their tabs."""
 
 from __future__ import annotations
 
@@ -35,19 +35,8 @@ PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 class Parts:
     """What the panels work with.
 
-    Attributes
-    ----------
-    change : applies a function to the view.
-    fail : tells of an error that nobody expected.
-    undo, redo : for the browser that asked.
-    uploads : the uploaded pictures.
-    root : the folder on this machine that may be shown; None for none.
-    beside : the folder of the picture given at the start, to turn pages in; None for none.
-    memory : the settings that outlast the program.
-    sequence : plays sequences.
-    scene : draws in 3D.
-    notify : shows a notification.
-    sessions : the folder of experiments.
+    ``root`` is the folder whose pictures may be listed, and ``beside`` that of the picture given at the start; either
+    may be None. ``fail`` reports unexpected errors.
     """
 
     change: Change
@@ -65,13 +54,7 @@ class Parts:
 
 
 class Layout:
-    """Builds all panels.
-
-    Attributes
-    ----------
-    panels : all of them, in the order in which they are to show a result: first what people wait for.
-    picture, sequence, settings : those that are asked for more than that.
-    """
+    """Builds the panels; ``panels`` lists them in the order in which they show a result, most urgent first."""
 
     def __init__(self, server: viser.ViserServer, parts: Parts) -> None:
         self.panels: list[Panel] = []
@@ -79,7 +62,7 @@ class Layout:
         self._add_pictures(server, parts)
 
     def close(self) -> None:
-        """Stop whatever the panels are working on."""
+        """Stop the panels' work."""
         for panel in self.panels:
             panel.close()
 

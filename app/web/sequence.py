@@ -1,4 +1,4 @@
-"""What plays sequences on the page: the one that is open, and the others that can be chosen."""
+"""The sequence that is open on the page, and the others that can be chosen."""
 
 from __future__ import annotations
 
@@ -24,20 +24,16 @@ class Stage(Protocol):
 
     @property
     def view(self) -> View:
-        """What is shown at this moment."""
-        ...
+        """The view that is shown now."""
 
     def show_frame(self, frame: Frame) -> None:
-        """Search and show a frame; returns when that is done, or was given up for something newer."""
-        ...
+        """Search and show a frame; return once that is done, or abandoned for something newer."""
 
     def notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
         """Show a notification in one browser, or in all."""
-        ...
 
     def fail(self, error: Exception) -> None:
-        """Tell of an error that nobody expected."""
-        ...
+        """Report an unexpected error."""
 
 
 class SequenceController:
@@ -45,15 +41,21 @@ class SequenceController:
 
     Parameters
     ----------
-    stage : where frames are shown.
-    given : the sequence that was given at the start, if any.
-    root : the folder on this machine that may be shown; None for none.
+    stage : Stage
+        Shows the frames.
+    given : FrameSource, optional
+        The sequence given at the start.
+    root : Path, optional
+        The folder whose sequences may be opened.
 
     Attributes
     ----------
-    player, follower : play and search the open sequence; None where none is open.
-    on_change : called with the name of the sequence that was opened, None when it was closed.
-    on_rest : called when playing paused or came to the end.
+    player, follower : FramePlayer, FrameFollower or None
+        Play and search the open sequence; None where none is open.
+    on_change : callable
+        Called with the name of the sequence that was opened, or None once it was closed.
+    on_rest : callable
+        Called when playing pauses or ends.
     """
 
     def __init__(self, stage: Stage, given: FrameSource | None, root: Path | None) -> None:
@@ -67,36 +69,36 @@ class SequenceController:
 
     @property
     def is_playing(self) -> bool:
-        """Whether frames follow each other by themselves at this moment."""
+        """Whether the sequence is playing now."""
         return self.player is not None and self.player.is_playing
 
     @property
     def name(self) -> str | None:
-        """Of the sequence that is open."""
+        """Name of the open sequence, if any."""
         return None if self._source is None else self._source.name
 
     def names(self) -> list[str]:
-        """Of the sequences that can be chosen."""
+        """Return the names of the sequences that can be chosen."""
         return choices(self._given, self._root)
 
     def choose(self, name: Any, client: viser.ClientHandle) -> None:
-        """Open one of them in place of what is open; where that cannot be done, say so and change nothing."""
+        """Open a sequence in place of the open one; if that fails, say so and change nothing."""
         if name == NONE_CHOSEN:
             self.close()
             return
         self._try(lambda: choose(name, self._given, self._root, scene_of(self._stage.view)), client)
 
     def take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
-        """Open a video that was sent, in the same way."""
+        """Open an uploaded video, in the same way."""
         self._try(lambda: sent(data, name), client)
 
     def open_given(self) -> None:
-        """Open the sequence that was given at the start, if any. Raises ValueError where that cannot be done."""
+        """Open the sequence given at the start, if any. Raises ValueError if it cannot be opened."""
         if self._given is not None:
             self.open(self._given)
 
     def open(self, source: FrameSource) -> None:
-        """Show the first frame of a sequence, or begin to play where it is live."""
+        """Show the first frame of a sequence; start playing if it is live."""
         frames = source.open(self.tell)
         self.close()
         with self._lock:
@@ -105,14 +107,14 @@ class SequenceController:
         self.on_change(source.name)
 
     def play(self, is_playing: bool) -> None:
-        """Go on, or pause."""
+        """Play or pause."""
         if self.player is not None:
             self.player.play(is_playing)
             if not is_playing:
                 self.on_rest()
 
     def close(self) -> None:
-        """Let go of what is open, if anything."""
+        """Close the open sequence, if any."""
         with self._lock:
             player, source = self.player, self._source
             self.player = self.follower = self._source = None
@@ -122,7 +124,7 @@ class SequenceController:
             self.on_change(None)
 
     def tell(self, sentence: str) -> None:
-        """Say what became of a source: frames that were skipped, a stream that went away or came back."""
+        """Report on the source: skipped frames, a stream lost or restored."""
         self._stage.notify("About the sequence", sentence, "yellow", None)
 
     def _try(self, resolving: Callable[[], FrameSource], client: viser.ClientHandle) -> None:

@@ -1,4 +1,4 @@
-"""Which picture is looked at: a sample scene, an uploaded one, or one of a folder on this machine."""
+"""Choose a picture: a sample scene, an upload, or a file of a folder on this machine."""
 
 from __future__ import annotations
 
@@ -19,14 +19,10 @@ NONE_CHOSEN = "(none)"
 
 
 class SourcePanel(Panel):
-    """Samples, uploads, a folder, and buttons that page through whichever the picture is from.
+    """Samples, uploads, a folder, and buttons that page through the list that the picture is from.
 
-    Parameters
-    ----------
-    gui, change : of the page.
-    uploads : the uploaded pictures.
-    root : the folder on this machine that may be shown; None for none.
-    beside : the folder of the picture given at the start, to turn pages in; None for none.
+    Only pictures below ``root`` are listed. ``beside`` is the folder of the picture given at the start; its pictures
+    can be paged through. Either may be None.
     """
 
     def __init__(
@@ -73,7 +69,7 @@ class SourcePanel(Panel):
         on_click(pages, lambda client: self.turn(-1 if pages.value == "Previous" else 1, client))
 
     def turn(self, by: int, client: viser.ClientHandle) -> None:
-        """Show the next picture of the list, or the one before."""
+        """Show the picture ``by`` places further in the list."""
         self._change(lambda view: self._turned(view, by), client, reload=True)
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
@@ -91,7 +87,7 @@ class SourcePanel(Panel):
         )
 
     def load(self, view: View) -> None:
-        """Show where the picture is from."""
+        """Show which list the picture is from."""
         self._sample.value = view.sample or OWN_PICTURE
         uploaded = self._uploads.names()
         self._uploaded.visible = self._forget.visible = bool(uploaded)
@@ -102,7 +98,7 @@ class SourcePanel(Panel):
             _fill(self._file, files, view.item if view.list_name == "folder" else None)
 
     def show(self, analysis: Analysis) -> None:
-        """A scene whose sliders were turned is no longer the sample."""
+        """Deselect the sample once its scene was changed."""
         name = analysis.view.sample or OWN_PICTURE
         if self._sample.value != name:
             self._sample.value = name
@@ -129,7 +125,7 @@ class SourcePanel(Panel):
         return shown
 
     def _without_uploads(self, view: View, client: viser.ClientHandle) -> View:
-        """Forgetting them changes nothing in what is shown."""
+        """Forget the uploads; the picture that is shown stays."""
         sentence = forgotten_sentence(len(self._uploads.names()), self._uploads.kept_bytes)
         self._uploads.make_room(0)
         client.add_notification("Uploads forgotten", sentence, color="green")
@@ -144,7 +140,7 @@ class SourcePanel(Panel):
         return view if name == NONE_CHOSEN or self._root is None else with_file(view, below(self._root, name), name)
 
     def _with_folder(self, view: View) -> View:
-        """Choosing a folder lists its pictures, and leaves the shown one."""
+        """List the pictures of the chosen folder; the picture that is shown stays."""
         if self._root is not None:
             _fill(self._file, pictures_in(self._root, self._folder.value), None)
         return view
@@ -164,7 +160,7 @@ class SourcePanel(Panel):
 
 
 def forgotten_sentence(pictures: int, size: int) -> str:
-    """How many pictures are no longer kept, and how many bytes that frees."""
+    """Say how many pictures were forgotten and how much memory that frees."""
     return f"{pictures} picture{'' if pictures == 1 else 's'} forgotten, which frees {_megabytes(size)} of memory."
 
 
@@ -173,7 +169,7 @@ def _megabytes(size: int) -> str:
 
 
 def _fill(dropdown: Any, names: list[str], chosen: str | None) -> None:
-    """Offer names in a drop-down, and "(none)" before them."""
+    """Offer "(none)" and the names in a drop-down."""
     options = (NONE_CHOSEN, *names)
     value = chosen if chosen in options else NONE_CHOSEN
     if dropdown.options != options:

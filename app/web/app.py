@@ -107,14 +107,14 @@ class App:
 
     @property
     def address(self) -> str:
-        """What to open in a browser: with the token that lets it in."""
+        """Address to open in a browser, with the access token."""
         host = self._server.get_host()
         shown = f"[{host}]" if ":" in host else "127.0.0.1" if host == "0.0.0.0" else host
         return f"http://{shown}:{self.port}/?token={self._guard.token}"
 
     @property
     def view(self) -> View:
-        """What the page shows and works from at this moment."""
+        """The current view."""
         with self._lock:
             return self._view
 
@@ -169,7 +169,7 @@ class App:
         self._layout.sequence.reset(name)
 
     def _on_rest(self) -> None:
-        """Show all of a frame of which only the picture may have been shown so far."""
+        """Show the frame in full; while playing, only its picture may have been shown."""
         if self._newest is not None:
             self._worker.submit(None)
 
@@ -190,7 +190,7 @@ class App:
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
-        """Give a browser that just came what it has for itself."""
+        """Set up what a new browser has to itself."""
         accept_values_only(client)
         uploads = self._uploads.attach(client)
         for panel in self._panels:
@@ -260,7 +260,7 @@ class App:
         tell_refusal(error, self.notify, None)
 
     def fail(self, error: Exception) -> None:
-        """Tell of an error that nobody expected, in the terminal and in all browsers."""
+        """Report an unexpected error in the terminal and in all browsers."""
         _tell(f"dockpose: {type(error).__name__}: {error}")
         self.notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
 

@@ -58,18 +58,10 @@ class Notifications:
 def attempt(
     act: Callable[[], object], notify: Notify, fail: Callable[[Exception], None], client: viser.ClientHandle | None
 ) -> bool:
-    """Do what a person asked for; return False where it cannot be done, once that was said.
+    """Do what a person asked for; return False if it failed, after saying so.
 
-    Parameters
-    ----------
-    act : callable
-        What to do; a ValueError that it raises says in a sentence why it cannot be done.
-    notify : Notify
-        Shows that sentence.
-    fail : callable
-        Is given any other error, which viser would only write to the terminal, where nobody looks.
-    client : viser.ClientHandle, optional
-        The browser that asked; None for all.
+    A ValueError from ``act`` is shown as the sentence it holds; any other error goes to ``fail``, since viser would
+    only write it to the terminal, where nobody looks. ``client`` is the browser that asked; None for all.
     """
     try:
         act()

@@ -29,8 +29,8 @@ class Change(Protocol):
 class Panel:
     """A part of the page; it builds its controls when it is made.
 
-    What a person does in it goes out as a function from the present view to the next one. A panel overrides what it
-    needs of the methods below.
+    It passes on each action as a function from the present view to the next. A panel overrides the methods below that
+    it needs.
     """
 
     def load(self, view: View) -> None:
@@ -47,14 +47,9 @@ class Panel:
 
 
 def on_person(attach: Callable[[Callable[[Any], None]], object], act: Act) -> None:
-    """Call ``act`` with the browser in which a person did something.
+    """Call ``act`` with the browser in which a person, not the program, used a control.
 
-    Parameters
-    ----------
-    attach : callable
-        Of a control: ``on_update``, ``on_click``, ``on_submit`` or ``on_trigger``.
-    act : callable
-        Not called where the program itself set the value.
+    ``attach`` is the control's ``on_update``, ``on_click``, ``on_submit`` or ``on_trigger``.
     """
 
     def called(event: Any) -> None:
@@ -120,18 +115,7 @@ def loading(
 class Slider:
     """A slider with a typed value that sets one parameter of the view.
 
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where to build it.
-    parameter : Parameter
-        What it sets; see :data:`dockpose.app.state.parameters.PARAMETERS`.
-    change : Change
-        Applies what a person does.
-    put : callable, optional
-        ``put(view, value)`` in place of the parameter's own.
-    reload : bool
-        Whether other controls follow.
+    ``put(view, value)`` replaces the parameter's own; with ``reload``, other controls follow.
     """
 
     def __init__(
@@ -150,7 +134,7 @@ class Slider:
         on_change(self.handle, change, lambda view: put(view, self.handle.value), reload=reload)
 
     def load(self, view: View, *, with_value: bool = True) -> None:
-        """Set the range and, unless told otherwise, the value; the box shows the decimals of a step, at least one."""
+        """Set the range and, by default, the value; the box shows as many decimals as a step has, at least one."""
         limits, handle = self._parameter.range(view), self.handle
         handle.min, handle.max, handle.step = limits.low, limits.high, limits.step
         handle.precision = 0 if self._parameter.whole else max(1, math.ceil(-math.log10(limits.step)))
@@ -159,17 +143,7 @@ class Slider:
 
 
 class BackgroundWork:
-    """Runs one piece of work at a time in a thread of its own, with a progress bar and a button to stop.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where to build the bar and the button; they show while something runs.
-    on_error : callable
-        Is given unexpected errors.
-    hint : str
-        What the button does.
-    """
+    """Runs one task at a time in its own thread, with a progress bar and a button to stop; ``hint`` is the button's."""
 
     def __init__(self, gui: viser.GuiApi, on_error: Callable[[Exception], None], hint: str) -> None:
         self._bar = gui.add_progress_bar(0, visible=False, animated=True)
@@ -178,7 +152,7 @@ class BackgroundWork:
         self._stop.on_click(lambda event: self._task.cancel())
 
     def start(self, work: Callable[[Progress], None]) -> bool:
-        """Begin; return False where other work is still running."""
+        """Start; return False if other work is still running."""
 
         def shown(progress: Progress) -> None:
             self._show(True)
@@ -200,17 +174,7 @@ class BackgroundWork:
 
 
 class Saver:
-    """Makes files one at a time and sends them to the browser that asked, with progress and a button to stop.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where to build it.
-    notify : Notify
-        Tells a browser why there is no file.
-    on_error : callable
-        Is given unexpected errors.
-    """
+    """Makes files one at a time and sends them to the browser that asked, with progress and a button to stop."""
 
     def __init__(self, gui: viser.GuiApi, notify: Notify, on_error: Callable[[Exception], None]) -> None:
         self._notify = notify

@@ -18,17 +18,7 @@ _SIZES_PX = (4.0, 7.0, 10.0)  # so that points at the same place are all seen
 
 @dataclass(frozen=True)
 class Marks:
-    """What one chart shows.
-
-    Attributes
-    ----------
-    title : str
-        Of the vertical axis, with the unit.
-    which : tuple of int
-        Places in :attr:`dockpose.app.experiment.Row.errors`.
-    names, colours : tuple of str
-        Of the quantities.
-    """
+    """What one chart shows; ``which`` are indices into :attr:`dockpose.app.experiment.Row.errors`."""
 
     title: str
     which: tuple[int, ...]

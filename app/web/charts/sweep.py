@@ -49,21 +49,13 @@ def sweep_sentence(sweep: LevelSweep) -> str:
 
 
 def swept_so_far(sweep: LevelSweep) -> str:
-    """Say how far an unfinished sweep has come."""
+    """Describe an unfinished sweep."""
     last = f"{sweep.levels[-1]}" if len(sweep.levels) else "none"
     return f"Levels up to {last} of {SWEPT_LEVELS[-1]} are drawn. {sweep_sentence(sweep)}"
 
 
 class SweepChart:
-    """Draws a sweep; hidden until the first.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where to build it.
-    clock : callable
-        Returns seconds.
-    """
+    """Draws a sweep; hidden until the first. ``clock`` returns seconds."""
 
     def __init__(self, gui: viser.GuiApi, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock, self._drawn_s = clock, -math.inf

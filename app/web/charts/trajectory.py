@@ -19,18 +19,8 @@ _DASHES = ((), (6.0, 3.0), (2.0, 2.0))
 class Lines:
     """What one chart shows.
 
-    Attributes
-    ----------
-    title : str
-        Of the vertical axis, with the unit.
-    columns : tuple of str
-        Of a trajectory, see :data:`dockpose.app.processing.trajectory.COLUMNS`.
-    names, colours : tuple of str
-        Of the lines.
-    factor : float
-        From the column's unit to the axis's.
-    bounds : tuple of float or None
-        Ends of the axis; None to fit the numbers.
+    ``columns`` are among :data:`dockpose.app.processing.trajectory.COLUMNS`; ``factor`` converts their unit to that of
+    the axis. With ``bounds`` None, the axis fits the numbers.
     """
 
     title: str

@@ -56,17 +56,7 @@ def method_cells(found: Estimate, view: View) -> list[str]:
 
 
 class ComparePanel(Panel):
-    """Buttons that start and stop a comparison or a sweep, their results, and buttons to use a method.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where to build it.
-    change : callable
-        Applies a change of the view.
-    on_error : callable
-        Given errors in the background.
-    """
+    """Buttons that start and stop a comparison or a sweep, their results, and buttons to use a method."""
 
     def __init__(self, gui: viser.GuiApi, change: Change, on_error: Callable[[Exception], None]) -> None:
         self._analysis: Analysis | None = None
@@ -102,7 +92,7 @@ class ComparePanel(Panel):
             on_click(group, partial(_take_over, group, change))
 
     def show(self, analysis: Analysis) -> None:
-        """Remember what there is to compare, and say when the results shown are outdated."""
+        """Keep what to compare, and say when the results shown are outdated."""
         self._analysis = analysis
         if self._worked_on:
             self._say_age()

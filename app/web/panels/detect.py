@@ -1,4 +1,4 @@
-"""How lights are told from water: the threshold method, its level, and the histogram it was read from."""
+"""Settings of the detection: the threshold method, its level, and the histogram behind it."""
 
 from __future__ import annotations
 

@@ -51,17 +51,7 @@ _WORDS = "Files go to this browser's downloads and hold the picture and the numb
 
 
 class ExportPanel(Panel):
-    """A list of files, the layers of the annotated picture, and two buttons.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        The page, whose 3D scene is saved too.
-    notify : callable
-        Tells a browser why there is no file.
-    on_error : callable
-        Given unexpected errors.
-    """
+    """A list of files, the layers of the annotated picture, and two buttons."""
 
     def __init__(self, server: viser.ViserServer, notify: Notify, on_error: Callable[[Exception], None]) -> None:
         self._server, self._notify = server, notify
@@ -92,7 +82,7 @@ class ExportPanel(Panel):
         return [name for name, box in self._layers.items() if box.value]
 
     def show(self, analysis: Analysis) -> None:
-        """Remember what there is to save."""
+        """Keep what to save."""
         self._analysis = analysis
 
     def close(self) -> None:

@@ -85,17 +85,7 @@ def widen(picture: np.ndarray) -> np.ndarray:
 class PicturePanel(Panel):
     """Tabs of pictures; hovering over one shows the button that enlarges it.
 
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where to build it.
-    flush : callable
-        Sends what waits to be sent.
-
-    Attributes
-    ----------
-    compare_tab : viser.GuiTabHandle
-        A tab between them for the comparison of methods to fill.
+    ``flush`` sends queued messages at once. ``compare_tab`` is left for the comparison of methods to fill.
     """
 
     def __init__(self, gui: viser.GuiApi, flush: Callable[[], None]) -> None:
@@ -116,10 +106,10 @@ class PicturePanel(Panel):
         self._pictured: np.ndarray | None = None
 
     def show(self, analysis: Analysis) -> None:
-        """Show the pictures; the original is sent only where it is another one.
+        """Show the pictures; the original is sent only if it changed.
 
-        The annotated one goes out at once: it is what people wait for, and together with changes of the 3D scene the
-        browser would hold it back until that is drawn.
+        The annotated one, which people wait for, is sent at once: in one batch with the 3D scene, the browser would
+        hold it back until the scene is drawn.
         """
         self.show_annotated(analysis)
         self._binary.image = _rgb(widen(threshold_picture(analysis.view.image, analysis.estimate)))

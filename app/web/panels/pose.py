@@ -46,7 +46,7 @@ def details_html(found: Estimate) -> str:
 
 
 def coloured_peers(found: Estimate) -> dict[str, CirclePose | str]:
-    """Pose by each method that needs the lights' numbers; empty where no colours tell them."""
+    """Pose by each method that needs to identify the lights; empty if their colours do not."""
     choice, markers, ring = found.choice, found.markers, found.ring
     if not found.dock.colours or choice is None or choice.lights is None or markers is None or ring is None:
         return {}

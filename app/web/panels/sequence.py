@@ -18,15 +18,7 @@ SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
 
 
 class SequencePanel(Panel):
-    """Play, pause, step, speed and a slider of frames; charts over time below.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where to build it.
-    controller : SequenceController
-        Plays the sequences.
-    """
+    """Play, pause, step, speed and a slider of frames; charts over time below."""
 
     def __init__(self, gui: viser.GuiApi, controller: SequenceController) -> None:
         self._controller = controller

@@ -63,7 +63,7 @@ class SimulatorPanel(Panel):
         add_upload_button(self._area, client, uploads, loading(self._change, _with_scene_file), "Load a scene", hint)
 
     def load(self, view: View) -> None:
-        """Set all controls to the scene that is shown, or the one to start from."""
+        """Set all controls to the scene shown, or to the default one."""
         scene = scene_of(view)
         for slider in self._sliders:
             slider.load(view)

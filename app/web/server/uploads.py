@@ -38,8 +38,8 @@ class Uploads:
     viser itself has no cap, keeps files in memory until the client leaves, and mixes up two that arrive together. Here
     each file goes to its receiver and is forgotten.
 
-    ``limit_bytes`` caps all files under way and kept, together; ``make_room`` is called to keep at most so many bytes
-    of earlier files.
+    ``limit_bytes`` caps the files under way and those kept, together; ``make_room(at_most)`` must reduce the kept ones
+    to that many bytes.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Uploads:
         return mine
 
     def detach(self, client: viser.ClientHandle) -> None:
-        """Forget a browser that left, with whatever it was sending."""
+        """Forget a browser that left and anything it was sending."""
         self._underway.pop(client.client_id, None)
 
     def _fits(self, name: str, size: int) -> str | None:

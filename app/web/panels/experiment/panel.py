@@ -69,7 +69,7 @@ class ExperimentPanel(Panel):
         self._show_session("")
 
     def show(self, analysis: Analysis) -> None:
-        """Remember what a frame would be; a pose that was measured in the tab Pose goes into the boxes."""
+        """Keep what a frame would record; a pose measured in the tab Pose goes into the boxes."""
         self._analysis = analysis
         known = analysis.view.measured
         if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
@@ -82,14 +82,14 @@ class ExperimentPanel(Panel):
                 }
 
     def close(self) -> None:
-        """Let go of the session."""
+        """Close the session."""
         self._saver.close()
         with self._lock:
             if self._session is not None:
                 self._session.close()
 
     def take(self, client: viser.ClientHandle) -> None:
-        """Take the frame that is shown, with the estimate that is shown, for the browser that asked."""
+        """Record the frame and the estimate that are shown, for the browser that asked."""
         self._trying(self._take)(client)
 
     def _add_session(self, gui: viser.GuiApi) -> None:
@@ -275,7 +275,7 @@ class ExperimentPanel(Panel):
         self._saver.save(client, called, make)
 
     def _trying(self, act: Act) -> Act:
-        """Do what a person asked for; where that cannot be done, say so, with all that was typed still there."""
+        """Do what a person asked for; if that fails, say so and keep everything typed."""
         return lambda client: attempt(lambda: act(client), self._notify, self._on_error, client)
 
 

@@ -61,11 +61,11 @@ class Report:
     title, kind : str
         Name of the source; "picture", "sequence" or "session".
     facts : mapping
-        Names and values for the top.
+        Names and values at the top of the page.
     groups : mapping
-        By title, names and values of the set-up: camera, dock, settings, versions.
+        Names and values of the set-up by title: camera, dock, settings, versions.
     tables, plots, pictures : sequence
-        In their order; plots are SVG made here, pictures data URIs.
+        Shown in this order; plots are trusted SVG, pictures data URIs.
     note : str
         A sentence below the title.
     """

@@ -22,11 +22,11 @@ class Curve:
     Attributes
     ----------
     label, colour : str
-        For the legend; a colour as in HTML.
+        Name in the legend; colour as in HTML.
     dash : tuple of float
         Pixels on and off; empty for a solid line.
     width : float
-        Of the line, in pixels.
+        Width of the line, in pixels.
     fill : str or None
         Colour below the line.
     marks_px : float or None
@@ -58,7 +58,7 @@ class Curve:
 
 
 def axis(label: str = "", size: int = 32, label_size: int = 14, **more: Any) -> uplot.Axis:
-    """Return an axis ``size`` pixels wide; ``label`` stands beside it, ``more`` are uPlot's own options."""
+    """Return an axis ``size`` pixels wide with a label; ``more`` are uPlot's own options."""
     named: Any = {"label": label, "labelSize": label_size, "labelFont": _FONT} if label else {}
     return uplot.Axis(font=_FONT, size=size, **named, **more)
 
@@ -71,7 +71,7 @@ class Chart:
     gui : viser.GuiApi
         Where to build it.
     across : str
-        What the horizontal axis counts, for the legend.
+        What the horizontal axis counts; shown in the legend.
     curves : sequence of Curve
         What is drawn.
     axes : sequence of uplot.Axis
@@ -81,7 +81,7 @@ class Chart:
     scales : tuple of str
         Names of the vertical scales.
     legend, visible : bool
-        Whether there is a legend, and whether the chart is there before it is first shown.
+        Whether to show a legend, and whether the chart is visible before its first data.
     padding : tuple of int
         Pixels at the top, right, bottom and left.
     """
@@ -118,9 +118,9 @@ class Chart:
         Parameters
         ----------
         data : sequence of numpy.ndarray
-            Places along the horizontal axis, then the values of each curve there; NaN for gaps.
+            Positions along the horizontal axis, then each curve's values there; NaN for gaps.
         **ends : tuple of float
-            Both ends of each scale: ``x``, ``y`` and what else the chart has.
+            Both ends of each scale: ``x``, ``y`` and any others of the chart.
         """
         if ends != self._ends:  # with other scales the browser rebuilds the chart
             self._ends = ends

@@ -16,11 +16,11 @@ class Options:
     Attributes
     ----------
     allow_hosts : tuple of str
-        Names that browsers may use for it, besides this machine's own; as a reverse proxy's.
+        Host names that browsers may use besides this machine's own, such as a reverse proxy's.
     folder : Path or None
         The folder on this machine whose pictures the page may show; None shows none.
     upload_limit_bytes : int
-        Of all uploaded pictures together.
+        Limit for all uploaded pictures together.
     remember_in : Path or None
         Folder for the last settings; None keeps none, and shows no first card either.
     sessions : Path

@@ -26,7 +26,7 @@ def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[
     Parameters
     ----------
     host, port : str, int
-        To listen on; port 0 takes any free one.
+        Where to listen; port 0 takes any free one.
     guard : Guard
         Decides who may talk to the page.
     on_software_webgl : callable
@@ -35,7 +35,7 @@ def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[
     Raises
     ------
     PortBusyError
-        If the port cannot be had. Another one is never taken in its place.
+        If the port is not available; no other is tried.
     UnprotectedError
         If the installed viser lacks what the guard or the cap on uploads relies on.
     """

@@ -21,7 +21,7 @@ from dockpose.lights.region import Region, crop, markers_in_whole, masks_within,
 from dockpose.lights.ring import Ring, find_ring
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.detection import chance_of_ring, detection_of, why_no_dock
+from dockpose.pose.detection import chance_of_ring, detection_of, found_in_words, why_no_dock
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
@@ -37,14 +37,23 @@ class Estimate:
 
     Attributes
     ----------
-    status : "ok", "no_lights", "too_few_markers", "not_a_ring" or "no_ellipse".
-    message : one plain sentence.
-    width, height, bits : of the picture.
-    camera, dock, settings : what it was searched with; the camera is already scaled to the picture.
-    threshold, markers, ring, ellipse, choice : the stages; None where the search did not come so far.
+    status : str
+        "ok", "no_lights", "too_few_markers", "not_a_ring" or "no_ellipse".
+    message : str
+        One plain sentence.
+    width, height, bits : int
+        Of the picture.
+    camera, dock, settings : Camera, Dock, Settings
+        What it was searched with; the camera is already scaled to the picture.
+    threshold, markers, ring, ellipse, choice : Threshold, Markers, Ring, Ellipse, Choice or None
+        The stages; None where a stage was not reached.
         The ellipse is in pixels of the undistorted picture.
-    elapsed_ms : how long it took.
-    region : which part of the picture was searched; None for all of it.
+    detection : float or None
+        Probability that the ring is a dock at all; those of the candidates are given that it is.
+    elapsed_ms : float
+        How long it took.
+    region : Region or None
+        Which part of the picture was searched; None for all of it.
     """
 
     status: str
@@ -153,9 +162,12 @@ class _Picture:
 
     Attributes
     ----------
-    image, grey, histogram : of the part.
-    part : left, top, right and bottom of it.
-    width : of the whole picture, in pixels.
+    image, grey, histogram : array, array, Histogram
+        Of the part.
+    part : tuple of int
+        Left, top, right and bottom of it.
+    width : int
+        Of the whole picture, in pixels.
     """
 
     image: np.ndarray
@@ -178,13 +190,19 @@ def estimate(
 
     Parameters
     ----------
-    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16; or the path of a picture file.
-    camera : its intrinsics; a picture that is the calibration's rescaled is taken, another size is refused.
-    dock : its diameter, and its number of lights where known.
-    settings : how to search; the defaults suit most scenes.
-    fall_back : let hats give each light a level of its own where no single level shows the ring. A comparison of the
+    image : array or path
+        (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16; or the path of a picture file.
+    camera : Camera
+        Its intrinsics; a picture that is the calibration's rescaled is taken, another size is refused.
+    dock : Dock
+        Its diameter, and its number of lights where known.
+    settings : Settings, optional
+        How to search; the defaults suit most scenes.
+    fall_back : bool
+        Let hats give each light a level of its own where no single level shows the ring. A comparison of the
         methods wants each as it is.
-    region : rectangle (x_px, y_px, width_px, height_px), clipped to the picture and begun at an even pixel, outside of
+    region : Region or None
+        Rectangle (x_px, y_px, width_px, height_px), clipped to the picture and begun at an even pixel, outside of
         which nothing is looked at; None searches the whole picture. What is found is in pixels of the whole picture.
 
     Returns
@@ -276,7 +294,7 @@ def _search_with(
     if reason is not None:
         return "not_a_ring", reason, stages
     stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(chance)}
-    return "ok", _success(ring, choice), stages
+    return "ok", found_in_words(ring, choice), stages
 
 
 def _find_lights(
@@ -311,21 +329,6 @@ def _labels(picture: _Picture, markers: Markers, ring: Ring, dock: Dock) -> list
         return None
     points_px = markers.points_px[ring.on_ring] - picture.part[:2]
     return tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
-
-
-def _success(ring: Ring, choice: Choice) -> str:
-    pose = choice.candidates[choice.selected]
-    distance = f"{int(ring.on_ring.sum())} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
-    if ring.rivals:
-        distance += f"; {len(ring.rivals)} more ring{'s are' if len(ring.rivals) > 1 else ' is'} in view"
-    if choice.coincide:
-        return f"{distance}, seen square on, where both poses are the same within their errors."
-    if choice.selected_by == "none":
-        return f"{distance}. The lights' spacing does not tell which of the two poses is right."
-    percent = f"{100 * (pose.probability or 0):.0f} %"
-    if not choice.decided:
-        return f"{distance}. Undecided between the two poses; the likelier one has {percent}."
-    return f"{distance}, the likelier pose at {percent}."
 
 
 def _lower_first(text: str) -> str:

@@ -34,11 +34,16 @@ class Markers:
 
     Attributes
     ----------
-    points_px : (N, 2) their centres x, y.
-    areas_px : (N,) how many pixels each has.
-    peaks : (N,) grey level of the brightest pixel of each, 0..255.
-    dropped : how many groups were smaller than the minimum area.
-    boxes_px : (N, 4) left, top, right and bottom pixel of each.
+    points_px : (N, 2) float array
+        Their centres x, y.
+    areas_px : (N,) int array
+        How many pixels each has.
+    peaks : (N,) int array
+        Grey level of the brightest pixel of each, 0..255.
+    dropped : int
+        How many groups were smaller than the minimum area.
+    boxes_px : (N, 4) int array
+        Left, top, right and bottom pixel of each.
     """
 
     points_px: np.ndarray
@@ -58,11 +63,16 @@ def find_markers(
 
     Parameters
     ----------
-    grey : (H, W) uint8 or uint16 picture, whose values weigh the centres.
-    histogram : of the same picture.
-    threshold : pixels at or above its level are kept, or those that it lists.
-    min_area_px : smaller groups are dropped and counted.
-    centroid : "grey" weighs the light around a group by how far it stands above the water there, see
+    grey : (H, W) array
+        Uint8 or uint16 picture, whose values weigh the centres.
+    histogram : Histogram
+        Of the same picture.
+    threshold : Threshold
+        Pixels at or above its level are kept, or those that it lists.
+    min_area_px : int
+        Smaller groups are dropped and counted.
+    centroid : {"grey", "binary"}
+        "grey" weighs the light around a group by how far it stands above the water there, see
         :func:`grey_centres`; "binary" is the mass moment of the group, as in the paper.
     """
     if threshold.kept is not None:
@@ -170,9 +180,12 @@ def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> 
 
     Parameters
     ----------
-    grey : (H, W) picture.
-    boxes : (N, 4) left, top, right and bottom of their groups, in pixels.
-    points_px : (N, 2) rough centres; pixels nearer to another one do not count.
+    grey : (H, W) array
+        Picture.
+    boxes : (N, 4) int array
+        Left, top, right and bottom of their groups, in pixels.
+    points_px : (N, 2) float array
+        Rough centres; pixels nearer to another one do not count.
 
     Notes
     -----

@@ -22,7 +22,8 @@ class Motion:
 
     Attributes
     ----------
-    points_px : (N, 2) where the groups are now that moved together.
+    points_px : (N, 2) float array
+        where the groups are now that moved together.
     """
 
     turn: complex
@@ -71,7 +72,8 @@ class Paths:
 
     def _motion(self) -> Motion | None:
         long = [path for path in self._paths if len(path) > FRAMES and abs(path[-1] - path[0]) > MOVED_PX]
-        before, now = (np.array([path[end] for path in long], dtype=complex) for end in (0, -1))
+        before = np.array([path[0] for path in long], dtype=np.complex128)
+        now = np.array([path[-1] for path in long], dtype=np.complex128)
         least = max(_LEAST, (len(long) + 1) // 2)
         while len(now) >= least:
             centred = before - before.mean()
@@ -80,6 +82,6 @@ class Paths:
             off = np.abs(now - turn * before - shift)
             worst = int(np.argmax(off))
             if off[worst] <= _OFF_PX + _OFF_SHARE * float(np.median(np.abs(now - before))):
-                return Motion(turn, shift, np.column_stack([now.real, now.imag]))
+                return Motion(turn, shift, np.column_stack([np.real(now), np.imag(now)]))
             before, now = np.delete(before, worst), np.delete(now, worst)
         return None

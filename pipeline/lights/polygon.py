@@ -92,8 +92,8 @@ def find_polygons(
     if min(count, sides) < 4:
         return []
     points = np.ascontiguousarray(points_px, dtype=float)
-    near = KDTree(points[first]).query(points[first], k=min(_NEIGHBOURS + 1, count))[1][:, 1:]
-    near = np.ascontiguousarray(first[near])
+    near = np.asarray(KDTree(points[first]).query(points[first], k=min(_NEIGHBOURS + 1, count))[1])
+    near = np.ascontiguousarray(first[near[:, 1:]])
     unit = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
     steps = np.vstack([_STEPS, _MORE_STEPS]) if count <= _FEW_POINTS else _STEPS
     steps = steps[steps.sum(axis=1) < sides]

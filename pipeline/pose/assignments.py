@@ -43,9 +43,12 @@ def squares_of(dock: Dock, tangents: np.ndarray, slopes_px: np.ndarray) -> np.nd
 
     Parameters
     ----------
-    dock : whose lights they are.
-    tangents : (N, 2) x / z and y / z of the points' rays, in their order around the picture.
-    slopes_px : (N, 2, 2) or (1, 2, 2) how far the picture point moves for a step of the tangents.
+    dock : Dock
+        Whose lights they are.
+    tangents : (N, 2) float array
+        X / z and y / z of the points' rays, in their order around the picture.
+    slopes_px : (N, 2, 2) or (1, 2, 2) float array
+        How far the picture point moves for a step of the tangents.
 
     Notes
     -----

@@ -94,3 +94,19 @@ def why_no_dock(
 def detection_of(chance: float) -> float:
     """Return the probability that a ring is a dock, from the expected number of chance rings and even odds before."""
     return float(np.clip(1 / (1 + chance), 0.0, 1.0))
+
+
+def found_in_words(ring: Ring, choice: Choice) -> str:
+    """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is."""
+    pose = choice.candidates[choice.selected]
+    distance = f"{int(ring.on_ring.sum())} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
+    if ring.rivals:
+        distance += f"; {len(ring.rivals)} more ring{'s are' if len(ring.rivals) > 1 else ' is'} in view"
+    if choice.coincide:
+        return f"{distance}, seen square on, where both poses are the same within their errors."
+    if choice.selected_by == "none":
+        return f"{distance}. The lights' spacing does not tell which of the two poses is right."
+    percent = f"{100 * (pose.probability or 0):.0f} %"
+    if not choice.decided:
+        return f"{distance}. Undecided between the two poses; the likelier one has {percent}."
+    return f"{distance}, the likelier pose at {percent}."

@@ -35,10 +35,14 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
 
     Parameters
     ----------
-    points_px : (N, 2) centres of the lights in the picture, N from 3 on.
-    camera : that took it.
-    dock : its diameter, and its lights: how many they are, or their angles.
-    near : a pose that the dock cannot be far from, as of the picture before; of poses that explain the lights equally
+    points_px : (N, 2) float array
+        Centres of the lights in the picture, N from 3 on.
+    camera : Camera
+        That took it.
+    dock : Dock
+        Its diameter, and its lights: how many they are, or their angles.
+    near : CirclePose, optional
+        A pose that the dock cannot be far from, as of the picture before; of poses that explain the lights equally
         well the nearest to it comes first.
 
     Returns

@@ -43,8 +43,10 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
 
     Parameters
     ----------
-    histogram : of the picture.
-    min_area_px : smaller groups do not count.
+    histogram : Histogram
+        Of the picture.
+    min_area_px : int
+        Smaller groups do not count.
 
     Returns
     -------

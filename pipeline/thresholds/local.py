@@ -43,8 +43,10 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
 
     Parameters
     ----------
-    histogram : of the picture.
-    min_area_px : smaller lights do not count.
+    histogram : Histogram
+        Of the picture.
+    min_area_px : int
+        Smaller lights do not count.
 
     Returns
     -------

@@ -171,6 +171,7 @@ def test_four_of_ten_lights():
             choice = poses_from_few_lights(points + rng.normal(0, noise_px, points.shape), CAMERA, DOCK)
             pose = choice.candidates[0]
             good = pose.normal @ normal > math.cos(math.radians(5)) and abs(pose.position_m[2] / position[2] - 1) < 0.02
+            assert choice.lights is not None
             right, decided = right + good, decided + choice.decided
             mistaken += choice.decided and len(set(((choice.lights - which) % 10).tolist())) > 1
         print(f"  noise {noise_px:.2f} px  {right / 2:6.1f} {decided / 2:6.1f} {mistaken / 2:6.1f}")

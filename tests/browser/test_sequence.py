@@ -17,7 +17,7 @@ def sequence(page):
     yield page
     page.tab("Sequence")
     page.choose("Sequence", NONE_CHOSEN)
-    page.until(lambda: page.app._deck.player is None)
+    page.until(lambda: page.app._sequence.player is None)
 
 
 def words(page):
@@ -30,10 +30,10 @@ def press(page, name):
 
 def test_course_plays_pauses_and_draws_its_charts(sequence):
     press(sequence, "Play")
-    sequence.until(lambda: sequence.app._deck.player.index > 12)
+    sequence.until(lambda: sequence.app._sequence.player.index > 12)
     press(sequence, "Pause")
-    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app._deck.is_playing)
-    index = sequence.app._deck.player.index
+    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app._sequence.is_playing)
+    index = sequence.app._sequence.player.index
     sequence.until(lambda: f"frame {index + 1} of 250" in sequence.status)
     sequence.until(lambda: f"Followed for {index + 1} frames" in words(sequence))
     assert sequence.page.locator(".uplot canvas").count() >= 3
@@ -41,7 +41,7 @@ def test_course_plays_pauses_and_draws_its_charts(sequence):
         assert sequence.page.locator(".u-legend").get_by_text(name, exact=False).first.is_visible()
     assert len(sequence.app._scene._path.points) > 5
     sequence.page.wait_for_timeout(300)
-    assert sequence.app._deck.player.index == index
+    assert sequence.app._sequence.player.index == index
 
 
 def test_steps_slider_and_key(sequence):
@@ -54,14 +54,14 @@ def test_steps_slider_and_key(sequence):
     sequence.until(lambda: "Followed for 1 frame;" in words(sequence) or "Followed for 1 frame." in words(sequence))
     sequence.page.locator("[role=status]").click()  # out of the box, in which a k is a letter
     sequence.page.keyboard.press("k")
-    sequence.until(lambda: sequence.app._deck.is_playing)
+    sequence.until(lambda: sequence.app._sequence.is_playing)
     sequence.page.keyboard.press("k")
-    sequence.until(lambda: not sequence.app._deck.is_playing)
+    sequence.until(lambda: not sequence.app._sequence.is_playing)
 
 
 def test_speed_and_the_end(sequence):
     sequence.choose("Speed (times)", "4")
-    sequence.until(lambda: sequence.app._deck.player._speed == 4.0)
+    sequence.until(lambda: sequence.app._sequence.player._speed == 4.0)
     sequence.box("Frame").fill("245")
     sequence.until(lambda: "frame 245 of 250" in sequence.status)
     press(sequence, "Play")

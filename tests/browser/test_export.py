@@ -14,7 +14,7 @@ from dockpose import estimate
 from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.inputs.samples import sample_path
 from dockpose.app.processing import comparison
-from dockpose.app.web.panels.export import LAYER_WORDS, WHAT
+from dockpose.app.web.panels.export import LAYER_WORDS, WHAT, ExportPanel
 from PIL import Image
 
 from tests.browser.conftest import THROTTLE_S
@@ -86,7 +86,7 @@ def test_file_is_saved_by_itself_and_opens(page, name):
 
 def test_layers_are_drawn_or_not(page):
     page.tab("Export")
-    panel = page.app._layout._export
+    (panel,) = (panel for panel in page.app._layout.panels if isinstance(panel, ExportPanel))
 
     def pixels():
         data = saved(page, "Annotated picture (PNG)")[1]

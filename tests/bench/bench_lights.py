@@ -11,12 +11,12 @@ import msgspec
 import numpy as np
 from dockpose import Dock, Settings, estimate
 from dockpose.camera.image import to_grey
+from dockpose.lights.markers import find_markers
 from dockpose.simulate import Truth, render
 from dockpose.simulate.parts import Snow
-from dockpose.thresholds import LEVELS, METHODS, Histogram, histogram_of
+from dockpose.thresholds import METHODS, Histogram, histogram_of
 
-from tests.bench.drawn import DOCK, draw_scene
-from tests.support.scenes import CAMERA
+from tests.bench.drawn import DIAMETER_M, draw_scene
 
 SCENES_A_HALF = 300
 MIN_AREA_PX = Settings().min_area_px
@@ -74,14 +74,16 @@ def is_right(found, truth: Truth) -> bool:
 
 def run(job: tuple[int, bool]) -> Result:
     seed, hard = job
-    image, truth = render(draw_scene(seed, hard=hard))
+    scene = draw_scene(seed, hard=hard)
+    image, truth = render(scene)
     histogram = histogram_of(to_grey(image))
     lights_px = truth.lights_px[truth.visible]
     exact = {}
     for name in COMPARED:
-        level = METHODS[name](histogram, MIN_AREA_PX, 0).level
-        exact[name] = level < LEVELS and is_exact(groups_at(histogram_of(to_grey(image)), level), lights_px)
-    found = estimate(image, CAMERA, DOCK)
+        own = histogram_of(to_grey(image))
+        threshold = METHODS[name](own, MIN_AREA_PX, 0)
+        exact[name] = is_exact(find_markers(to_grey(image), own, threshold, MIN_AREA_PX).points_px, lights_px)
+    found = estimate(image, scene.camera, scene.dock)
     return Result(
         exact, any_level_is_exact(histogram, lights_px), is_right(found, truth), found.status, found.elapsed_ms
     )
@@ -127,10 +129,10 @@ def without_dock(job: tuple[int, int | None]) -> str:
     seed, lights = job
     rng = np.random.default_rng(seed)
     scene = draw_scene(seed, hard=True)
-    dark = msgspec.structs.replace(scene.lights, missing=tuple(range(10)))
+    dark = msgspec.structs.replace(scene.lights, missing=tuple(range(scene.dock.lights or 0)))
     snow = Snow(count=int(rng.integers(5, 80)), level=float(rng.uniform(20, 150)))
     image, _ = render(msgspec.structs.replace(scene, lights=dark, snow=snow, mirror=None))
-    return estimate(image, CAMERA, Dock(DOCK.diameter, lights)).status
+    return estimate(image, scene.camera, Dock(DIAMETER_M, lights)).status
 
 
 def test_pictures_without_a_dock():

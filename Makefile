@@ -20,8 +20,7 @@ test: $(VENV)/.test $(VENV)/.chromium
 	@# One after the other: a browser without a graphics card takes all cores for itself.
 	$(BIN)/python -m pytest tests/browser
 
-# A fast part of the tests with the oldest version of each dependency, which compiles into a folder of its own. The
-# samples are not rendered again: other versions of OpenCV write other bytes for the same pixels.
+# A fast part of the tests with the oldest version of each dependency, which compiles into a folder of its own.
 test-oldest: $(OLDEST)/.test
 	$(OLDEST)/bin/python --version
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \

@@ -88,18 +88,18 @@ def test_palette_lists_the_keys(page):
 def test_help_over_the_page_and_in_a_tab_of_its_own(page):
     blur(page)
     page.page.keyboard.press("h")
-    page.page.get_by_text("Keys work while no box").wait_for()
+    page.page.get_by_text("Keys work unless you are typing").wait_for()
     with page.page.expect_popup() as popup:
         page.page.get_by_text("Open it in a tab of its own").dispatch_event("click")
     popup.value.get_by_role("heading", name="Camera & dock").wait_for()
     popup.value.close()
     page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
-    page.page.get_by_text("Keys work while no box").wait_for(state="hidden")
+    page.page.get_by_text("Keys work unless you are typing").wait_for(state="hidden")
     page.tab("Settings")
     page.page.get_by_role("button", name="Help (H)").click()
-    page.page.get_by_text("Keys work while no box").wait_for()
+    page.page.get_by_text("Keys work unless you are typing").wait_for()
     page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
-    page.page.get_by_text("Keys work while no box").wait_for(state="hidden")
+    page.page.get_by_text("Keys work unless you are typing").wait_for(state="hidden")
 
 
 def test_settings_are_saved_and_loaded(page, tmp_path):

@@ -106,7 +106,8 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
     """
     count = len(points_px)
     density = count / area_px2
-    ellipse = _ellipse_through(points_px, _tolerance_px(markers))
+    tolerance = tolerance_px(0.0, light_diameter_px(markers.areas_px))
+    ellipse = _ellipse_through(points_px, tolerance)
     if ellipse is not None:
         lights = _spaced_as(points_px, ellipse, dock, density)
         if lights is not None:
@@ -118,8 +119,8 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
     found: list[_Candidate] = []
     for most in (FIRST_POINTS, MAX_POINTS):
         chosen = np.sort(order[:most])
-        found = found or _candidates(nearest_px, brightness, chosen, dock, camera, area_px2, _tolerance_px(markers))
-        if count <= most:
+        found = _candidates(nearest_px, brightness, chosen, dock, camera, area_px2, tolerance)
+        if found or count <= most:
             break
     nothing = np.zeros(count, dtype=bool)
     if not found:
@@ -136,10 +137,6 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
 def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
     """How far off its ellipse a light may lie, in pixels; for the ellipse's major semi-axis and a light's diameter."""
     return max(TOLERANCE_PX, TOLERANCE_OF_AXIS * major_px, TOLERANCE_OF_LIGHT * light_px)
-
-
-def _tolerance_px(markers: Markers) -> float:
-    return max(TOLERANCE_PX, TOLERANCE_OF_LIGHT * light_diameter_px(markers.areas_px))
 
 
 def light_diameter_px(areas_px: np.ndarray) -> float:

@@ -93,7 +93,7 @@ def why_no_dock(
 
 def detection_of(chance: float) -> float:
     """Return the probability that a ring is a dock, from the expected number of chance rings and even odds before."""
-    return float(np.clip(1 / (1 + chance), 0.0, 1.0))
+    return 1 / (1 + chance)
 
 
 def found_in_words(ring: Ring, choice: Choice) -> str:

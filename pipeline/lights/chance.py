@@ -18,7 +18,7 @@ import numpy as np
 ACCEPTED, ACCEPTED_AMONG_OTHERS = 1e-2, 1e-3
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
-_LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
+LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
 _LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 NUMBERS = range(4, 25)  # of lights that are tried where it is not known
 
@@ -143,7 +143,7 @@ def log_chance_rings(
     def least(background: Callable[[Neighbours], float]) -> float:
         return min(background(near[0]), math.log(_BRIGHTNESSES) + background(near[1]))
 
-    if count < _LEAST_CROWD:
+    if count < LEAST_CROWD:
         return common + least(strewn)
     return common + max(least(strewn), least(crowded) - math.log(_MORE_OF_CROWDS))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from dockpose.lights.nearest_pose import as_pose, solve
 from dockpose.thresholds.compiled import compiled
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
@@ -34,7 +35,7 @@ def grow_all(
         grown, square, mapping = _grow(points, unit, start, focal_px, tolerance_px)
         if square < 0 or _is_known(corners[:found], grown):
             continue
-        square, mapping = _as_pose(points, grown, unit, mapping, focal_px)
+        square, mapping = as_pose(points, grown, unit, mapping, focal_px)
         corners[found], squares[found], mappings[found] = grown, square, mapping
         found += 1
     return corners[:found], squares[:found], mappings[:found]
@@ -170,7 +171,7 @@ def _fit(points, corners, unit, focal_px):  # type: ignore[no-untyped-def]
     normal[7, 7] += _PERSPECTIVE_PRIOR**2
     for a in range(8):
         normal[a, a] += 1e-12
-    h = _solve(normal, right)
+    h = solve(normal, right)
     mapping = np.empty((3, 3))
     mapping[2, 0], mapping[2, 1], mapping[2, 2] = h[6], h[7], 1.0
     for k in range(3):
@@ -186,87 +187,6 @@ def _fit(points, corners, unit, focal_px):  # type: ignore[no-untyped-def]
         and np.hypot(h[6], h[7]) <= most
     )
     return plausible, mapping
-
-
-@compiled
-def _as_pose(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
-    """Sum of squares and homography of the circle's pose that is nearest to a homography.
-
-    A homography has two numbers more than a pose, which can bend any five points into a ring. With L its linear part
-    at the circle's middle c, both over the focal length, a pose has L + c p^T above p^T, p the perspective, in columns
-    at right angles and of one length; two p solve that. Each is refined in turn with the affine part.
-    """
-    least, best = np.inf, mapping
-    for sign in (-1.0, 1.0):
-        trial = mapping.copy()
-        squares = np.inf
-        for _ in range(4):
-            cx, cy = trial[0, 2] / focal_px, trial[1, 2] / focal_px
-            a = (trial[0, 0] - trial[0, 2] * trial[2, 0]) / focal_px
-            b = (trial[0, 1] - trial[0, 2] * trial[2, 1]) / focal_px
-            c = (trial[1, 0] - trial[1, 2] * trial[2, 0]) / focal_px
-            d = (trial[1, 1] - trial[1, 2] * trial[2, 1]) / focal_px
-            k = 1 + cx * cx + cy * cy
-            gx, gy = a * cx + c * cy, b * cx + d * cy
-            hxx, hxy, hyy = a * a + c * c - gx * gx / k, a * b + c * d - gx * gy / k, b * b + d * d - gy * gy / k
-            turn = np.arctan2(2 * hxy, hxx - hyy) / 2
-            long = np.sqrt(np.hypot(hxx - hyy, 2 * hxy) / k)
-            px, py = -sign * long * np.sin(turn) - gx / k, sign * long * np.cos(turn) - gy / k
-            squares, trial = _fit_affine(points, corners, unit, px, py)
-        if squares < least:
-            least, best = squares, trial
-    return least, best
-
-
-@compiled
-def _fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
-    """Sum of squares and homography (3, 3) of the best affine part for a given perspective."""
-    normal, right = np.zeros((3, 3)), np.zeros((3, 2))
-    row = np.empty(3)
-    for c in range(len(corners)):
-        if corners[c] >= 0:
-            w = 1 + px * unit[c, 0] + py * unit[c, 1]
-            row[0], row[1], row[2] = unit[c, 0] / w, unit[c, 1] / w, 1 / w
-            for i in range(3):
-                for j in range(3):
-                    normal[i, j] += row[i] * row[j]
-                right[i, 0] += row[i] * points[corners[c], 0]
-                right[i, 1] += row[i] * points[corners[c], 1]
-    mapping = np.empty((3, 3))
-    mapping[0] = _solve(normal.copy(), right[:, 0].copy())
-    mapping[1] = _solve(normal, right[:, 1].copy())
-    mapping[2] = np.array([px, py, 1.0])
-    squares = 0.0
-    for c in range(len(corners)):
-        if corners[c] >= 0:
-            w = 1 + px * unit[c, 0] + py * unit[c, 1]
-            for axis in range(2):
-                at = (mapping[axis, 0] * unit[c, 0] + mapping[axis, 1] * unit[c, 1] + mapping[axis, 2]) / w
-                squares += (points[corners[c], axis] - at) ** 2
-    return squares, mapping
-
-
-@compiled
-def _solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Solve A x = b for a symmetric positive definite A, in place (Cholesky); compiles far sooner than LAPACK's."""
-    size = len(b)
-    for k in range(size):
-        for i in range(k):
-            A[k, k] -= A[k, i] * A[k, i]
-        A[k, k] = np.sqrt(max(A[k, k], 1e-300))
-        for row in range(k + 1, size):
-            for i in range(k):
-                A[row, k] -= A[row, i] * A[k, i]
-            A[row, k] /= A[k, k]
-    for k in range(size):
-        for i in range(k):
-            b[k] -= A[k, i] * b[i]
-        b[k] /= A[k, k]
-    for k in range(size - 1, -1, -1):
-        for i in range(k + 1, size):
-            b[k] -= A[i, k] * b[i]
-        b[k] /= A[k, k]
-    return b
 
 
 @compiled

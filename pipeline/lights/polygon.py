@@ -21,7 +21,7 @@ _TRIALS = 80  # triples that are grown, the most promising
 # Corners between the first and the second, and the second and the third point of a triple: neighbours; every second
 # corner; one missing between them.
 _STEPS = np.array([(1, 1), (2, 2), (1, 2), (2, 1)])
-_MORE_STEPS = np.array([(1, 3), (3, 1), (2, 3), (3, 2), (3, 3), (1, 4), (4, 1)])  # where there are few points
+_WIDEST_STEP = 4  # where there are few points
 _FEW_POINTS = 12
 # The predicted corners and how far from them a point may lie, in spacings: perspective bends what is farther away.
 _NEXT_TOLERANCE, _FAR_TOLERANCE = 0.2, 0.35
@@ -95,14 +95,15 @@ def find_polygons(
     near = np.asarray(KDTree(points[first]).query(points[first], k=min(_NEIGHBOURS + 1, count))[1])
     near = np.ascontiguousarray(first[near[:, 1:]])
     unit = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
-    steps = np.vstack([_STEPS, _MORE_STEPS]) if count <= _FEW_POINTS else _STEPS
+    steps = np.vstack([_STEPS, _more_steps(sides)]) if count <= _FEW_POINTS else _STEPS
     steps = steps[steps.sum(axis=1) < sides]
     found: list[Polygon] = []
     for some in (steps[:1], steps[1:]):
         if len(some) == 0 or any(len(polygon.members) >= 0.8 * sides for polygon in found):
             break
         trials = _TRIALS if even else 2 * _TRIALS
-        triples = _promising(points, first, near, unit, some, _inverses(unit, some), even, trials)
+        beyond = _beyond(some, sides, all_corners=count <= _FEW_POINTS)
+        triples = _promising(points, first, near, unit, some, _inverses(unit, some), beyond, even, trials)
         grown, squares, mappings = grow_all(points, unit, triples, focal_px, tolerance_px)
         found += [_polygon(*row) for row in zip(grown, squares.tolist(), mappings, strict=True)]
     return found
@@ -111,6 +112,28 @@ def find_polygons(
 def _polygon(corners: np.ndarray, squares_px2: float, mapping: np.ndarray) -> Polygon:
     major, minor = stretch(mapping)
     return Polygon(corners, squares_px2, (major, minor), (float(mapping[0, 2]), float(mapping[1, 2])))
+
+
+def _more_steps(sides: int) -> np.ndarray:
+    """Further steps (S, 2): of the three between points around a ring those two that are no larger than the third."""
+    each = range(1, _WIDEST_STEP + 1)
+    pairs = [(one, two) for one in each for two in each if max(one, two) <= sides - one - two]
+    return np.array([pair for pair in pairs if list(pair) not in _STEPS.tolist()], dtype=int).reshape(-1, 2)
+
+
+def _beyond(steps: np.ndarray, sides: int, all_corners: bool) -> np.ndarray:
+    """For each pair of steps (S, K) the corners, counted from the first, by which a triple is judged; 0 for none.
+
+    Two on either side; among few points, where lights may be missing between, all that the triple leaves.
+    """
+    wanted = np.zeros((len(steps), max(4, sides - 3)), dtype=np.int64)
+    for row, (one, two) in enumerate(steps.tolist()):
+        last = one + two
+        around = [corner % sides for corner in (-2, -1, last + 1, last + 2)]
+        corners = dict.fromkeys(range(1, sides) if all_corners else around)
+        kept = [corner for corner in corners if corner not in (0, one, last)]
+        wanted[row, : len(kept)] = kept
+    return wanted
 
 
 def _inverses(unit: np.ndarray, steps: np.ndarray) -> np.ndarray:
@@ -130,6 +153,7 @@ def _promising(
     unit: np.ndarray,
     steps: np.ndarray,
     inverses: np.ndarray,
+    beyond: np.ndarray,
     even: bool,
     trials: int,
 ) -> np.ndarray:
@@ -137,7 +161,6 @@ def _promising(
     sides = len(unit)
     best = np.full(trials, -1.0)
     kept = np.full((trials, 6), -1)
-    beyond = np.array([-2, -1, 1, 2])
     for step in range(len(steps)):
         one, two = steps[step, 0], steps[step, 1]
         for first in range(1 if even else sides):
@@ -158,7 +181,7 @@ def _promising(
                         if (even and (a > 4 * b or b > 4 * a)) or abs(cross) < 0.04 * a * b * one * two:
                             continue
                         score = _score(
-                            points, near[row], unit, inverse, (first, middle, last), (i, m, j), min(a, b), beyond
+                            points, near[row], unit, inverse, (first, middle, last), (i, m, j), min(a, b), beyond[step]
                         )
                         worst = np.argmin(best)
                         if score > best[worst]:
@@ -187,14 +210,11 @@ def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond):
         return -1.0
     sides = len(unit)
     score = 0.0
-    for b in range(4):
-        corner = (corners[0] + beyond[b]) % sides if beyond[b] < 0 else (corners[2] + beyond[b]) % sides
-        if corner == corners[0] or corner == corners[1] or corner == corners[2]:
+    last = (corners[2] - corners[0]) % sides
+    for ahead in beyond:
+        if ahead == 0:
             continue
-        if beyond[b] == 2 and (corner - corners[0]) % sides == sides - 2:
-            continue  # the same as two before the first
-        if beyond[b] == 2 and (corner - corners[0]) % sides == sides - 1:
-            continue
+        corner = (corners[0] + ahead) % sides
         x = xx * unit[corner, 0] + xy * unit[corner, 1] + xt
         y = yx * unit[corner, 0] + yy * unit[corner, 1] + yt
         nearest = np.inf
@@ -203,7 +223,8 @@ def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond):
                 continue
             square = (points[other, 0] - x) ** 2 + (points[other, 1] - y) ** 2
             nearest = min(nearest, square)
-        within = (_NEXT_TOLERANCE if abs(beyond[b]) == 1 else _FAR_TOLERANCE) * spacing
+        beside = ahead == last + 1 or ahead == sides - 1
+        within = (_NEXT_TOLERANCE if beside else _FAR_TOLERANCE) * spacing
         if nearest < within * within:
             score += 1 + np.log(within / max(np.sqrt(nearest), _EXACT * spacing))
     return score

@@ -12,6 +12,7 @@ from dockpose.dock import Dock
 from dockpose.lights.chance import (
     ACCEPTED,
     ACCEPTED_AMONG_OTHERS,
+    LEAST_CROWD,
     NUMBERS,
     log_chance_ellipses,
     log_chance_rings,
@@ -27,6 +28,7 @@ from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, Polygon, find_poly
 TOLERANCE_OF_AXIS, TOLERANCE_OF_LIGHT = 0.02, 0.15
 _EVEN_WITHIN = 0.2  # of the spacing, root mean square; perspective bends an even spacing by as much
 _WIDEST_GAP = 3.2  # of the mean spacing, where the number of lights is not known: two missing side by side
+_THRESHOLDS = 2  # that a picture is searched with
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
@@ -99,7 +101,9 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
 
     Notes
     -----
-    Where one ellipse runs through all markers, spaced as the dock's lights, they are the lights. Otherwise the image of
+    Where one ellipse runs through all markers, spaced as the dock's lights, they are the lights. Of a few markers that
+    can be a chance, for any five lie on a conic: these, where lights are missing, are the lights only if no part of
+    them is a better ring. Otherwise the image of
     the dock's polygon of lights is sought among them, see :mod:`dockpose.lights.polygon`, and accepted where chance
     would hardly make it, see :mod:`dockpose.lights.chance`. Of two rings apart, such as two docks or a ring and its
     mirror image in the water's surface, the more complete, then the brighter is taken; of mirror images, the lower.
@@ -108,11 +112,11 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
     density = count / area_px2
     tolerance = tolerance_px(0.0, light_diameter_px(markers.areas_px))
     ellipse = _ellipse_through(points_px, tolerance)
-    if ellipse is not None:
-        lights = _spaced_as(points_px, ellipse, dock, density)
-        if lights is not None:
-            reason = f"All {count} groups lie on one ellipse."
-            return Ring(np.ones(count, dtype=bool), reason, ellipse, lights or None)
+    whole = None
+    if ellipse is not None and (lights := _spaced_as(points_px, ellipse, dock, density)) is not None:
+        whole = Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.", ellipse, lights or None)
+        if lights in (0, count) or _log_chance(ellipse, count, density) < math.log(ACCEPTED):
+            return whole
     brightness = markers.areas_px * markers.peaks.astype(float)
     order = np.argsort(-brightness, kind="stable")
     nearest_px = points_px - [camera.cx, camera.cy]
@@ -124,11 +128,11 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
             break
     nothing = np.zeros(count, dtype=bool)
     if not found:
-        return Ring(nothing, f"None of the {count} groups of bright pixels form {_wanted(dock)}.")
+        return whole or Ring(nothing, f"None of the {count} groups of bright pixels form {_wanted(dock)}.")
     best = _best(found, brightness)
     trouble = _trouble(best, found)
     if trouble:
-        return Ring(nothing, trouble)
+        return whole or Ring(nothing, trouble)
     on_ring = _mask(count, best)
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
     return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, rivals)
@@ -197,9 +201,19 @@ def _candidates(
                 near=near,
                 area_px2=area_px2,
             )
-            if chance < math.log(ACCEPTED_AMONG_OTHERS):
+            if chance < math.log(_accepted(len(points_px), len(members))):
                 found.append(_Candidate(polygon, sides, chance))
     return sorted(found, key=lambda candidate: candidate.log_chance)
+
+
+def _accepted(points: int, members: int) -> float:
+    """Expected number of chance rings below which one of so many lights, among so many points, is a ring.
+
+    Where all points are looked at at once, the two thresholds are all that is tried. Fewer than five lights are not
+    judged as a part of a crowd, and are held to more.
+    """
+    at_once = points <= FIRST_POINTS and members >= LEAST_CROWD
+    return ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS
 
 
 def _best(found: list[_Candidate], brightness: np.ndarray) -> _Candidate:
@@ -290,8 +304,14 @@ def _spaced_as(points: np.ndarray, ellipse: Ellipse, dock: Dock, density: float)
     gaps = np.diff(ordered, append=ordered[0] + 2 * np.pi)
     if count == MIN_POINTS or gaps.max() > _WIDEST_GAP * 2 * np.pi / count:
         return None
-    chance = log_chance_ellipses(count, ellipse.rms_px, ellipse.semi_axes_px[0], density, count)
-    return 0 if chance < math.log(ACCEPTED) else None
+    return 0 if _log_chance(ellipse, count, density) < math.log(ACCEPTED) else None
+
+
+def _log_chance(ellipse: Ellipse, count: int, density: float) -> float:
+    """Logarithm of the expected number of ellipses through all of so many points; any five lie on a conic."""
+    if count <= MIN_POINTS:
+        return math.inf
+    return log_chance_ellipses(count, ellipse.rms_px, ellipse.semi_axes_px[0], density, count)
 
 
 def _angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:

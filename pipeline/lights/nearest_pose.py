@@ -1,0 +1,178 @@
+"""The pose of a circle of lights that is nearest to a homography of them, in compiled loops for a few lights."""
+
+from __future__ import annotations
+
+import numpy as np
+from dockpose.thresholds.compiled import compiled
+
+_STEPS, _SETTLED_PX2, _LONGEST_TURN = 10, 1e-3, 0.3
+
+
+@compiled
+def as_pose(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
+    """Sum of squares and homography of the circle's pose that is nearest to a homography.
+
+    A homography has two numbers more than a pose, which can bend any five points into a ring. With L its linear part
+    at the circle's middle c, both over the focal length, a pose has L + c p^T above p^T, p the perspective, in columns
+    at right angles and of one length; two p solve that. From each the pose is refined.
+    """
+    least, best = np.inf, mapping
+    for sign in (-1.0, 1.0):
+        cx, cy = mapping[0, 2] / focal_px, mapping[1, 2] / focal_px
+        a = (mapping[0, 0] - mapping[0, 2] * mapping[2, 0]) / focal_px
+        b = (mapping[0, 1] - mapping[0, 2] * mapping[2, 1]) / focal_px
+        c = (mapping[1, 0] - mapping[1, 2] * mapping[2, 0]) / focal_px
+        d = (mapping[1, 1] - mapping[1, 2] * mapping[2, 1]) / focal_px
+        k = 1 + cx * cx + cy * cy
+        gx, gy = a * cx + c * cy, b * cx + d * cy
+        hxx, hxy, hyy = a * a + c * c - gx * gx / k, a * b + c * d - gx * gy / k, b * b + d * d - gy * gy / k
+        turn = np.arctan2(2 * hxy, hxx - hyy) / 2
+        long = np.sqrt(np.hypot(hxx - hyy, 2 * hxy) / k)
+        px, py = -sign * long * np.sin(turn) - gx / k, sign * long * np.cos(turn) - gy / k
+        squares, trial = _fit_affine(points, corners, unit, px, py)
+        refined, pose = _refined(points, corners, unit, trial, focal_px)
+        if refined < squares:
+            squares, trial = refined, pose
+        if squares < least:
+            least, best = squares, trial
+    return least, best
+
+
+@compiled
+def _refined(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
+    """Sum of squares and homography of the pose near a homography with the least squares, by Gauss-Newton steps.
+
+    Lengths are in radii of the circle. A step is a shift and a turn about the dock's own axes.
+    """
+    R, t = np.empty((3, 3)), np.empty(3)
+    for row in range(2):
+        for k in range(2):
+            R[row, k] = mapping[row, k] / focal_px
+        t[row] = mapping[row, 2] / focal_px
+    R[2, 0], R[2, 1], t[2] = mapping[2, 0], mapping[2, 1], 1.0
+    t /= max(np.sqrt(R[0, 0] ** 2 + R[1, 0] ** 2 + R[2, 0] ** 2), 1e-12)
+    _upright(R)
+    least, best = np.inf, mapping
+    normal, step, J = np.empty((6, 6)), np.empty(6), np.empty(6)
+    for _ in range(_STEPS):
+        squares = 0.0
+        normal[:] = 0.0
+        step[:] = 0.0
+        for c in range(len(corners)):
+            if corners[c] < 0:
+                continue
+            u, v = unit[c, 0], unit[c, 1]
+            z = R[2, 0] * u + R[2, 1] * v + t[2]
+            if z < 1e-3:
+                return least, best
+            for axis in range(2):
+                seen = (R[axis, 0] * u + R[axis, 1] * v + t[axis]) / z
+                off = points[corners[c], axis] - focal_px * seen
+                squares += off * off
+                for k in range(3):
+                    J[k] = 0.0
+                    across = R[axis, k] - seen * R[2, k]
+                    if k == 0:
+                        J[5] = -v * across
+                    elif k == 1:
+                        J[5] += u * across
+                    else:
+                        J[3], J[4] = v * across, -u * across
+                J[axis], J[2] = 1.0, -seen
+                for i in range(6):
+                    J[i] *= focal_px / z
+                for i in range(6):
+                    step[i] += J[i] * off
+                    for j in range(6):
+                        normal[i, j] += J[i] * J[j]
+        if squares < least:
+            settled = squares > least - _SETTLED_PX2
+            least = squares
+            best = np.empty((3, 3))
+            for row in range(3):
+                scale = focal_px if row < 2 else 1.0
+                best[row, 0], best[row, 1], best[row, 2] = R[row, 0] * scale, R[row, 1] * scale, t[row] * scale
+            best /= t[2]
+            if settled:
+                break
+        for i in range(6):
+            normal[i, i] *= 1 + 1e-6
+        solve(normal, step)
+        turn = np.sqrt(step[3] ** 2 + step[4] ** 2 + step[5] ** 2)
+        step *= min(1.0, _LONGEST_TURN / max(turn, 1e-12))
+        t += step[:3]
+        for row in range(3):
+            x, y, z = R[row, 0], R[row, 1], R[row, 2]
+            R[row, 0] += y * step[5] - z * step[4]
+            R[row, 1] += z * step[3] - x * step[5]
+        _upright(R)
+    return least, best
+
+
+@compiled
+def _upright(R):  # type: ignore[no-untyped-def]
+    """Make the first two columns of a matrix perpendicular unit vectors, alike turned, and add the third; in place."""
+    for _ in range(2):
+        for k in range(2):
+            long = max(np.sqrt(R[0, k] ** 2 + R[1, k] ** 2 + R[2, k] ** 2), 1e-12)
+            for row in range(3):
+                R[row, k] /= long
+        lean = (R[0, 0] * R[0, 1] + R[1, 0] * R[1, 1] + R[2, 0] * R[2, 1]) / 2
+        for row in range(3):
+            x = R[row, 0]
+            R[row, 0] -= lean * R[row, 1]
+            R[row, 1] -= lean * x
+    for row in range(3):
+        one, two = (row + 1) % 3, (row + 2) % 3
+        R[row, 2] = R[one, 0] * R[two, 1] - R[two, 0] * R[one, 1]
+
+
+@compiled
+def _fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
+    """Sum of squares and homography (3, 3) of the best affine part for a given perspective."""
+    normal, right = np.zeros((3, 3)), np.zeros((3, 2))
+    row = np.empty(3)
+    for c in range(len(corners)):
+        if corners[c] >= 0:
+            w = 1 + px * unit[c, 0] + py * unit[c, 1]
+            row[0], row[1], row[2] = unit[c, 0] / w, unit[c, 1] / w, 1 / w
+            for i in range(3):
+                for j in range(3):
+                    normal[i, j] += row[i] * row[j]
+                right[i, 0] += row[i] * points[corners[c], 0]
+                right[i, 1] += row[i] * points[corners[c], 1]
+    mapping = np.empty((3, 3))
+    mapping[0] = solve(normal.copy(), right[:, 0].copy())
+    mapping[1] = solve(normal, right[:, 1].copy())
+    mapping[2] = np.array([px, py, 1.0])
+    squares = 0.0
+    for c in range(len(corners)):
+        if corners[c] >= 0:
+            w = 1 + px * unit[c, 0] + py * unit[c, 1]
+            for axis in range(2):
+                at = (mapping[axis, 0] * unit[c, 0] + mapping[axis, 1] * unit[c, 1] + mapping[axis, 2]) / w
+                squares += (points[corners[c], axis] - at) ** 2
+    return squares, mapping
+
+
+@compiled
+def solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Solve A x = b for a symmetric positive definite A, in place (Cholesky); compiles far sooner than LAPACK's."""
+    size = len(b)
+    for k in range(size):
+        for i in range(k):
+            A[k, k] -= A[k, i] * A[k, i]
+        A[k, k] = np.sqrt(max(A[k, k], 1e-300))
+        for row in range(k + 1, size):
+            for i in range(k):
+                A[row, k] -= A[row, i] * A[k, i]
+            A[row, k] /= A[k, k]
+    for k in range(size):
+        for i in range(k):
+            b[k] -= A[k, i] * b[i]
+        b[k] /= A[k, k]
+    for k in range(size - 1, -1, -1):
+        for i in range(k + 1, size):
+            b[k] -= A[i, k] * b[i]
+        b[k] /= A[k, k]
+    return b

@@ -64,6 +64,8 @@ def neighbours(
     tuple of Neighbours
         All, and those as bright as the dimmest on the ring.
     """
+    if len(members) == len(points_px):
+        return Neighbours(0, 0), Neighbours(0, 0)
     off = points_px - centre_px
     around = (off * off).sum(axis=1) < (2 * radius_px) ** 2
     # The covariance of points around an ellipse has half its squared semi-axes.

@@ -75,6 +75,8 @@ def find_markers(
         "grey" weighs the light around a group by how far it stands above the water there, see
         :func:`grey_centres`; "binary" is the mass moment of the group, as in the paper.
     """
+    if threshold.leaves_glare:
+        histogram = histogram.without_glare
     if threshold.kept is not None:
         pixels, labels = threshold.kept
         count = int(labels.max()) + 1
@@ -82,7 +84,8 @@ def find_markers(
         count, labels = _groups(histogram, pixels)
     else:
         return _no_markers()
-    areas, points, boxes, peaks = group_shapes(pixels.index, pixels.level, labels, count, pixels.width)
+    shapes = group_shapes(pixels.index, pixels.level, labels, count, pixels.width, SATURATED)
+    areas, points, boxes, peaks, saturated = shapes
     kept = areas >= min_area_px
     dropped = int(np.count_nonzero(~kept))
     if count - dropped > _MOST_MARKERS:
@@ -92,7 +95,9 @@ def find_markers(
     if not kept.any():
         return _no_markers(dropped)
     if centroid == "grey":
-        flat = _flat_centres(pixels, labels, areas, boxes, points, histogram.levels.shape[0])
+        size = (boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 1
+        is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | (size > _MOST_REACH_PX))
+        flat = _flat_centres(pixels, labels, areas, is_flat, points, histogram.levels.shape[0])
         points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
     else:
         points = points[kept]
@@ -111,14 +116,14 @@ def _groups(histogram: Histogram, pixels: BrightPixels) -> tuple[int, np.ndarray
         return _split_merged(histogram, pixels, *pixels.groups())
     squares = smaller.bright(pixels.floor)
     count, labels = _split_merged(smaller, squares, *squares.groups())
-    label_at = np.full(smaller.levels.size, -1)
+    label_at = np.full(smaller.levels.size, -1, np.int32)
     label_at[squares.index] = labels
     return count, of_squares(pixels.index, pixels.width, side, squares.width, label_at)
 
 
 def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels: np.ndarray) -> tuple[int, np.ndarray]:
     """Give the parts of groups that hold several separate peaks numbers of their own."""
-    areas, _, boxes, _ = group_shapes(pixels.index, pixels.level, labels, count, pixels.width)
+    areas, _, boxes, *_ = group_shapes(pixels.index, pixels.level, labels, count, pixels.width, SATURATED)
     fill = areas / ((boxes[:, 2] - boxes[:, 0] + 1) * (boxes[:, 3] - boxes[:, 1] + 1))
     middle = np.sort(areas)[count // 2]
     large = (areas > _MERGED_AREA * middle) | ((fill < _LEAST_FILL) & (areas >= _LEAST_FLAT_PX))
@@ -143,7 +148,7 @@ def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels
 
 
 def _flat_centres(
-    pixels: BrightPixels, labels: np.ndarray, areas: np.ndarray, boxes: np.ndarray, points_px: np.ndarray, height: int
+    pixels: BrightPixels, labels: np.ndarray, areas: np.ndarray, is_flat: np.ndarray, points_px: np.ndarray, height: int
 ) -> np.ndarray:
     """Centres (N, 2) of groups so large or saturated that their grey values say little; nan for the others.
 
@@ -151,9 +156,6 @@ def _flat_centres(
     through what is left of their outlines.
     """
     centres = np.full((len(areas), 2), np.nan)
-    saturated = np.bincount(labels, pixels.level >= SATURATED, len(areas))
-    size = (boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 1
-    is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | (size > _MOST_REACH_PX))
     if not is_flat.any():
         return centres
     centres[is_flat] = points_px[is_flat]

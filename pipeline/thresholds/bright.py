@@ -94,4 +94,6 @@ def bright_pixels(levels: np.ndarray, floor: int) -> BrightPixels:
     """Pixels of a (H, W) uint8 picture at or above ``floor``."""
     flat = levels.ravel()
     index = np.flatnonzero(flat >= floor)
+    if flat.size <= np.iinfo(np.int32).max:
+        index = index.astype(np.int32)
     return BrightPixels(floor, levels.shape[1], index, flat[index].astype(np.int32))

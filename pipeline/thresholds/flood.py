@@ -85,9 +85,9 @@ def count_groups(
     """
     count = len(level)
     beside = touching(index, width)
-    parent, area = np.arange(count), np.ones(count, np.int64)
+    parent, area = np.arange(count, dtype=np.int32), np.ones(count, np.int32)
     # The level from which down a group has the least area, and more than the most.
-    enough, too_much = np.full(count, -1), np.full(count, -1)
+    enough, too_much = np.full(count, -1, np.int32), np.full(count, -1, np.int32)
     seen = np.zeros(count, np.bool_)
     # What each level adds to the number of the level above.
     more, more_real = np.zeros(LEVELS + 1, np.int64), np.zeros(LEVELS + 1, np.int64)
@@ -163,10 +163,15 @@ def coarsen(
     across = -(-width // shrink)
     down = index[-1] // width // shrink + 1
     highest = np.full(across * down, -1, value.dtype)
-    square_of = np.empty(len(index), np.int64)
+    square_of = np.empty(len(index), np.int32)
+    # Divisions take longer than all the rest: one for each row and each column is enough.
+    of_column = np.arange(width) // shrink
+    row_starts, first = -width, 0
     for pixel in range(len(index)):
-        row, column = index[pixel] // width, index[pixel] % width
-        square = row // shrink * across + column // shrink
+        if index[pixel] >= row_starts + width:
+            row = index[pixel] // width
+            row_starts, first = row * width, row // shrink * across
+        square = first + of_column[index[pixel] - row_starts]
         square_of[pixel] = square
         highest[square] = max(highest[square], value[pixel])
     squares = np.flatnonzero(highest >= 0)
@@ -182,44 +187,67 @@ def coarsen(
 def of_squares(index: np.ndarray, width: int, side: int, across: int, of_square: np.ndarray) -> np.ndarray:
     """The entry of ``of_square`` for each pixel: squares are ``side`` by ``side`` pixels, ``across`` to a row."""
     found = np.empty(len(index), of_square.dtype)
+    of_column = np.arange(width) // side
+    row_starts, first = -width, 0
     for pixel in range(len(index)):
-        row = index[pixel] // width
-        column = index[pixel] - row * width
-        found[pixel] = of_square[row // side * across + column // side]
+        if index[pixel] >= row_starts + width:
+            row = index[pixel] // width
+            row_starts, first = row * width, row // side * across
+        found[pixel] = of_square[first + of_column[index[pixel] - row_starts]]
     return found
 
 
 @compiled
 def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
     """How many groups the pixels form, and the number (n,) of each one's, in the order of their first pixels."""
-    count = len(index)
-    parent = np.arange(count)
-    above, row_starts = 0, -width
-    for pixel in range(count):
-        place = index[pixel]
-        if place >= row_starts + width:
-            row_starts = place - place % width
-        if pixel > 0 and place > row_starts and index[pixel - 1] == place - 1:
-            parent[pixel] = parent[pixel - 1]
-        first = max(place - width - 1, row_starts - width)
-        last = min(place - width + 1, row_starts - 1)
-        while index[above] < first:
+    starts, ends = _runs(index, width)
+    runs = len(starts)
+    parent = np.arange(runs)
+    above, row_starts = 0, 0
+    for run in range(runs):
+        left, right = index[starts[run]], index[ends[run] - 1]
+        if left >= row_starts + width:
+            row_starts = left - left % width
+        # Runs of the row above that touch this one, also across corners; those left of it are passed once.
+        first = max(left - width - 1, row_starts - width)
+        last = min(right - width + 1, row_starts - 1)
+        while index[ends[above] - 1] < first:
             above += 1
         other = above
-        while index[other] <= last:
-            one, two = root_of(parent, other), root_of(parent, pixel)
+        while other < run and index[starts[other]] <= last:
+            one, two = root_of(parent, other), root_of(parent, run)
             parent[max(one, two)] = min(one, two)
             other += 1
-    labels = np.empty(count, np.int64)
+    labels, label_of_run = np.empty(len(index), np.int32), np.empty(runs, np.int32)
     groups = 0
-    for pixel in range(count):
-        root = root_of(parent, pixel)
-        if root == pixel:
-            labels[pixel] = groups
+    for run in range(runs):
+        root = root_of(parent, run)
+        if root == run:
+            label_of_run[run] = groups
             groups += 1
         else:
-            labels[pixel] = labels[root]
+            label_of_run[run] = label_of_run[root]
+        labels[starts[run] : ends[run]] = label_of_run[run]
     return groups, labels
+
+
+@compiled
+def _runs(index: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """The first pixel (m,) and the one after the last (m,) of each run of neighbours in a row."""
+    starts, ends = np.empty(len(index), np.int64), np.empty(len(index), np.int64)
+    runs, row_ends = 0, 0
+    for pixel in range(len(index)):
+        if pixel > 0 and index[pixel] == index[pixel - 1] + 1 and index[pixel] < row_ends:
+            continue
+        if index[pixel] >= row_ends:
+            row_ends = (index[pixel] // width + 1) * width
+        if pixel > 0:
+            ends[runs - 1] = pixel
+        starts[runs] = pixel
+        runs += 1
+    if runs > 0:
+        ends[runs - 1] = len(index)
+    return starts[:runs], ends[:runs]
 
 
 @compiled
@@ -230,8 +258,11 @@ def outline(index: np.ndarray, labels: np.ndarray, width: int, height: int) -> t
     """
     beside = touching(index, width)
     on_outline, cut = np.zeros(len(index), np.bool_), np.zeros(len(index), np.bool_)
+    row = 0
     for pixel in range(len(index)):
-        row, column = index[pixel] // width, index[pixel] % width
+        if index[pixel] >= (row + 1) * width:
+            row = index[pixel] // width
+        column = index[pixel] - row * width
         cut[pixel] = row == 0 or column == 0 or row == height - 1 or column == width - 1
         for slot in range(NEIGHBOURS):
             other = beside[pixel, slot]
@@ -245,21 +276,28 @@ def outline(index: np.ndarray, labels: np.ndarray, width: int, height: int) -> t
 
 @compiled
 def group_shapes(
-    index: np.ndarray, level: np.ndarray, labels: np.ndarray, count: int, width: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Areas (N,), mass moments (N, 2), boxes (N, 4: left, top, right, bottom) and brightest levels (N,) of groups."""
-    areas, peaks = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    index: np.ndarray, level: np.ndarray, labels: np.ndarray, count: int, width: int, saturated: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Areas (N,), mass moments (N, 2), boxes (N, 4), brightest levels (N,) and saturated pixels (N,) of groups.
+
+    A box is its left, top, right and bottom pixel; what is at or above the level ``saturated`` counts as saturated.
+    """
+    areas, peaks, bright = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
     moments, boxes = np.zeros((count, 2)), np.empty((count, 4), np.int64)
     boxes[:, :2], boxes[:, 2:] = np.iinfo(np.int64).max, -1
+    y = 0
     for pixel in range(len(index)):
         group = labels[pixel]
-        y, x = index[pixel] // width, index[pixel] % width
+        if index[pixel] >= (y + 1) * width:
+            y = index[pixel] // width
+        x = index[pixel] - y * width
         areas[group] += 1
         moments[group, 0] += x
         moments[group, 1] += y
         peaks[group] = max(peaks[group], level[pixel])
+        bright[group] += level[pixel] >= saturated
         boxes[group, 0], boxes[group, 1] = min(boxes[group, 0], x), min(boxes[group, 1], y)
         boxes[group, 2], boxes[group, 3] = max(boxes[group, 2], x), max(boxes[group, 3], y)
     for group in range(count):
         moments[group] /= max(areas[group], 1)
-    return areas, moments, boxes, peaks
+    return areas, moments, boxes, peaks, bright

@@ -14,7 +14,7 @@ from itertools import groupby
 import numpy as np
 from dockpose.thresholds.bright import SATURATED
 from dockpose.thresholds.flood import LEVELS
-from dockpose.thresholds.histogram import SMOOTHING, Histogram, Threshold, noise_levels
+from dockpose.thresholds.histogram import MOST_SHARE, SMOOTHING, Histogram, Threshold
 
 # The background ends where fewer than this share of all pixels have a level; two in ten thousand are 60 of 640 x 480.
 BACKGROUND_SHARE = 2e-4
@@ -22,14 +22,16 @@ BACKGROUND_SHARE = 2e-4
 # lights, the brightest two per cent, or 8000 pixels, are more than enough to look at.
 MOST_LIT, ENOUGH_LIT, ENOUGH_LIT_PX = 0.1, 0.02, 8000
 # Where halos or close lights fill the histogram the background so seen ends above the lights. Then these shares of the
-# picture are looked at, or twice what is saturated; groups of more than an eighth of the picture are water.
-LIT_SHARES, SATURATED_TIMES, MOST_SHARE = (0.05, 0.4), 2.0, 0.125
+# picture are looked at, or twice what is saturated.
+LIT_SHARES, SATURATED_TIMES = (0.05, 0.4), 2.0
 # There a light rises by so many standard deviations of the noise above where it meets a brighter one.
 RISE_NOISE = 5.0
 # Fewer groups than a ring has, or a count with less than this share of all votes, ask for another look.
 FEWEST, SURE_SHARE = 4, 0.1
 # More pixels than these are looked at in a smaller picture; as such another look begins in a small one, sooner.
 MANY_PIXELS, MOST_PIXELS = 15_000, 6_000
+# With a larger share of bright pixels, all are counted sooner than those alone.
+MANY_SHARE = 0.1
 # A count of groups is real if it holds over this share of the brightness above the background, and three levels.
 REAL_SHARE, REAL_LEVELS = 0.2, 3
 # Brightness so near the background's mode counts by its levels, above that by its ratios.
@@ -59,12 +61,13 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
     the background's mode, over its darkest. Noise and fragments change the count from level to level, lights do not.
     The elected count is the largest with a real share of the votes; the level is the brightest of its run.
     """
+    whole, histogram = histogram, histogram.without_glare
     counts = histogram.sketch
     mode, floor = background_mode(counts), background_limit(counts)
     found = _vote(histogram, floor, mode, min_area_px, 0.0)
     if not found.is_sure:
         smaller, side = histogram.smaller
-        least_px, rise = math.ceil(min_area_px / side**2), RISE_NOISE * noise_levels(histogram.levels)
+        least_px, rise = math.ceil(min_area_px / side**2), RISE_NOISE * histogram.noise
         for share in LIT_SHARES:
             lower = lit_limit(smaller.sketch, share)
             if found.is_sure or lower >= floor:
@@ -79,17 +82,19 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
             f"{found.top - found.floor + 1} above the background: the largest count with a real share."
         )
     elif found.floor >= LEVELS:
-        reason = "Nothing stands out above the background."
+        glare = "" if whole is histogram else " but saturated glare, too wide for a light"
+        reason = f"Nothing stands out above the background{glare}."
     else:
         reason = f"Nothing of at least {min_area_px} pixels stands out above the background."
     return Threshold(
         method="hats",
         level=found.level,
-        native_level=found.level * histogram.native_step,
-        histogram=counts_with_exact_top(histogram, found.floor),
+        native_level=found.level * whole.native_step,
+        histogram=counts_with_exact_top(whole, found.floor),
         reason=reason,
         groups_at_level=found.groups,
         floor=found.floor,
+        leaves_glare=True,
     )
 
 
@@ -153,9 +158,11 @@ def background_limit(counts: np.ndarray) -> int:
     From the mode upwards the background ends where a level has too few pixels to be water. Where what is left would
     be too much to be lights, it ends higher.
     """
+    total = int(counts.sum())
+    if total == 0:
+        return LEVELS
     smooth = np.convolve(counts, SMOOTHING, mode="same")
     mode = background_mode(counts)
-    total = int(counts.sum())
     few = np.flatnonzero(smooth[mode:] <= BACKGROUND_SHARE * total)
     ends = mode + int(few[0]) if len(few) else LEVELS
     left = counts[::-1].cumsum()[::-1]
@@ -202,7 +209,9 @@ def _elect(runs: dict[int, tuple[int, int]], floor: int, top: int, mode: int) ->
 
 def counts_with_exact_top(histogram: Histogram, floor: int) -> np.ndarray:
     """Pixels of each level (256,): the bright ones counted, those below ``floor`` as the sketch has them."""
-    counts = histogram.sketch.copy()
-    if floor < LEVELS:
-        counts[floor:] = np.bincount(histogram.bright(floor).level, minlength=LEVELS)[floor:]
-    return counts
+    counts = histogram.sketch
+    if floor >= LEVELS:
+        return counts
+    if counts[floor:].sum() > MANY_SHARE * histogram.levels.size:
+        return histogram.counts
+    return np.append(counts[:floor], np.bincount(histogram.bright(floor).level, minlength=LEVELS)[floor:])

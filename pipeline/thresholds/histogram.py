@@ -9,11 +9,15 @@ from functools import cached_property
 import cv2
 import numpy as np
 from dockpose.camera.image import to_levels
-from dockpose.thresholds.bright import BrightPixels, bright_pixels
+from dockpose.thresholds.bright import SATURATED, BrightPixels, bright_pixels
 from dockpose.thresholds.flood import LEVELS
 
 SKETCH_PX = 80_000
 SMALLER_PX = 310_000  # 640 x 480, and as much of larger pictures
+MOST_SATURATED_PX = 40_000  # lights that fill more are large
+# What fills more of a picture is water or glare: at least three lights are in view, and fill less than a half.
+MOST_SHARE = 0.125
+_GLARE_PX = 20_000  # of the picture in which glare is looked for
 SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16  # of the histogram, so that a single odd level is not a peak
 
 
@@ -55,15 +59,40 @@ class Histogram:
 
     @cached_property
     def smaller(self) -> tuple[Histogram, int]:
-        """A large picture in squares, each as bright as its brightest pixel, and the side of a square in pixels.
+        """A large picture, or one of large lights, in squares as bright as their brightest pixels, and a square's side.
 
-        For what cannot be done on a large picture in time, and shows in a smaller one too.
+        For what cannot be done on many pixels in time, and shows in a smaller picture too.
         """
-        side = math.ceil(math.sqrt(self.levels.size / SMALLER_PX))
+        saturated = int(self.sketch[SATURATED:].sum())
+        side = math.ceil(math.sqrt(max(self.levels.size / SMALLER_PX, saturated / MOST_SATURATED_PX)))
         if side <= 1:
             return self, 1
         counted = None if self.counted is None else _brightest_of_squares(self.counted, side)
         return Histogram(_brightest_of_squares(self.levels, side), self.native_step, counted), side
+
+    @cached_property
+    def without_glare(self) -> Histogram:
+        """The picture less saturated regions so wide that a light of their width would fill ``MOST_SHARE`` of it."""
+        most = MOST_SHARE * self.levels.size
+        if self.sketch[SATURATED:].sum() < most:
+            return self
+        step = max(1, round(math.sqrt(self.levels.size / _GLARE_PX)))
+        saturated = (self.levels[::step, ::step] >= SATURATED).astype(np.uint8)
+        radius = math.sqrt(most / math.pi) / step
+        middle = cv2.distanceTransform(saturated, cv2.DIST_L2, cv2.DIST_MASK_5) > radius
+        if not middle.any():
+            return self
+        reach = cv2.distanceTransform((~middle).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+        # The halo's brightest part goes as well.
+        clear = (reach > radius + 2).astype(np.uint8)
+        clear = cv2.resize(clear, self.levels.shape[::-1], interpolation=cv2.INTER_NEAREST)
+        counted = clear if self.counted is None else np.minimum(clear, self.counted)
+        return Histogram(self.levels * clear, self.native_step, counted)
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of the noise, in levels."""
+        return noise_levels(self.levels)
 
     def bright(self, floor: int) -> BrightPixels:
         """Pixels at or above ``floor``; the picture is searched once for the lowest floor asked for."""
@@ -132,6 +161,8 @@ class Threshold:
         Where the background ends, as far as the method needs it; 0 for methods that do not.
     kept : (BrightPixels, (n,) int array) or None
         For methods with a level per light: the pixels that are kept, and the index of the light of each.
+    leaves_glare : bool
+        Whether saturated regions too wide for a light are no groups, see :attr:`Histogram.without_glare`.
     """
 
     method: str
@@ -142,6 +173,7 @@ class Threshold:
     groups_at_level: np.ndarray = field(default_factory=lambda: np.full(LEVELS, -1))
     floor: int = 0
     kept: tuple[BrightPixels, np.ndarray] | None = field(default=None, repr=False)
+    leaves_glare: bool = False
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
@@ -192,13 +224,13 @@ def histogram_of(grey: np.ndarray, counted: np.ndarray | None = None) -> Histogr
 def noise_levels(levels: np.ndarray) -> float:
     """Standard deviation of the noise, from how neighbours differ along every few rows; at least a quarter level."""
     step = max(1, levels.shape[0] // 60)
-    rows = levels[::step].astype(np.int16)
-    difference = np.abs(np.diff(rows, axis=1))
-    if difference.size == 0:
+    rows = levels[::step]
+    if rows.shape[1] < 2:
         return 0.25
+    counts = _counts(cv2.absdiff(rows[:, 1:], rows[:, :-1]), None)
     # Lights and edges are rare; the mean of what is left of a normal distribution's differences is 1.128 sigma.
-    quiet = difference[difference <= np.quantile(difference, 0.98)]
-    return max(0.25, float(quiet.mean()) / 1.128)
+    quiet = counts[: int(np.searchsorted(counts.cumsum(), 0.98 * counts.sum())) + 1]
+    return max(0.25, float(quiet @ np.arange(len(quiet))) / quiet.sum() / 1.128)
 
 
 def _counts(levels: np.ndarray, counted: np.ndarray | None) -> np.ndarray:

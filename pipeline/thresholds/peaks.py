@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from dockpose.thresholds.compiled import compiled
-from dockpose.thresholds.flood import NEIGHBOURS, brightest_first, root_of, touching
+from dockpose.thresholds.flood import LEVELS, NEIGHBOURS, brightest_first, root_of, touching
 
 
 @compiled
@@ -92,3 +92,12 @@ def peaks_by_persistence(
             one = number_of[pixel]
             tops[one], saddles[one], last[one] = value[pixel], saddle[pixel], ends[pixel]
     return tops, saddles, last, member_of
+
+
+@compiled
+def deepen(value: np.ndarray, index: np.ndarray, depth: np.ndarray, steps: float) -> None:
+    """Continue brightness beyond 255, in place, by ``steps`` for each pixel of depth within what is saturated."""
+    for pixel in range(len(index)):
+        deep = depth[index[pixel]]
+        if deep > 0:
+            value[pixel] = LEVELS - 1 + int(steps * deep + 0.5)

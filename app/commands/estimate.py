@@ -27,6 +27,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.resolve import resolve
 from dockpose.app.inputs.sequences import FrameSource
+from dockpose.app.processing.analysis import headline_of, trust_of
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
 from dockpose.thresholds import METHODS
@@ -153,11 +154,13 @@ def _estimate_pictures(batch: Batch, settings: Settings, how: How, results: Resu
     auto_masks = AutoMasks(settings, say)
 
     def write(path: Path, sha256: str | None, found: Estimate, read: Callable[[], np.ndarray]) -> None:
+        trust = trust_of(found)
+
         def draw() -> None:
             if folder is not None:
-                folder.write(path.stem, annotate(read(), found))
+                folder.write(path.stem, annotate(read(), found, headline=headline_of(trust)))
 
-        results.write(found.to_dict(str(path), 0, None, sha256) | {"track": None}, str(path), draw)
+        results.write(found.to_dict(str(path), 0, None, sha256) | {"track": None}, str(path), trust, draw)
 
     if how.is_split:
         with workers(how.jobs, how.scheduler) as (executor, at_once):

@@ -16,8 +16,10 @@ from dockpose.app.commands.output import AnnotatedVideo, Destinations, PictureFo
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known
+from dockpose.app.processing.analysis import headline_of, trust_of
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
+from dockpose.app.state.trust import Trust
 from dockpose.sources import Frame, Frames, Tell, Video, read_ahead
 from dockpose.tracking.tracker import Tracked, Tracker
 
@@ -88,11 +90,14 @@ def estimate_sequence(
         for found, tracked in run:
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256)
 
-            def draw(index: int = found.index, tracked: Tracked = tracked) -> None:
-                write_picture(index, annotate(run.image(index), _with_selection(tracked)))
+            selected = _with_selection(tracked)
+            trust = trust_of(selected, tracked)
+
+            def draw(index: int = found.index, selected: Estimate = selected, trust: Trust = trust) -> None:
+                write_picture(index, annotate(run.image(index), selected, headline=headline_of(trust)))
 
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
-            results.write(line, f"{found.name} frame {found.index}{time}", draw)
+            results.write(line, f"{found.name} frame {found.index}{time}", trust, draw)
             progress.step(frames.dropped)
         return frames.is_live or not (run.skipped or frames.is_cut_short)
 

@@ -16,6 +16,7 @@ import msgspec
 import numpy as np
 from dockpose.app.errors import UserError, writing
 from dockpose.app.export.rows import CSV_COLUMNS, to_row
+from dockpose.app.state.trust import NO_POSE, Trust
 
 # MPEG-4 that everything plays, and JPEG pictures in a row, which keep the finest lines.
 VIDEO_CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
@@ -75,7 +76,7 @@ class ResultWriter:
             self._csv.flush()
         self.frames = 0
 
-    def write(self, line: dict[str, Any], label: str, draw: Callable[[], object]) -> None:
+    def write(self, line: dict[str, Any], label: str, trust: Trust, draw: Callable[[], object]) -> None:
         """Write one frame.
 
         Parameters
@@ -84,6 +85,8 @@ class ResultWriter:
             Its JSON object.
         label : str
             What to call it on the screen, where its message is printed if nothing else is written.
+        trust : Trust
+            How far to trust it, which is printed after the message.
         draw : callable
             Writes its annotated picture; called where those are wanted.
         """
@@ -96,7 +99,8 @@ class ResultWriter:
         if self.to.annotate is not None:
             draw()
         elif self._json is None and self._csv is None:
-            print(f"{label}: {line['message']}", flush=True)
+            trusted = "" if trust.verdict == NO_POSE else f" {trust.sentence}"
+            print(f"{label}: {line['message']}{trusted}", flush=True)
         self.frames += 1
 
 

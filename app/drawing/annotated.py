@@ -29,7 +29,14 @@ from dockpose.lights.masks import Mask, hidden_pixels
 ON_PAGE = LAYERS[:-1]
 
 
-def annotate(image: Any, estimate: Estimate, *, words: bool = True, layers: Collection[str] = ON_PAGE) -> np.ndarray:
+def annotate(
+    image: Any,
+    estimate: Estimate,
+    *,
+    words: bool = True,
+    layers: Collection[str] = ON_PAGE,
+    headline: tuple[str, str] | None = None,
+) -> np.ndarray:
     """Draw what was found on a full-size copy of the picture.
 
     Parameters
@@ -42,6 +49,8 @@ def annotate(image: Any, estimate: Estimate, *, words: bool = True, layers: Coll
         False leaves out the layer "text".
     layers : collection of str
         Which of ``LAYERS`` to draw.
+    headline : (str, str), optional
+        First line of the text, in ASCII, and its colour as in HTML: how far the result can be trusted.
 
     Returns
     -------
@@ -71,7 +80,7 @@ def annotate(image: Any, estimate: Estimate, *, words: bool = True, layers: Coll
     if "scale" in layers:
         _draw_scale(canvas, estimate)
     if words and "text" in layers:
-        canvas.lines(_lines(estimate))
+        canvas.lines([*([headline] if headline else []), *_lines(estimate)])
     return canvas.pixels
 
 

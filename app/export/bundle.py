@@ -22,7 +22,7 @@ from dockpose.app.export.report import picture_report, sequence_report, session_
 from dockpose.app.export.ros import pose_yaml
 from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table
 from dockpose.app.inputs.filenames import safe_name
-from dockpose.app.processing.analysis import Analysis
+from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view
 from dockpose.camera.files import FileError
@@ -61,9 +61,9 @@ def picture_files(
         .csv (a row), settings.yaml (camera, dock and settings), pose_ros.yaml where there is a pose, report.html, and
         montage.png of all methods.
     """
-    view, found = analysis.view, analysis.estimate
+    view, found, headline = analysis.view, analysis.estimate, headline_of(analysis.trust)
     files: Files = {
-        "annotated.png": lambda: to_png(annotate(view.image, found, layers=layers)),
+        "annotated.png": lambda: to_png(annotate(view.image, found, layers=layers, headline=headline)),
         **_figure_files("annotated", lambda: picture_figure(view.image, found, layers), "svg", "pdf"),
         "picture.png": lambda: to_png(view.image),
         "result.json": lambda: to_json(result_line(analysis, sha256)),

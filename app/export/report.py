@@ -26,7 +26,7 @@ from dockpose.app.experiment.table import table
 from dockpose.app.experiment.versions import versions
 from dockpose.app.export.plots import chosen_of, error_figure, histogram_figure, sequence_figure
 from dockpose.app.export.words import why_this_one
-from dockpose.app.processing.analysis import Analysis
+from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.replay import estimate_again
 from dockpose.app.resources import static_path
 from dockpose.camera.image import decode
@@ -88,7 +88,12 @@ class Report:
 def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
     """Return the report of one picture: both poses, the histogram, and all settings."""
     view, found = analysis.view, analysis.estimate
-    facts = {"Source": view.source, "Result": found.message, "Choice": why_this_one(found)}
+    facts = {
+        "Source": view.source,
+        "Result": found.message,
+        "Trust": analysis.trust.sentence,
+        "Choice": why_this_one(found),
+    }
     facts |= {"SHA-256 of the file": sha256} if sha256 else {}
     error = pose_error(found.selected, view.known_pose)
     facts |= {"Against the known pose": str(error)} if error is not None else {}
@@ -103,8 +108,8 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
         _groups(line) | {"Versions": versions()},
         [_candidates_table(found)] if found.candidates else [],
         plots,
-        [(view.source, _data_uri(annotate(view.image, found, layers=LAYERS), 1))],
-        view.note,
+        [(view.source, _data_uri(annotate(view.image, found, layers=LAYERS, headline=headline_of(analysis.trust)), 1))],
+        " ".join(view.notes),
     ).html()
 
 

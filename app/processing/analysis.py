@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from dockpose import Estimate, estimate
+from dockpose import Dock, Estimate, estimate
 from dockpose.app.drawing.annotated import annotate
-from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
 from dockpose.app.processing.trajectory import Trajectory
 from dockpose.app.state.scene import rendered
+from dockpose.app.state.trust import Trust, trust_in
 from dockpose.app.state.view import View
 from dockpose.sources import Frame
 from dockpose.tracking.tracker import Tracked
@@ -36,7 +38,46 @@ class Analysis:
     @cached_property
     def annotated(self) -> np.ndarray:
         """The annotated picture (H, W, 3) uint8 BGR, drawn when first asked for: not every frame is shown."""
-        return annotate(self.view.image, self.estimate)
+        return annotate(self.view.image, self.estimate, headline=headline_of(self.trust))
+
+    @cached_property
+    def fitting_lights(self) -> int | None:
+        """How many lights form a ring where the dock's number finds none, or one of fewer lights than are in view.
+
+        None where no other number does better. It is searched for when first asked for.
+        """
+        found, lights = self.estimate, self.view.dock.lights
+        seen, groups = found.lights_on_ring or 0, 0 if found.markers is None else len(found.markers)
+        is_found = found.status == "ok" and (seen >= groups or seen == lights)
+        return None if lights is None or is_found else _fitting_lights(self.view, seen if found.status == "ok" else 0)
+
+    @cached_property
+    def trust(self) -> Trust:
+        """How far the result can be trusted; in a sequence with the probability that the track gives."""
+        tracked = None if self.tracked_frame is None else self.tracked_frame.tracked
+        is_guess = self.view.camera_of == "guess"
+        return trust_of(self.estimate, tracked, camera_is_guessed=is_guess, fitting_lights=self.fitting_lights)
+
+
+def _fitting_lights(view: View, more_than: int) -> int | None:
+    found = estimate(view.image, view.camera, Dock(view.dock.diameter), view.settings)
+    if found.status != "ok" or found.ring is None or (found.lights_on_ring or 0) <= more_than:
+        return None
+    return None if found.ring.lights == view.dock.lights else found.ring.lights
+
+
+def trust_of(found: Estimate, tracked: Tracked | None = None, **more: Any) -> Trust:
+    """Judge a result, with ``more`` as for :func:`dockpose.app.state.trust.trust_in`.
+
+    One of a sequence is judged with the probability that its track gives to the chosen pose.
+    """
+    probability = None if tracked is None or tracked.selected is None else tracked.track.probability
+    return trust_in(found, probability=probability, **more)
+
+
+def headline_of(trust: Trust) -> tuple[str, str]:
+    """Return the verdict and its colour, as the annotated picture shows them."""
+    return trust.verdict, TRUST_COLOURS[trust.colour]
 
 
 def analyse(view: View) -> Analysis:

@@ -7,7 +7,7 @@ from typing import Any
 from dockpose import Estimate, Tracker
 from dockpose.app.processing.analysis import Analysis, TrackedFrame, select_pose
 from dockpose.app.processing.trajectory import Trajectory
-from dockpose.app.state.view import View, with_frame
+from dockpose.app.state.view import View, with_first_frame, with_frame
 from dockpose.sources import Frame, Frames
 from dockpose.tracking.tracker import Tracked
 
@@ -28,7 +28,7 @@ class FrameFollower:
         time = "" if frame.time_s is None else f", {frame.time_s:.2f} s"
         source = f"{self._name}, {number}{time}"
         if self._before is None:
-            return with_frame(view, frame.image, source, self.frames.camera, self.frames.dock)
+            return with_first_frame(view, frame.image, source, self.frames.camera, self.frames.dock)
         return with_frame(view, frame.image, source)
 
     def read(self, view: View, frame: Frame) -> Analysis:

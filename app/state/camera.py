@@ -10,6 +10,7 @@ import numpy as np
 from dockpose import Camera
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent, written
+from dockpose.app.state.in_force import with_own_camera
 from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
@@ -47,29 +48,22 @@ def with_port(view: View, is_there: Any) -> View:
 
 def with_given_values(view: View) -> View:
     """Go back to the camera and the dock that came with the picture."""
-    return replace(view, camera=view.given_camera, dock=view.given_dock)
+    camera_of, dock_of = view.given_of
+    return replace(view, camera=view.given_camera, dock=view.given_dock, camera_of=camera_of, dock_of=dock_of)
 
 
 def with_default_values(view: View) -> View:
-    """Start over: a camera of 60 degrees without distortion, and a dock of 0.30 m."""
-    return replace(view, camera=guess_camera(view.image), dock=DEFAULT_DOCK)
+    """Look with an assumed camera of 60 degrees without distortion, and a dock of 0.30 m; My tank stays as it is."""
+    return replace(view, camera=guess_camera(view.image), dock=DEFAULT_DOCK, camera_of="guess", dock_of="guess")
 
 
 def with_camera_file(view: View, data: bytes, name: str) -> View:
-    """Take the camera of a file that a browser sent.
+    """Take the camera of a file that a browser sent; it is My tank's from then on.
 
     Raises ValueError, naming the file, where it is no camera file or is for pictures of another shape.
     """
-    camera = read_sent(data, name, load_camera)
-    height, width = view.image.shape[:2]
-    try:
-        fitting = camera.for_size(width, height)
-    except ValueError as error:
-        raise UserError(f"{name}: {error}") from error
-    note = ""
-    if fitting is not camera:
-        note = f"{name} is for {camera.width} x {camera.height}; its values were scaled to {width} x {height}."
-    return replace(view, camera=fitting, given_camera=fitting, note=note)
+    loaded = with_own_camera(view, read_sent(data, name, load_camera), name)
+    return replace(loaded, given_camera=loaded.camera, given_of=("tank", loaded.given_of[1]))
 
 
 def camera_file(camera: Camera, file_format: Any) -> bytes:

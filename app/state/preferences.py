@@ -12,8 +12,9 @@ from typing import Any
 
 import msgspec
 from dockpose import Camera, Dock, Settings, estimate
-from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent
+from dockpose.app.state.in_force import with_own_camera, with_own_dock
+from dockpose.app.state.tank import Tank, write_whole
 from dockpose.app.state.view import View
 from dockpose.camera.files import FileError, read_yaml, to_yaml
 
@@ -34,6 +35,7 @@ class Remembered(msgspec.Struct, frozen=True):
     settings: Settings = Settings()
     dark: bool = False
     shows_first_card: bool = True
+    tank: Tank = Tank()
 
 
 def settings_file(view: View) -> bytes:
@@ -43,19 +45,16 @@ def settings_file(view: View) -> bytes:
 
 
 def with_settings_file(view: View, data: bytes, name: str) -> View:
-    """Take settings, camera and dock from a file that a browser sent.
+    """Take settings, camera and dock from a file that a browser sent; camera and dock are My tank's from then on.
 
     Raises ValueError, naming the file and the key, for whatever is unknown or wrong in it.
     """
     content = read_sent(data, name, _read_settings)
-    camera = view.camera
     if content.camera is not None:
-        height, width = view.image.shape[:2]
-        try:
-            camera = content.camera.for_size(width, height)
-        except ValueError as error:
-            raise UserError(f"{name}: {error}") from error
-    return replace(view, settings=content.settings or view.settings, camera=camera, dock=content.dock or view.dock)
+        view = with_own_camera(view, content.camera, name)
+    if content.dock is not None:
+        view = with_own_dock(view, content.dock)
+    return view if content.settings is None else replace(view, settings=content.settings)
 
 
 def with_last_settings(view: View, settings: Settings) -> View:
@@ -72,7 +71,7 @@ def with_last_settings(view: View, settings: Settings) -> View:
         f"The last settings ({how}, groups of {settings.min_area_px} px or more) show no dock in this picture, so the "
         "default ones are back."
     )
-    return replace(default, note=f"{view.note} {sentence}".strip())
+    return replace(default, note=sentence)
 
 
 def _shows_dock(view: View) -> bool:
@@ -106,9 +105,7 @@ class Memory:
         self._written_s = time.monotonic()
         with contextlib.suppress(OSError):
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            beside = self._path.with_suffix(".new")
-            beside.write_text(to_yaml(msgspec.to_builtins(self.now)), encoding="utf-8")
-            beside.replace(self._path)
+            write_whole(self._path, to_yaml(msgspec.to_builtins(self.now)))
             self._kept = self.now
 
     def _read(self) -> Remembered:

@@ -53,11 +53,14 @@ def with_scene(view: View, scene: Scene, *, keep: bool = True) -> View:
         sample=None,
         note="",
         list_name="",
+        item="",
         sha256=None,
     )
     if keep and view.scene is not None and view.scene.camera == scene.camera:
         return new
-    return replace(new, camera=scene.camera, dock=scene.dock, given_camera=scene.camera, given_dock=scene.dock)
+    camera, dock = scene.camera, scene.dock
+    brought = {"camera_of": "picture", "dock_of": "picture", "given_of": ("picture", "picture")}
+    return replace(new, camera=camera, dock=dock, given_camera=camera, given_dock=dock, **brought)
 
 
 def rendered(view: View) -> View:

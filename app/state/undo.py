@@ -12,7 +12,7 @@ from dockpose.app.state.view import View
 
 _LONGEST = 100
 _ONE_MOVE_S = 0.8  # a slider that is dragged changes many times, and is undone at once
-_NOTED = ("camera", "dock", "settings", "scene", "by_hand", "measured")
+_NOTED = ("camera", "dock", "settings", "scene", "by_hand", "measured", "tank", "camera_of", "dock_of")
 
 
 class History:

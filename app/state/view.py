@@ -6,20 +6,24 @@ import hashlib
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
 from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
+from dockpose.app.state.tank import Tank
 from dockpose.camera.image import decode
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Scene, load_scene
 from dockpose.sources.pictures import read_picture
+from msgspec.structs import replace as changed
 
-DEFAULT_DOCK = Dock(diameter=0.30)
+NO_TANK = Tank()
+DEFAULT_DOCK = NO_TANK.dock
 GUESSED_VIEW_DEG = 60.0
+Owner = Literal["tank", "picture", "guess"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +43,19 @@ class View:
     settings : Settings
         How it is searched for.
     given_camera, given_dock : Camera, Dock
-        Those that came with the picture, to go back to.
+        Those that it was opened with, to go back to.
+    tank : Tank
+        The operator's own, whichever are in force.
+    camera_of, dock_of : {"tank", "picture", "guess"}
+        Whose camera and dock are in force: those of My tank, those that came with the picture, or assumed ones.
+    given_of : tuple of two of these
+        Whose ``given_camera`` and ``given_dock`` are.
     sample : str, optional
         Name of the sample scene that this is.
     truth : KnownPose, optional
         Where the dock of a simulated picture really is.
     note : str
-        What had to be assumed; empty where nothing had to be.
+        What was changed on opening it; empty where nothing was. ``notes`` adds what follows from the rest.
     by_hand : tuple of float, optional
         Normal of the pose that the operator chose; None leaves the choice to the program.
     scene : Scene, optional
@@ -68,6 +78,10 @@ class View:
     settings: Settings
     given_camera: Camera
     given_dock: Dock
+    tank: Tank = NO_TANK
+    camera_of: Owner = "picture"
+    dock_of: Owner = "picture"
+    given_of: tuple[Owner, Owner] = ("picture", "picture")
     sample: str | None = None
     truth: KnownPose | None = None
     note: str = ""
@@ -84,8 +98,20 @@ class View:
         """The truth, or else the measured pose; None where neither is known."""
         return self.measured if self.truth is None else self.truth
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What had to be assumed, as sentences; each holds for the camera in force now."""
+        own, sentences = self.tank.camera, [self.note] if self.note else []
+        if self.camera_of == "guess":
+            other = "" if own is None else f"The camera of My tank is for {own.width} x {own.height}. "
+            sentences.insert(0, other + _guess_sentence(self.camera))
+        elif self.camera_of == "tank" and own is not None and own.width != self.camera.width:
+            size, own_size = (f"{camera.width} x {camera.height}" for camera in (self.camera, own))
+            sentences.insert(0, f"The camera of My tank is for {own_size}; its values were scaled to {size}.")
+        return tuple(sentences)
 
-def open_source(source: str | None, camera: Camera | None, dock: Dock | None) -> View:
+
+def open_source(source: str | None, camera: Camera | None, dock: Dock | None, tank: Tank | None = None) -> View:
     """Return the view to start with.
 
     Parameters
@@ -93,74 +119,84 @@ def open_source(source: str | None, camera: Camera | None, dock: Dock | None) ->
     source : str, optional
         Path of a picture; None for the first sample scene.
     camera : Camera, optional
-        None takes the one in the YAML beside the picture, or else guesses one.
+        The operator's; None takes the one in the YAML beside the picture, or else My tank's, or else guesses one.
     dock : Dock, optional
-        None takes the one in the YAML beside the picture, or else one 0.30 m across.
+        The operator's; None takes the one in the YAML beside the picture, or else My tank's.
+    tank : Tank, optional
+        My tank; None for an unknown one. ``camera`` and ``dock`` become part of it.
 
     Raises
     ------
     ValueError
         If the picture cannot be read, or the camera is not for a picture of this size.
     """
+    mine = tank or NO_TANK
+    mine = changed(mine, camera=camera or mine.camera, dock=dock or mine.dock)
     if source is None:
-        return _sample_view(sample_names()[0], camera, dock)
+        return _sample_view(sample_names()[0], mine, camera=camera, dock=dock)
     path = Path(source)
     image, sha256 = read_picture(path)
     beside = read_sidecar(path)
-    known, note = camera or beside.camera, ""
-    if known is None:
-        known = guess_camera(image)
-        note = _guess_sentence(known)
-    view = _view(image, path.name, known, dock or beside.dock or DEFAULT_DOCK, truth=beside.truth, note=note)
+    brought_camera, brought_dock = camera or beside.camera, dock or beside.dock
+    view = _view(image, path.name, mine, brought_camera, brought_dock, truth=beside.truth)
     return replace(view, sha256=sha256, list_name="beside", item=path.resolve().name)
 
 
 def with_sample(view: View, name: Any) -> View:
-    """Show the sample scene of that name, with its own camera and dock."""
+    """Show the sample scene of that name, with its own camera and dock; My tank stays as it is."""
     if name not in sample_names():
         raise UserError(f"There is no sample scene called {name!r}.")
-    return _sample_view(name, None, None, view.settings)
+    return _sample_view(name, view.tank, view.settings)
 
 
 def with_file(view: View, path: Path, name: str, list_name: str = "folder") -> View:
     """Show a picture of a folder on this machine, called ``name`` there.
 
-    What the YAML beside it says goes before the camera and the dock in use; see :func:`with_upload`.
+    What the YAML beside it says goes before My tank; see :func:`with_upload`.
     """
     beside = read_sidecar(path) if path.with_suffix(".yaml").resolve().parent == path.parent else Sidecar()
-    shown = with_upload(view, _read_bytes(path, name), name)
-    if beside.camera is None and beside.dock is None:
-        return replace(shown, truth=beside.truth, list_name=list_name)
-    camera, note = (shown.camera, shown.note) if beside.camera is None else (beside.camera, "")
-    own = _view(shown.image, name, camera, beside.dock or view.dock, settings=view.settings, truth=beside.truth)
-    return replace(own, note=note, list_name=list_name, item=name, sha256=shown.sha256)
+    data = _read_bytes(path, name)
+    shown = _view(decode(data, name), name, view.tank, beside.camera, beside.dock, view.settings, truth=beside.truth)
+    return replace(shown, list_name=list_name, item=name, sha256=hashlib.sha256(data).hexdigest())
 
 
 def with_upload(view: View, data: bytes, name: str) -> View:
-    """Show an uploaded picture.
+    """Show an uploaded picture, with My tank.
 
-    The present camera is kept where the picture has its size or is a pure rescale of it; otherwise a camera is guessed,
-    and the note says so. Raises ValueError (ImageError) for a file that is no picture, naming it.
+    Its camera is used where the picture has its size or is a pure rescale of it; otherwise a camera is guessed, and
+    the notes say so. Raises ValueError (ImageError) for a file that is no picture, naming it.
     """
-    image = decode(data, name)
-    camera, note = _fitting(view.camera, image)
-    shown = _view(image, name, camera, view.dock, settings=view.settings, note=note)
+    shown = _view(decode(data, name), name, view.tank, settings=view.settings)
     return replace(shown, list_name="uploads", item=name, sha256=hashlib.sha256(data).hexdigest())
 
 
-def with_frame(
-    view: View, image: np.ndarray, source: str, camera: Camera | None = None, dock: Dock | None = None
-) -> View:
-    """Show a frame of a sequence, called ``source``.
+def with_first_frame(view: View, image: np.ndarray, source: str, camera: Camera | None, dock: Dock | None) -> View:
+    """Show the first frame of a sequence, called ``source``.
 
-    ``camera`` and ``dock`` are those that the sequence brings along, for its first frame; None keeps those in use,
-    the camera as :func:`with_upload` does.
+    ``camera`` and ``dock`` are those that the sequence brings along; None takes My tank's.
     """
-    camera, note = _fitting(camera or view.camera, image)
-    dock = dock or view.dock
-    given_camera = view.given_camera if camera is view.camera else camera
-    given_dock = view.given_dock if dock is view.dock else dock
-    return View(image, source, camera, dock, view.settings, given_camera, given_dock, note=note, list_name="sequence")
+    return replace(_view(image, source, view.tank, camera, dock, view.settings), list_name="sequence")
+
+
+def with_frame(view: View, image: np.ndarray, source: str) -> View:
+    """Show a later frame of a sequence, called ``source``, with the camera and the dock in force."""
+    camera, camera_of = _fitting(view.camera, image)
+    return replace(
+        view,
+        image=image,
+        source=source,
+        camera=camera,
+        camera_of="guess" if camera_of == "guess" else view.camera_of,
+        sample=None,
+        truth=None,
+        by_hand=None,
+        measured=None,
+        scene=None,
+        is_stale=False,
+        list_name="sequence",
+        item="",
+        sha256=None,
+    )
 
 
 def guess_camera(image: np.ndarray) -> Camera:
@@ -170,23 +206,24 @@ def guess_camera(image: np.ndarray) -> Camera:
     return Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
 
+def own_camera(tank: Tank, image: np.ndarray) -> tuple[Camera, Owner]:
+    """Return My tank's camera for a picture, or a guessed one where it has none or none that fits; and whose it is."""
+    return (guess_camera(image), "guess") if tank.camera is None else _fitting(tank.camera, image)
+
+
+def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, Owner]:
+    height, width = image.shape[:2]
+    try:
+        return camera.for_size(width, height), "tank"
+    except ValueError:
+        return guess_camera(image), "guess"
+
+
 def _read_bytes(path: Path, name: str) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
         raise UserError(f"{name}: cannot be read ({error.strerror or error})") from error
-
-
-def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, str]:
-    """The camera for a picture of this size, or a guessed one, and a sentence where something had to be assumed."""
-    height, width = image.shape[:2]
-    try:
-        fitting = camera.for_size(width, height)
-    except ValueError:
-        guessed = guess_camera(image)
-        return guessed, f"The camera in use is for {camera.width} x {camera.height}. {_guess_sentence(guessed)}"
-    scaled = f"The camera's values were scaled from {camera.width} x {camera.height} to {width} x {height}."
-    return fitting, "" if fitting is camera else scaled
 
 
 def _guess_sentence(camera: Camera) -> str:
@@ -196,26 +233,32 @@ def _guess_sentence(camera: Camera) -> str:
     )
 
 
-def _sample_view(name: str, camera: Camera | None, dock: Dock | None, settings: Settings | None = None) -> View:
+def _sample_view(
+    name: str, tank: Tank, settings: Settings | None = None, *, camera: Camera | None = None, dock: Dock | None = None
+) -> View:
     sample, scene = load_sample(name), load_scene(sample_path(name).with_suffix(".yaml"))
     camera, dock = camera or sample.camera, dock or sample.dock
-    view = _view(sample.image, name, camera, dock, settings=settings, sample=name, truth=sample.truth)
-    return replace(view, scene=scene, list_name="samples", item=name, sha256=sample.sha256)
+    view = _view(sample.image, name, tank, camera, dock, settings, truth=sample.truth)
+    return replace(view, sample=name, scene=scene, list_name="samples", item=name, sha256=sample.sha256)
 
 
 def _view(
     image: np.ndarray,
     source: str,
-    camera: Camera,
-    dock: Dock,
-    *,
+    tank: Tank,
+    camera: Camera | None = None,
+    dock: Dock | None = None,
     settings: Settings | None = None,
-    sample: str | None = None,
+    *,
     truth: KnownPose | None = None,
-    note: str = "",
 ) -> View:
+    """Show a picture with the camera and the dock that it brings along; My tank's in place of None."""
     height, width = image.shape[:2]
-    fitting = camera.for_size(width, height)
+    if camera is None:
+        fitting, camera_of = own_camera(tank, image)
+    else:
+        fitting, camera_of = camera.for_size(width, height), _owner(camera == tank.camera)
+    dock, dock_of = dock or tank.dock, _owner(dock in (None, tank.dock))
     return View(
         image=image,
         source=source,
@@ -224,7 +267,13 @@ def _view(
         settings=settings or Settings(),
         given_camera=fitting,
         given_dock=dock,
-        sample=sample,
+        tank=tank,
+        camera_of=camera_of,
+        dock_of=dock_of,
+        given_of=(camera_of, dock_of),
         truth=truth,
-        note=note,
     )
+
+
+def _owner(is_mine: bool) -> Owner:
+    return "tank" if is_mine else "picture"

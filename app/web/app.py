@@ -15,7 +15,9 @@ from dockpose.app.inputs.sequences import FrameSource, given, is_sequence
 from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.latest_worker import LatestWorker
+from dockpose.app.state.in_force import kept
 from dockpose.app.state.preferences import Memory, with_last_settings
+from dockpose.app.state.tank import Tanks
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout, Parts
@@ -28,6 +30,7 @@ from dockpose.app.web.server.options import DEFAULTS, Options
 from dockpose.app.web.server.start import open_server, silence
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.sources import Frame
+from msgspec.structs import replace as changed
 
 LOOPBACK = "127.0.0.1"
 FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
@@ -85,8 +88,13 @@ class App:
         """Open the source and start serving; for arguments and errors see :func:`dockpose.app.commands.serve.serve`."""
         sequence = given(source, camera, dock) if source is not None and is_sequence(source) else None
         picture = None if source is None or sequence is not None else Path(source)
-        view = open_source(None, None, None) if sequence is not None else open_source(source, camera, dock)
         memory = Memory(options.remember_in)
+        tank = memory.now.tank
+        if sequence is not None:
+            tank = changed(tank, camera=camera or tank.camera, dock=dock or tank.dock)
+            view = open_source(None, None, None, tank)
+        else:
+            view = open_source(source, camera, dock, tank)
         view = with_last_settings(view, memory.now.settings)
         guard = Guard(host, options.allow_hosts)
         draws_slowly = threading.Event()
@@ -145,7 +153,7 @@ class App:
                 self._view = function(before)
 
             is_done = attempt(apply, self.notify, self.fail, client)
-            after = self._view
+            after = self._view = kept(before, self._view)
             if reload or not is_done:
                 for panel in self._panels:
                     panel.load(after)
@@ -155,8 +163,12 @@ class App:
                     self._worker.submit(after)
         if before.list_name == "sequence" != after.list_name:
             self._sequence.close()
-        if after.note and after.note != before.note:
-            self.notify("Please check the camera", after.note, "yellow", client)
+        self._tell_notes(before, after, client)
+
+    def _tell_notes(self, before: View, after: View, client: viser.ClientHandle | None) -> None:
+        for note in after.notes:
+            if note not in before.notes:
+                self.notify("Please check the camera", note, "yellow", client)
 
     def show_frame(self, frame: Frame) -> None:
         """Search and show a frame of the sequence that is open; returns when that is done."""
@@ -183,6 +195,7 @@ class App:
             root=options.folder,
             beside=beside,
             memory=self._memory,
+            tanks=Tanks(options.remember_in),
             sequence=self._sequence,
             scene=self._scene,
             notify=self.notify,
@@ -233,8 +246,7 @@ class App:
             if (view.camera, view.dock, view.list_name) != (before.camera, before.dock, before.list_name):
                 for panel in self._panels:
                     panel.load(view)
-        if view.note:
-            self.notify("Please check the camera", view.note, "yellow", None)
+        self._tell_notes(before, view, None)
         analysis = self._newest = follower.read(view, frame)
         if self._pacing.shows_all():
             self._show(analysis)

@@ -11,6 +11,7 @@ import viser
 from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.state.preferences import Memory
+from dockpose.app.state.tank import Tanks
 from dockpose.app.web.html import help_link
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.camera import CameraPanel
@@ -24,6 +25,7 @@ from dockpose.app.web.panels.sequence import SequencePanel
 from dockpose.app.web.panels.settings import Actions, SettingsPanel
 from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
+from dockpose.app.web.panels.tank import ChipsPanel, TanksPanel
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.widgets import Change, Panel
@@ -47,6 +49,7 @@ class Parts:
     root: Path | None
     beside: Path | None
     memory: Memory
+    tanks: Tanks
     sequence: SequenceController
     scene: Scene3D
     notify: Notify
@@ -81,6 +84,7 @@ class Layout:
             source = SourcePanel(gui, change, parts.uploads, parts.root, parts.beside)
             simulator = SimulatorPanel(gui, change)
         with tab("Camera & dock", "camera"):
+            tanks = TanksPanel(gui, parts.tanks, change, parts.notify)
             camera = CameraPanel(gui, change)
         with tab("Detect", "detect"):
             detect = DetectPanel(gui, change)
@@ -98,18 +102,20 @@ class Layout:
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels += [source, simulator, camera, detect, pose, self.sequence, self.settings]
+        self.panels += [source, simulator, tanks, camera, detect, pose, self.sequence, self.settings]
         self.panels += [experiment, export, viewpoint]
 
     def _add_pictures(self, server: viser.ViserServer, parts: Parts) -> None:
         gui = server.gui
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            status, self.picture = StatusPanel(gui), PicturePanel(gui, server.flush)
+            status = StatusPanel(gui)
+            chips = ChipsPanel(gui, parts.tanks, parts.change)
+            self.picture = PicturePanel(gui, server.flush)
             result = ResultPanel(gui)
         with self.picture.compare_tab:
             compare = ComparePanel(gui, parts.change, parts.fail)
         self.panels.insert(0, self.picture)
-        self.panels += [status, result, compare]
+        self.panels += [status, chips, result, compare]
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

@@ -139,6 +139,15 @@ class Page:
         return self.page.locator("[role=status]").inner_text()
 
     @property
+    def trust(self):
+        """Green, amber or red, as the status says."""
+        return self.page.locator("#trust").get_attribute("data-trust")
+
+    def has_found(self, name):
+        """Whether the status says that it found a dock in the picture of that name, trusted or not."""
+        return f" in {name} (" in self.status and "No pose" not in self.status
+
+    @property
     def z_cm(self):
         """Z of the chosen candidate, as the table says; None where there is none."""
         cells = self.page.locator("#candidates tbody tr").first.locator("td").all_inner_texts()

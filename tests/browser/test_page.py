@@ -82,9 +82,12 @@ def test_another_sample(page):
     assert page.box("fx (px)").input_value() == "700"
 
 
-def test_upload_keeps_the_camera_that_fits(page):
+def test_upload_is_seen_with_my_tank(page):
+    page.tab("Camera & dock")
+    page.page.get_by_role("button", name="Make these my tank").click()
+    page.until(lambda: page.app.view.tank.camera is not None)
     page.upload("tank 7.png", sample_path("tilted").read_bytes())
-    page.until(lambda: "Dock found in tank 7.png" in page.status)
+    page.until(lambda: page.has_found("tank 7.png"))
     page.until(lambda: page.z_cm == pytest.approx(true_z_cm("tilted"), abs=0.3))
     assert page.row_names() == ["● A, chosen", "○ B"]
     assert page.box("Sample scene").input_value() == "(own picture)"

@@ -105,12 +105,12 @@ def test_simulates_with_the_camera_in_use(page):
 
 def test_several_pictures_at_once_and_turning_pages(page):
     send(page, "Upload pictures", *[(f"{name}.png", sample_path(name).read_bytes()) for name in ("plain", "tilted")])
-    page.until(lambda: "Dock found in tilted.png" in page.status)
+    page.until(lambda: page.has_found("tilted.png"))
     page.page.get_by_role("button", name="Previous").click()
-    page.until(lambda: "Dock found in plain.png" in page.status)
+    page.until(lambda: page.has_found("plain.png"))
     assert page.box("Uploaded").input_value() == "plain.png"
     page.choose("Uploaded", "tilted.png")
-    page.until(lambda: "Dock found in tilted.png" in page.status)
+    page.until(lambda: page.has_found("tilted.png"))
 
 
 def test_dropped_pictures_are_taken(page):
@@ -123,13 +123,13 @@ def test_dropped_pictures_are_taken(page):
         }""",
         data,
     )
-    page.until(lambda: "Dock found in dropped.png" in page.status)
+    page.until(lambda: page.has_found("dropped.png"))
 
 
 def test_folder_of_this_machine(page):
     assert page.box("Folder").input_value() == "."
     page.choose("File", "tilted.png")
-    page.until(lambda: "Dock found in tilted.png" in page.status)
+    page.until(lambda: page.has_found("tilted.png"))
     page.until(lambda: page.row_names()[-1] == "Truth")  # the YAML beside it tells it
     page.page.get_by_role("button", name="Next").click()
     page.until(lambda: page.app.view.item != "tilted.png")
@@ -144,9 +144,9 @@ def test_folder_below_lists_its_own_pictures(page):
     page.until(lambda: page.app._layout.panels[1]._file.options == (NONE_CHOSEN, "tank/first.png", "tank/second.png"))
     assert page.app.view is before  # choosing a folder leaves the picture
     page.choose("File", "tank/second.png")
-    page.until(lambda: "Dock found in tank/second.png" in page.status)
+    page.until(lambda: page.has_found("tank/second.png"))
     page.page.get_by_role("button", name="Previous").click()
-    page.until(lambda: "Dock found in tank/first.png" in page.status)
+    page.until(lambda: page.has_found("tank/first.png"))
     page.choose("Folder", ".")
     page.until(lambda: "tilted.png" in page.app._layout.panels[1]._file.options)
 
@@ -189,10 +189,10 @@ def test_forty_files_at_once(page):
 
 def test_uploads_are_forgotten_when_asked(page):
     send(page, "Upload pictures", ("mine.png", sample_path("tilted").read_bytes()))
-    page.until(lambda: "Dock found in mine.png" in page.status)
+    page.until(lambda: page.has_found("mine.png"))
     kept = page.app._kept.kept_bytes
     page.page.get_by_role("button", name=f"Forget uploads ({kept / 2**20:.1f} MB)").click()
     page.page.get_by_text(f"which frees {kept / 2**20:.1f} MB of memory").first.wait_for()
     assert page.app._kept.kept_bytes == 0
     page.until(lambda: page.page.get_by_role("button", name="Forget uploads").count() == 0)
-    assert "Dock found in mine.png" in page.status
+    assert page.has_found("mine.png")

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import viser
 from dockpose.app.drawing.canvas import to_bgr8
+from dockpose.app.drawing.colours import TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES
 from dockpose.app.drawing.thresholded import threshold_picture
 from dockpose.app.export.words import status_line
@@ -45,12 +46,14 @@ _KEY = (
 
 def status_html(analysis: Analysis) -> str:
     """The picture's name, what was found in it and what to try, in words; and the line of numbers along the bottom."""
-    found = analysis.estimate
-    verdict, colour = ("Dock found", "#009E73") if found.status == "ok" else ("No pose", "#D55E00")
-    words = " ".join(text for text in (found.message, analysis.view.note) if text)
+    found, trust = analysis.estimate, analysis.trust
+    colour = TRUST_COLOURS[trust.colour]
+    notes = analysis.view.notes[analysis.view.camera_of == "guess" :]  # of a guess the reasons tell already
+    words = " ".join(text for text in (*trust.reasons, found.message, *notes) if text)
     return (
         f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 3em">'
-        f'<b style="border-left: 0.35em solid {colour}; padding-left: 0.4em">{verdict}</b> in '
+        f'<b id="trust" data-trust="{trust.colour}" style="border-left: 0.35em solid {colour}; padding-left: 0.4em">'
+        f"{trust.verdict}</b> in "
         f"{escape(analysis.view.source)} ({found.width} × {found.height}). {escape(words)}"
         f'<div id="status-line" style="{_LINE}; border-left: 0.6em solid {colour}">{escape(status_line(found))}</div>'
         "</div>"

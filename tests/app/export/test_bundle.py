@@ -38,7 +38,10 @@ def test_all_files_agree(analysis):
     picture = cv2.imdecode(np.frombuffer(files["picture.png"], np.uint8), cv2.IMREAD_UNCHANGED)
     np.testing.assert_array_equal(picture, analysis.view.image)
     drawn = cv2.imdecode(np.frombuffer(files["annotated.png"], np.uint8), cv2.IMREAD_COLOR)
-    np.testing.assert_array_equal(drawn, annotate(analysis.view.image, analysis.estimate, layers=LAYERS))
+    headline = ("Dock found", "#009E73")
+    np.testing.assert_array_equal(
+        drawn, annotate(analysis.view.image, analysis.estimate, layers=LAYERS, headline=headline)
+    )
     line = json.loads(files["result.json"])
     (row,) = csv.DictReader(io.StringIO(files["result.csv"].decode()))
     assert float(row["a_z_m"]) == line["candidates"][0]["position_m"][2]

@@ -19,7 +19,7 @@ from dockpose.app.inputs.sequences import (
 )
 from dockpose.app.processing.following import FrameFollower, chosen_by_track
 from dockpose.app.state.parameters import put
-from dockpose.app.state.view import DEFAULT_DOCK, open_source, with_frame
+from dockpose.app.state.view import DEFAULT_DOCK, open_source, with_first_frame, with_frame
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
@@ -135,11 +135,11 @@ def test_simulated_courses_suit_the_dock(name):
 
 def test_frame_keeps_the_camera_that_fits_and_guesses_where_none_does(view):
     same = with_frame(view, np.zeros((480, 640), np.uint8), "x, frame 1")
-    assert (same.camera, same.note, same.list_name, same.truth) == (view.camera, "", "sequence", None)
+    assert (same.camera, same.notes, same.list_name, same.truth) == (view.camera, (), "sequence", None)
     other = with_frame(view, np.zeros((100, 300), np.uint8), "x, frame 1")
     assert (other.camera.width, other.camera.height) == (300, 100)
-    assert "was assumed" in other.note
-    brought = with_frame(view, np.zeros((240, 320), np.uint8), "x, frame 1", CAMERA, DEFAULT_DOCK)
+    assert "was assumed" in other.notes[0]
+    brought = with_first_frame(view, np.zeros((240, 320), np.uint8), "x, frame 1", CAMERA, DEFAULT_DOCK)
     assert (brought.camera, brought.given_camera, brought.given_dock) == (CAMERA, CAMERA, DEFAULT_DOCK)
 
 

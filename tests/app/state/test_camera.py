@@ -43,14 +43,14 @@ def test_camera_files_are_saved_and_loaded(view, file_format):
     changed = put(put(view, "fx", 812.5), "k1", -0.1)
     loaded = with_camera_file(view, optics.camera_file(changed.camera, file_format), "mine.yaml")
     assert loaded.camera == changed.camera == loaded.given_camera
-    assert loaded.note == ""
+    assert loaded.notes == ()
 
 
 def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):
     small = optics.camera_file(view.camera.for_size(320, 240), "ros")
     loaded = with_camera_file(view, small, "mine.yaml")
     assert loaded.camera.fx == view.camera.fx
-    assert "mine.yaml is for 320 x 240" in loaded.note
+    assert "My tank is for 320 x 240; its values were scaled to 640 x 480" in loaded.notes[0]
 
 
 @pytest.mark.parametrize(

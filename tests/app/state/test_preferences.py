@@ -103,9 +103,10 @@ def test_app_starts_with_the_last_settings(tmp_path):
     ],
 )
 def test_last_settings_that_hide_the_dock_are_not_taken_and_that_is_said(view, settings, words):
-    first = with_last_settings(replace(view, note="No camera is known."), settings)
+    first = with_last_settings(replace(view, camera_of="guess"), settings)
     assert first.settings == Settings()
-    assert first.note.startswith("No camera is known. The last settings")
+    assert first.notes[0].startswith("No camera is known")
+    assert first.notes[1].startswith("The last settings")
     assert words in first.note
     assert analyse(first).estimate.status == "ok"
 

@@ -8,6 +8,7 @@ from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
 from dockpose.app.state import view as state
+from dockpose.app.state.in_force import with_these_as_mine
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_scene
 from dockpose.camera.image import ImageError
@@ -52,7 +53,7 @@ def test_picture_of_unknown_camera_gets_a_guess_and_a_note(tmp_path):
     assert math.degrees(view.camera.field_of_view_rad[0]) == pytest.approx(60)
     assert (view.camera.cx, view.camera.cy) == (199.5, 149.5)
     assert view.dock == state.DEFAULT_DOCK
-    assert "400 x 300" in view.note
+    assert "400 x 300" in view.notes[0]
 
 
 def test_missing_picture_is_named():
@@ -74,24 +75,25 @@ def test_unknown_sample_is_refused(view, name):
         state.with_sample(view, name)
 
 
-def test_upload_of_the_same_size_keeps_camera_and_dock(view):
-    changed = put(put(view, "fx", 900), "diameter_cm", 45)
+def test_upload_of_the_same_size_is_seen_with_my_tank(view):
+    changed = with_these_as_mine(put(put(view, "fx", 900), "diameter_cm", 45))
     uploaded = state.with_upload(changed, png(640, 480), "a.png")
     assert (uploaded.camera, uploaded.dock) == (changed.camera, changed.dock)
-    assert (uploaded.source, uploaded.sample, uploaded.truth, uploaded.note) == ("a.png", None, None, "")
+    assert (uploaded.source, uploaded.sample, uploaded.truth, uploaded.notes) == ("a.png", None, None, ())
 
 
 def test_upload_at_half_size_scales_the_camera_and_says_so(view):
-    uploaded = state.with_upload(view, png(320, 240), "a.png")
+    uploaded = state.with_upload(with_these_as_mine(view), png(320, 240), "a.png")
     assert uploaded.camera.fx == view.camera.fx / 2
-    assert "scaled" in uploaded.note
+    assert "scaled" in uploaded.notes[0]
 
 
 def test_upload_of_another_shape_gets_a_guessed_camera_and_says_so(view):
-    uploaded = state.with_upload(view, png(300, 300), "a.png")
+    uploaded = state.with_upload(with_these_as_mine(view), png(300, 300), "a.png")
+    assert uploaded.notes[0].startswith("The camera of My tank is for 640 x 480. No camera is known")
     assert (uploaded.camera.width, uploaded.camera.height) == (300, 300)
     assert uploaded.camera.fx == pytest.approx(150 / math.tan(math.radians(30)))
-    assert "60 degrees" in uploaded.note
+    assert "60 degrees" in uploaded.notes[0]
 
 
 @pytest.mark.parametrize("data", [b"", b"junk", png(64, 48)[:60]])

@@ -1,0 +1,113 @@
+"""My tank: the camera and the dock that belong to the operator, under a name, and the file that keeps several."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import msgspec
+from dockpose import Camera, Dock
+from dockpose.app.errors import UserError
+from dockpose.camera.files import read_yaml, to_yaml
+
+UNNAMED = "My tank"
+MOST_TANKS, LONGEST_NAME = 50, 40
+
+
+class Tank(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The operator's camera, dock and lights; ``camera`` is None until one is known."""
+
+    name: str = ""
+    camera: Camera | None = None
+    dock: Dock = Dock(diameter=0.30)
+
+
+class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    tanks: tuple[Tank, ...] = ()
+
+
+def tank_words(tank: Tank) -> str:
+    """Return name, focal length, size, diameter and lights in one line."""
+    camera, dock = tank.camera, tank.dock
+    lens = "camera not known yet"
+    if camera is not None:
+        lens = f"fx {camera.fx:.1f} px at {camera.width} × {camera.height}"
+        lens += "" if camera.port is None else " behind a flat port"
+    lights = "lights not known" if dock.lights is None else f"{dock.lights} lights"
+    return f"{tank.name or UNNAMED}: {lens}, dock {100 * dock.diameter:g} cm, {lights}"
+
+
+class Tanks:
+    """The saved tanks, in a folder of the user's; None keeps them only while the program runs.
+
+    ``trouble`` says why the file that is there could not be read; empty where it could.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self._path = None if folder is None else folder / "tanks.yaml"
+        self._tanks: dict[str, Tank] = {}
+        self.trouble = ""
+        if self._path is not None and self._path.exists():
+            try:
+                kept = msgspec.convert(read_yaml(self._path), _File)
+                self._tanks = {tank.name: tank for tank in kept.tanks}
+            except (ValueError, RecursionError) as error:
+                self.trouble = f"The saved tanks cannot be read ({error}); {self._path} is kept as it is."
+
+    def names(self) -> list[str]:
+        """Names of the saved tanks, in the order of the alphabet."""
+        return sorted(self._tanks, key=str.casefold)
+
+    def get(self, name: str) -> Tank:
+        """Return the tank saved under that name. Raises UserError where there is none."""
+        if name not in self._tanks:
+            raise UserError(f"There is no tank called {name!r}.")
+        return self._tanks[name]
+
+    def is_saved(self, tank: Tank) -> bool:
+        """Whether a tank is as it was saved under its name."""
+        return self._tanks.get(tank.name) == tank
+
+    def save(self, tank: Tank, name: str) -> Tank:
+        """Save a tank under a name, replacing the one of that name; it is on the disk when this returns.
+
+        Raises
+        ------
+        UserError
+            If the name is blank or too long, there are too many, or the file cannot be written; nothing changes then.
+        """
+        name = " ".join("".join(letter for letter in name if letter.isprintable()).split())
+        if not name or len(name) > LONGEST_NAME:
+            raise UserError(f"A tank needs a name of 1 to {LONGEST_NAME} letters.")
+        if name not in self._tanks and len(self._tanks) >= MOST_TANKS:
+            raise UserError(f"There are {MOST_TANKS} tanks already; forget one first.")
+        named = msgspec.structs.replace(tank, name=name)
+        self._keep(self._tanks | {name: named})
+        return named
+
+    def forget(self, name: str) -> None:
+        """Forget the tank of that name. Raises UserError where there is none, or the file cannot be written."""
+        self.get(name)
+        self._keep({one: tank for one, tank in self._tanks.items() if one != name})
+
+    def _keep(self, tanks: dict[str, Tank]) -> None:
+        if self.trouble:
+            raise UserError(self.trouble)
+        if self._path is not None:
+            text = to_yaml(msgspec.to_builtins(_File(tuple(tanks.values()))))
+            try:
+                self._path.parent.mkdir(parents=True, exist_ok=True)
+                write_whole(self._path, text)
+            except OSError as error:
+                raise UserError(f"{self._path}: the tanks cannot be saved ({error.strerror or error})") from error
+        self._tanks = tanks
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file beside its place, flush it to the disk, and only then put it there, whole."""
+    beside = path.with_suffix(".new")
+    with beside.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    beside.replace(path)

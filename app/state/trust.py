@@ -1,0 +1,144 @@
+"""How far a result can be trusted: green, amber or red, and the reasons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from dockpose import Estimate
+from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.numbers import count, number, percent
+from dockpose.lights.ring import light_diameter_px, tolerance_px
+from dockpose.pose.choice import DECIDED
+
+Colour = Literal["green", "amber", "red"]
+VERDICTS: dict[Colour, str] = {
+    "green": "Dock found",
+    "amber": "Dock found, but check it",
+    "red": "Dock seen, but do not rely on it",
+}
+NO_POSE = "No pose"
+TOSS_UP = 2 / 3  # a pose that is not even twice as likely as the other
+# Twice the standard deviation holds the truth 19 times in 20: within a tenth of the range, or not even a fifth.
+EXACT_SHARE, ROUGH_SHARE = 0.05, 0.10
+
+
+@dataclass(frozen=True)
+class Trust:
+    """How far to trust a result.
+
+    Attributes
+    ----------
+    colour : {"green", "amber", "red"}
+        Use it, check it, or do not use it.
+    verdict : str
+        The same in a few words.
+    reasons : tuple of str
+        Why it is not green, each a sentence; empty where it is.
+    """
+
+    colour: Colour
+    verdict: str
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The verdict and its reasons, in sentences."""
+        return " ".join([f"{self.verdict}.", *self.reasons])
+
+
+def trust_in(
+    found: Estimate,
+    *,
+    camera_is_guessed: bool = False,
+    probability: float | None = None,
+    fitting_lights: int | None = None,
+) -> Trust:
+    """Judge how far a result can be trusted.
+
+    Parameters
+    ----------
+    found : Estimate
+        The result.
+    camera_is_guessed : bool
+        Whether no camera was known, so that its field of view was assumed.
+    probability : float, optional
+        Probability of the chosen pose from the track over earlier frames; None takes that of the frame alone.
+    fitting_lights : int, optional
+        How many lights form a ring that holds more of them than the one found; None where none does.
+
+    Returns
+    -------
+    Trust
+        Red where there is no pose, where the choice between the two is a toss-up, where one standard deviation of the
+        range is above 10 % of it, where the lights lie farther off their places than a light of their size may, or
+        where more of them form a ring of another number. Amber for lesser doubts. The gravest reasons come first.
+    """
+    if found.selected is None:
+        return Trust("red", NO_POSE, ())
+    doubts: list[tuple[Colour, str]] = []
+    if fitting_lights is not None:
+        doubts.append(("red", f"{fitting_lights} lights form a ring; the dock is set to {found.dock.lights}."))
+    doubts += [*_doubts_about_pose(found, probability), *_doubts_about_range(found), *_doubts_about_ring(found)]
+    if camera_is_guessed:
+        doubts.append(("amber", "The camera is not known and its view was assumed, so distances are only rough."))
+    colour: Colour = "green" if not doubts else "red" if any(one == "red" for one, _ in doubts) else "amber"
+    reasons = [reason for wanted in ("red", "amber") for one, reason in doubts if one == wanted]
+    return Trust(colour, VERDICTS[colour], tuple(reasons))
+
+
+def _doubts_about_pose(found: Estimate, probability: float | None) -> Iterator[tuple[Colour, str]]:
+    """Whether it is the right one of the two poses."""
+    choice = found.choice
+    assert choice is not None
+    name, alone = POSE_NAMES[choice.selected], choice.candidates[choice.selected].probability
+    likely = alone if probability is None else probability
+    if choice.selected_by == "hand":
+        gives = "" if alone is None else f"; the program gives it {percent(alone, 0)} %"
+        yield "amber", f"Pose {name} was chosen by hand{gives}."
+    elif choice.coincide:
+        return
+    elif likely is None or (choice.selected_by == "none" and probability is None):
+        yield "red", "Nothing tells which of the two poses is right."
+    elif likely < TOSS_UP:
+        yield "red", f"Pose {name} is right with {percent(likely, 0)} % only: nearly a toss-up between the two."
+    elif likely < DECIDED:
+        yield (
+            "amber",
+            f"Pose {name} is right with {percent(likely, 0)} %, below the {percent(DECIDED, 0)} % of a decision.",
+        )
+
+
+def _doubts_about_range(found: Estimate) -> Iterator[tuple[Colour, str]]:
+    """How exact the range is."""
+    pose = found.selected
+    assert pose is not None
+    range_m = math.hypot(*pose.position_m.tolist())
+    sigma_m = math.inf if pose.sigma_position_m is None else pose.sigma_position_m[2]
+    if not math.isfinite(sigma_m):
+        yield "amber", "How exact the range is cannot be told."
+    elif sigma_m > EXACT_SHARE * range_m:
+        share = f"{number(range_m, 1)} ± {number(sigma_m, 1)} m, which is {percent(sigma_m / range_m, 0)} %"
+        yield "red" if sigma_m > ROUGH_SHARE * range_m else "amber", f"The range is inexact: {share}."
+
+
+def _doubts_about_ring(found: Estimate) -> Iterator[tuple[Colour, str]]:
+    """Whether the lights are the dock's."""
+    pose, ring, markers = found.selected, found.ring, found.markers
+    if pose is None or ring is None or markers is None:
+        return
+    lights = int(ring.on_ring.sum())
+    major_px = 0.0 if found.ellipse is None else found.ellipse.semi_axes_px[0]
+    most_px = tolerance_px(major_px, light_diameter_px(markers.areas_px[ring.on_ring]))
+    if pose.rms_px is not None and pose.rms_px > most_px:
+        off = f"{number(pose.rms_px)} px off their places, more than the {number(most_px)} px that their size allows"
+        yield "red", f"The lights lie {off}: check the dock and the camera."
+    if lights <= 3:
+        yield "amber", f"{count(lights, 'light')} fit a pose wherever they are, so nothing checks this one."
+    if found.detection is not None and found.detection < DECIDED:
+        yield "amber", f"That the lights are a dock at all is {percent(found.detection, 0)} % sure."
+    for rival in ring.rivals:
+        x, y = markers.points_px[rival].mean(axis=0)
+        yield "amber", f"A second ring, of {count(int(rival.sum()), 'light')}, is in view at ({x:.0f}, {y:.0f}) px."

@@ -1,0 +1,137 @@
+"""My tank: always in view in a line, with buttons for what rules the next picture too; and the saved tanks."""
+
+from __future__ import annotations
+
+from html import escape
+
+import viser
+from dockpose.app.processing.analysis import Analysis
+from dockpose.app.state.chips import Chip, chips
+from dockpose.app.state.in_force import in_force_words, with_tank, with_these_as_mine
+from dockpose.app.state.tank import Tanks, tank_words
+from dockpose.app.state.view import View
+from dockpose.app.web.notifications import Notify
+from dockpose.app.web.widgets import Change, Panel, on_click, on_person
+from msgspec.structs import replace as changed
+
+NOT_SAVED = "(not saved)"
+_MOST_CHIPS = 8
+# At the top of the page between the two panels, over the 3D scene, whichever tabs are open.
+_LINE = (
+    "position: fixed; top: 0.4em; left: 570px; right: 385px; z-index: 5; pointer-events: none; padding: 0.3em 0.6em; "
+    "font-size: 0.85em; line-height: 1.35; background: var(--mantine-color-body); border-radius: 4px; "
+    "border: 1px solid rgba(128,128,128,0.5)"
+)
+
+
+def tank_html(view: View, is_saved: bool) -> str:
+    """Return the line on My tank, and whether it is in force on this picture."""
+    state = "" if is_saved or not view.tank.name else " (changed since it was saved)"
+    other = in_force_words(view)
+    below = f'<div id="in-force"><b>{escape(other)}</b></div>' if other else ""
+    return f'<div id="tank" style="{_LINE}">{escape(tank_words(view.tank))}{state}{below}</div>'
+
+
+class ChipsPanel(Panel):
+    """The line on My tank, and a button for each chip."""
+
+    def __init__(self, gui: viser.GuiApi, tanks: Tanks, change: Change) -> None:
+        self._tanks, self._change = tanks, change
+        self._line = gui.add_html("")
+        self._buttons = [gui.add_button("", visible=False, color="gray") for _ in range(_MOST_CHIPS)]
+        self._chips: list[Chip] = []
+        for index, button in enumerate(self._buttons):
+            on_click(button, lambda client, index=index: self._press(index, client))
+
+    def show(self, analysis: Analysis) -> None:
+        """Show whose camera and dock are in force, and the chips."""
+        view = analysis.view
+        self._line.content = tank_html(view, self._tanks.is_saved(view.tank))
+        self._chips = chips(view, analysis.fitting_lights)[:_MOST_CHIPS]
+        for index, button in enumerate(self._buttons):
+            chip = self._chips[index] if index < len(self._chips) else None
+            if chip is not None:
+                button.label, button.hint = chip.label, chip.hint
+            button.visible = chip is not None
+
+    def _press(self, index: int, client: viser.ClientHandle) -> None:
+        if index < len(self._chips):
+            self._change(self._chips[index].press, client, reload=True)
+
+
+class TanksPanel(Panel):
+    """Save My tank under a name, bring a saved one back, or take over what is in force."""
+
+    def __init__(self, gui: viser.GuiApi, tanks: Tanks, change: Change, notify: Notify) -> None:
+        self._tanks, self._change, self._notify = tanks, change, notify
+        with gui.add_folder("My tank"):
+            self._choice = gui.add_dropdown(
+                "Saved tanks",
+                (NOT_SAVED, *tanks.names()),
+                hint="Your own camera, dock and lights. Choosing one brings it back as it was saved.",
+            )
+            self._name = gui.add_text("Save as", "", hint="What to call it, as Pool A or Workshop.")
+            save = gui.add_button(
+                "Save my tank", icon=viser.Icon.DEVICE_FLOPPY, hint="Under this name, on the disk at once."
+            )
+            self._back = gui.add_button(
+                "Back to it as saved", icon=viser.Icon.ARROW_BACK_UP, hint="Undo what was changed since.", visible=False
+            )
+            self._take = gui.add_button(
+                "Make these my tank",
+                icon=viser.Icon.COPY,
+                hint="Take the camera and the dock that came with this picture for your own.",
+                visible=False,
+            )
+            self._forget = gui.add_button(
+                "Forget it", icon=viser.Icon.TRASH, hint="Delete the saved one.", visible=False
+            )
+        on_person(self._choice.on_update, self._choose)
+        on_click(save, lambda client: change(self._saved, client, reload=True))
+        on_click(self._back, lambda client: change(self._restored, client, reload=True))
+        on_click(self._take, lambda client: change(with_these_as_mine, client, reload=True))
+        on_click(self._forget, lambda client: change(self._forgotten, client, reload=True))
+
+    def add_upload(self, client: viser.ClientHandle, uploads: object) -> None:
+        """Tell a new browser where the saved tanks cannot be read."""
+        if self._tanks.trouble:
+            self._notify("About the saved tanks", self._tanks.trouble, "yellow", client)
+
+    def load(self, view: View) -> None:
+        """Show which saved tank is My tank, and what can be done with it."""
+        names = self._tanks.names()
+        is_known = view.tank.name in names
+        options = (NOT_SAVED, *names)
+        if self._choice.options != options:
+            self._choice.options = options
+        self._choice.value = view.tank.name if is_known else NOT_SAVED
+        if is_known:
+            self._name.value = view.tank.name
+        self._show_buttons(view)
+
+    def show(self, analysis: Analysis) -> None:
+        """Offer what fits the picture that is shown."""
+        self._show_buttons(analysis.view)
+
+    def _show_buttons(self, view: View) -> None:
+        is_known = view.tank.name in self._tanks.names()
+        self._back.visible = is_known and not self._tanks.is_saved(view.tank)
+        self._forget.visible = is_known
+        self._take.visible = "picture" in (view.camera_of, view.dock_of)
+
+    def _choose(self, client: viser.ClientHandle) -> None:
+        name = str(self._choice.value)
+        if name != NOT_SAVED:
+            self._change(lambda view: with_tank(view, self._tanks.get(name)), client, reload=True)
+
+    def _saved(self, view: View) -> View:
+        tank = self._tanks.save(view.tank, str(self._name.value))
+        self._notify("Saved", tank_words(tank), "green", None)
+        return with_tank(view, tank)
+
+    def _restored(self, view: View) -> View:
+        return with_tank(view, self._tanks.get(view.tank.name))
+
+    def _forgotten(self, view: View) -> View:
+        self._tanks.forget(view.tank.name)
+        return with_tank(view, changed(view.tank, name=""))

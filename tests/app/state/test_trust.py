@@ -1,0 +1,120 @@
+"""Each rule by hand, one doubt at a time, on a result about which there is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.poses import with_pose_by_hand
+from dockpose.app.state.trust import NO_POSE, VERDICTS, trust_in
+from dockpose.app.state.view import open_source, with_sample
+from dockpose.lights.ring import light_diameter_px, tolerance_px
+
+
+@pytest.fixture(scope="module")
+def found():
+    return analyse(open_source(None, None, None)).estimate
+
+
+def with_choice(found, *, coincide=False, by="spacing", **pose):
+    first = replace(found.candidates[0], **pose)
+    choice = replace(found.choice, candidates=(first, found.candidates[1]), selected_by=by, coincide=coincide)
+    return replace(found, choice=choice)
+
+
+def test_plain_scene_is_green_without_a_reason(found):
+    trust = trust_in(found)
+    assert (trust.colour, trust.sentence) == ("green", "Dock found.")
+
+
+@pytest.mark.parametrize(
+    ("probability", "colour"),
+    [(0.5, "red"), (0.66, "red"), (0.67, "amber"), (0.94, "amber"), (0.95, "green"), (None, "red")],
+)
+def test_probability_of_the_pose(found, probability, colour):
+    trust = trust_in(with_choice(found, probability=probability))
+    assert trust.colour == colour
+    assert (f"{100 * probability:.0f} %" if probability else "Nothing tells") in trust.sentence or colour == "green"
+
+
+def test_toss_up_does_not_matter_where_both_poses_are_the_same(found):
+    assert trust_in(with_choice(found, probability=0.5, coincide=True)).colour == "green"
+
+
+def test_lights_that_do_not_tell_the_poses_apart_are_red(found):
+    assert trust_in(with_choice(found, probability=0.5, by="none")).reasons == (
+        "Nothing tells which of the two poses is right.",
+    )
+
+
+@pytest.mark.parametrize(("probability", "colour"), [(0.5, "red"), (0.9, "amber"), (0.99, "green")])
+def test_probability_of_a_track_goes_before_that_of_the_frame(found, probability, colour):
+    for by in ("tracking", "none"):
+        assert trust_in(with_choice(found, probability=0.3, by=by), probability=probability).colour == colour
+
+
+@pytest.mark.parametrize(("share", "colour"), [(0.049, "green"), (0.051, "amber"), (0.101, "red"), (np.inf, "amber")])
+def test_range_known_to_a_share_of_itself(found, share, colour):
+    range_m = float(np.linalg.norm(found.selected.position_m))
+    trust = trust_in(with_choice(found, sigma_position_m=(0.0, 0.0, share * range_m)))
+    assert trust.colour == colour
+
+
+def test_range_of_20_9_m_plus_or_minus_2_9_m_is_red_and_says_so(found):
+    trust = trust_in(with_choice(found, position_m=np.array([0, 0, 20.9]), sigma_position_m=(0.1, 0.1, 2.9)))
+    assert (trust.colour, trust.reasons) == ("red", ("The range is inexact: 20.9 ± 2.9 m, which is 14 %.",))
+
+
+@pytest.mark.parametrize(("times", "colour"), [(0.99, "green"), (1.01, "red")])
+def test_error_beyond_what_a_light_of_that_size_allows(found, times, colour):
+    lights = found.markers.areas_px[found.ring.on_ring]
+    most = tolerance_px(found.ellipse.semi_axes_px[0], light_diameter_px(lights))
+    assert trust_in(with_choice(found, rms_px=times * most)).colour == colour
+    assert trust_in(with_choice(found, rms_px=3.6)).colour == "red"  # lights of this size are within 1.9 px
+
+
+def test_pose_by_hand_is_never_green_and_says_so(found):
+    view = open_source(None, None, None)
+    trust = analyse(with_pose_by_hand(view, found.candidates[0])).trust
+    assert (trust.colour, trust.reasons) == ("amber", ("Pose A was chosen by hand; the program gives it 100 %.",))
+    trust = analyse(with_pose_by_hand(view, found.candidates[1])).trust
+    assert "Pose B was chosen by hand; the program gives it 0 %." in trust.reasons
+
+
+def test_guessed_camera_is_amber_and_says_so(found):
+    trust = trust_in(found, camera_is_guessed=True)
+    assert trust.colour == "amber"
+    assert "assumed" in trust.sentence
+
+
+def test_second_ring_is_named_with_its_place():
+    analysis = analyse(with_sample(open_source(None, None, None), "mirror"))
+    assert analysis.estimate.markers is not None
+    assert analysis.estimate.ring is not None
+    rival = analysis.estimate.markers.points_px[analysis.estimate.ring.rivals[0]]
+    x, y = rival.mean(axis=0)
+    assert analysis.trust.colour == "amber"
+    assert analysis.trust.reasons == (f"A second ring, of {len(rival)} lights, is in view at ({x:.0f}, {y:.0f}) px.",)
+
+
+def test_three_lights_fit_any_pose(found):
+    three = np.zeros(len(found.markers), dtype=bool)
+    three[:3] = True
+    trust = trust_in(replace(found, ring=replace(found.ring, on_ring=three)))
+    assert (trust.colour, "3 lights fit a pose" in trust.sentence) == ("amber", True)
+
+
+def test_ring_that_may_be_chance(found):
+    assert trust_in(replace(found, detection=0.9)).colour == "amber"
+    assert trust_in(replace(found, detection=0.96)).colour == "green"
+
+
+def test_gravest_reason_gives_the_colour_and_comes_first(found):
+    trust = trust_in(with_choice(found, probability=0.5, sigma_position_m=(0, 0, 0.06)), camera_is_guessed=True)
+    assert (trust.colour, trust.verdict, len(trust.reasons)) == ("red", VERDICTS["red"], 3)
+    assert "toss-up" in trust.reasons[0]
+
+
+def test_no_pose_is_red(found):
+    trust = trust_in(replace(found, choice=None))
+    assert (trust.colour, trust.verdict) == ("red", NO_POSE)

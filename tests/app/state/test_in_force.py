@@ -39,6 +39,11 @@ def do(view, change, *arguments):
     return kept(view, change(view, *arguments))
 
 
+def fx_of(tank):
+    assert tank.camera is not None
+    return tank.camera.fx
+
+
 def test_a_look_at_a_sample_never_touches_my_tank(own):
     for name in ("plain", "tilted", "flat_port"):
         look = do(own, with_sample, name)
@@ -53,7 +58,7 @@ def test_a_look_at_a_sample_never_touches_my_tank(own):
 
 def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
     changed = do(do(own, put, "fx", 900), put, "diameter_cm", 50)
-    assert (changed.tank.camera.fx, changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
+    assert (fx_of(changed.tank), changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
     back = do(changed, with_given_values)
     assert (back.tank, back.camera) == (MINE, CAMERA)
 
@@ -62,7 +67,7 @@ def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goe
     view = with_upload(open_source(None, None, None), SQUARE, "a.png")
     assert (view.camera_of, "60 degrees was assumed" in view.notes[0]) == ("guess", True)
     typed = do(view, put, "fx", 333)
-    assert (typed.camera_of, typed.notes, typed.tank.camera.fx) == ("tank", (), 333)
+    assert (typed.camera_of, typed.notes, fx_of(typed.tank)) == ("tank", (), 333)
     other = with_upload(sample, SQUARE, "a.png")  # My tank's camera is for another shape
     assert (other.camera_of, other.tank, other.dock) == ("guess", MINE, MINE.dock)
 
@@ -77,7 +82,7 @@ def test_defaults_are_an_assumption_that_my_tank_survives(own):
 
 def test_camera_file_is_the_operators_whatever_is_looked_at(sample):
     loaded = do(sample, with_camera_file, camera_file(Camera(600, 600, 319.5, 239.5, 640, 480), "dockpose"), "c.yaml")
-    assert (loaded.camera.fx, loaded.tank.camera.fx, loaded.tank.dock) == (600, 600, MINE.dock)
+    assert (loaded.camera.fx, fx_of(loaded.tank), loaded.tank.dock) == (600, 600, MINE.dock)
     assert in_force_words(loaded) == "In use here: My tank's camera and the dock of the sample."
 
 

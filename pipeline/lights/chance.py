@@ -39,6 +39,9 @@ class Neighbours:
     beside: int
 
 
+NONE_NEAR = Neighbours(0, 0)
+
+
 def neighbours(
     points_px: np.ndarray,
     brightness: np.ndarray,

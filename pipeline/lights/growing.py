@@ -26,13 +26,15 @@ def grow_all(
     squares = np.empty(len(triples))
     mappings = np.empty((len(triples), 3, 3))
     found = 0
+    order = np.argsort(points[:, 0])
+    across = points[order, 0]
     for t in range(len(triples)):
         start = np.full(sides, -1)
         for k in range(3):
             start[triples[t, 3 + k]] = triples[t, k]
         if _is_known(corners[:found], start):
             continue
-        grown, square, mapping = _grow(points, unit, start, focal_px, tolerance_px)
+        grown, square, mapping = _grow(points, order, across, unit, start, focal_px, tolerance_px)
         if square < 0 or _is_known(corners[:found], grown):
             continue
         square, mapping = as_pose(points, grown, unit, mapping, focal_px)
@@ -68,7 +70,7 @@ def _is_known(found: np.ndarray, corners: np.ndarray) -> bool:
 
 
 @compiled
-def _grow(points, unit, start, focal_px, tolerance_px):  # type: ignore[no-untyped-def]
+def _grow(points, order, across, unit, start, focal_px, tolerance_px):  # type: ignore[no-untyped-def]
     """Grow a polygon from three corners: fit, look for the corners beside those that are known, and fit again.
 
     Corners are added from near to far, since the first fits bend what is far from the points they are made of. When no
@@ -88,17 +90,21 @@ def _grow(points, unit, start, focal_px, tolerance_px):  # type: ignore[no-untyp
             places[c, 0] = (mapping[0, 0] * unit[c, 0] + mapping[0, 1] * unit[c, 1] + mapping[0, 2]) / w
             places[c, 1] = (mapping[1, 0] * unit[c, 0] + mapping[1, 1] * unit[c, 1] + mapping[1, 2]) / w
         for c in range(sides):
-            best, number = np.inf, -1
-            for k in range(len(points)):
-                square = (points[k, 0] - places[c, 0]) ** 2 + (points[k, 1] - places[c, 1]) ** 2
-                if square < best:
-                    best, number = square, k
-            off[c], nearest[c] = np.sqrt(best), number
             before, after = places[c - 1], places[(c + 1) % sides]
             spacing[c] = min(
                 np.hypot(places[c, 0] - before[0], places[c, 1] - before[1]),
                 np.hypot(places[c, 0] - after[0], places[c, 1] - after[1]),
             )
+            # Only what is so near can become this corner: the points are looked through from left to right.
+            reach, number = _GROWING_TOLERANCE * spacing[c], -1
+            best = reach * reach
+            for k in range(np.searchsorted(across, places[c, 0] - reach), len(across)):
+                if across[k] > places[c, 0] + reach:
+                    break
+                square = (across[k] - places[c, 0]) ** 2 + (points[order[k], 1] - places[c, 1]) ** 2
+                if square < best:
+                    best, number = square, order[k]
+            off[c], nearest[c] = np.sqrt(best) if number >= 0 else np.inf, number
         if strict == _STRICT_ROUNDS:
             break
         exact = max(tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])

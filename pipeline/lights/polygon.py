@@ -7,6 +7,7 @@ numba: a picture with 150 groups has tens of thousands of triples.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,9 @@ from scipy.spatial import KDTree
 
 # The brightest points are looked at, first few, then more.
 FIRST_POINTS, MAX_POINTS = 40, 150
-_NEIGHBOURS = 12  # of each point: those it may have as the next corners
+# Of each point: those it may have as the next corners. Of few points all, for lights may be missing between; of many
+# fewer, or the triples to be grown are mostly chance.
+_NEIGHBOURS_OF_FEW, _NEIGHBOURS, _NEIGHBOURS_OF_MANY = 12, 8, 6
 _TRIALS = 80  # triples that are grown, the most promising
 # Corners between the first and the second, and the second and the third point of a triple: neighbours; every second
 # corner; one missing between them.
@@ -26,6 +29,7 @@ _FEW_POINTS = 12
 # The predicted corners and how far from them a point may lie, in spacings: perspective bends what is farther away.
 _NEXT_TOLERANCE, _FAR_TOLERANCE = 0.2, 0.35
 _EXACT = 0.03  # of the spacing: nearer is no better
+_MOST_SCORE = 1 + math.log(_FAR_TOLERANCE / _EXACT)  # of a corner
 
 
 @dataclass(frozen=True)
@@ -42,12 +46,15 @@ class Polygon:
         Major and minor semi-axis of the ring's image, in pixels.
     centre_px : tuple of float
         Image of the ring's centre.
+    mapping : (3, 3) float array
+        Homography of the dock's plane, in which the ring is the unit circle, to the picture.
     """
 
     corners: np.ndarray
     squares_px2: float
     semi_axes_px: tuple[float, float]
     centre_px: tuple[float, float]
+    mapping: np.ndarray
 
     @property
     def members(self) -> np.ndarray:
@@ -92,7 +99,9 @@ def find_polygons(
     if min(count, sides) < 4:
         return []
     points = np.ascontiguousarray(points_px, dtype=float)
-    near = np.asarray(KDTree(points[first]).query(points[first], k=min(_NEIGHBOURS + 1, count))[1])
+    most = _NEIGHBOURS if count <= FIRST_POINTS else _NEIGHBOURS_OF_MANY
+    most = min(_NEIGHBOURS_OF_FEW if count <= _FEW_POINTS else most, count - 1)
+    near = np.asarray(KDTree(points[first]).query(points[first], k=most + 1)[1])
     near = np.ascontiguousarray(first[near[:, 1:]])
     unit = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
     steps = np.vstack([_STEPS, _more_steps(sides)]) if count <= _FEW_POINTS else _STEPS
@@ -111,7 +120,7 @@ def find_polygons(
 
 def _polygon(corners: np.ndarray, squares_px2: float, mapping: np.ndarray) -> Polygon:
     major, minor = stretch(mapping)
-    return Polygon(corners, squares_px2, (major, minor), (float(mapping[0, 2]), float(mapping[1, 2])))
+    return Polygon(corners, squares_px2, (major, minor), (float(mapping[0, 2]), float(mapping[1, 2])), mapping)
 
 
 def _more_steps(sides: int) -> np.ndarray:
@@ -129,7 +138,7 @@ def _beyond(steps: np.ndarray, sides: int, all_corners: bool) -> np.ndarray:
     wanted = np.zeros((len(steps), max(4, sides - 3)), dtype=np.int64)
     for row, (one, two) in enumerate(steps.tolist()):
         last = one + two
-        around = [corner % sides for corner in (-2, -1, last + 1, last + 2)]
+        around = [corner % sides for corner in (-1, last + 1, -2, last + 2)]
         corners = dict.fromkeys(range(1, sides) if all_corners else around)
         kept = [corner for corner in corners if corner not in (0, one, last)]
         wanted[row, : len(kept)] = kept
@@ -161,6 +170,7 @@ def _promising(
     sides = len(unit)
     best = np.full(trials, -1.0)
     kept = np.full((trials, 6), -1)
+    worst, least = 0, -1.0
     for step in range(len(steps)):
         one, two = steps[step, 0], steps[step, 1]
         for first in range(1 if even else sides):
@@ -177,24 +187,26 @@ def _promising(
                         cross = ax * by - ay * bx
                         if not even and cross < 0:
                             continue
-                        a, b = np.hypot(ax, ay) / one, np.hypot(bx, by) / two
+                        a, b = np.sqrt(ax * ax + ay * ay) / one, np.sqrt(bx * bx + by * by) / two
                         if (even and (a > 4 * b or b > 4 * a)) or abs(cross) < 0.04 * a * b * one * two:
                             continue
+                        corners, triple = (first, middle, last), (i, m, j)
                         score = _score(
-                            points, near[row], unit, inverse, (first, middle, last), (i, m, j), min(a, b), beyond[step]
+                            points, near[row], unit, inverse, corners, triple, min(a, b), beyond[step], least
                         )
-                        worst = np.argmin(best)
-                        if score > best[worst]:
+                        if score > least:
                             best[worst] = score
                             kept[worst] = np.array([i, m, j, first, middle, last])
+                            worst = np.argmin(best)
+                            least = best[worst]
     order = np.argsort(-best)
     usable = np.count_nonzero(best >= 0)
     return kept[order[:usable]]
 
 
 @compiled
-def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond):  # type: ignore[no-untyped-def]
-    """How many of the next corners have a point, and how near; -1 for no image of a dock."""
+def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond, least):  # type: ignore[no-untyped-def]
+    """How many of the next corners have a point, and how near; -1 for no image of a dock, or if less than the least."""
     p = np.empty((2, 3))
     for k in range(3):
         p[0, k], p[1, k] = points[triple[k], 0], points[triple[k], 1]
@@ -209,7 +221,7 @@ def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond):
     if major < SMALLEST_RADIUS_PX / 2 or apart < NARROWEST / 1.5 * major * major:
         return -1.0
     sides = len(unit)
-    score = 0.0
+    score, missed = 0.0, 0
     last = (corners[2] - corners[0]) % sides
     for ahead in beyond:
         if ahead == 0:
@@ -227,4 +239,8 @@ def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond):
         within = (_NEXT_TOLERANCE if beside else _FAR_TOLERANCE) * spacing
         if nearest < within * within:
             score += 1 + np.log(within / max(np.sqrt(nearest), _EXACT * spacing))
+        else:
+            missed += 1
+            if (len(beyond) - missed) * _MOST_SCORE <= least:
+                return -1.0
     return score

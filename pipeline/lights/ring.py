@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -13,24 +13,25 @@ from dockpose.lights.chance import (
     ACCEPTED,
     ACCEPTED_AMONG_OTHERS,
     LEAST_CROWD,
+    NONE_NEAR,
     NUMBERS,
-    log_chance_ellipses,
     log_chance_rings,
     neighbours,
 )
-from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
-from dockpose.lights.growing import NARROWEST, TOLERANCE_PX
+from dockpose.lights.ellipse import Ellipse
+from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX
+from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, Polygon, find_polygons
+from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
 
-# A light's centre may lie this far off the ellipse: uneven glow and lamp housings move it by a pixel or so, and on
-# a large ring by a share of its size; a large light's by a share of its own.
-TOLERANCE_OF_AXIS, TOLERANCE_OF_LIGHT = 0.02, 0.15
-_EVEN_WITHIN = 0.2  # of the spacing, root mean square; perspective bends an even spacing by as much
-_WIDEST_GAP = 3.2  # of the mean spacing, where the number of lights is not known: two missing side by side
+# A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
+TOLERANCE_OF_LIGHT = 0.15
 _THRESHOLDS = 2  # that a picture is searched with
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
+# What is said of groups that show no one ring.
+_SEVERAL = "Several rings can be laid through the same groups; which is the dock cannot be told."
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
 
@@ -103,34 +104,38 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
     -----
     Where one ellipse runs through all markers, spaced as the dock's lights, they are the lights. Of a few markers that
     can be a chance, for any five lie on a conic: these, where lights are missing, are the lights only if no part of
-    them is a better ring. Otherwise the image of
-    the dock's polygon of lights is sought among them, see :mod:`dockpose.lights.polygon`, and accepted where chance
-    would hardly make it, see :mod:`dockpose.lights.chance`. Of two rings apart, such as two docks or a ring and its
-    mirror image in the water's surface, the more complete, then the brighter is taken; of mirror images, the lower.
+    them is a better ring. Otherwise the image of the dock's polygon of lights is sought among them, but for those that
+    repeat as in a lattice, see :mod:`dockpose.lights.polygon` and :mod:`dockpose.lights.lattice`. It is accepted where
+    chance would hardly make it, see :mod:`dockpose.lights.chance`. Of two rings apart, such as two docks or a ring and
+    its mirror image in the water's surface, the more complete, then the brighter is taken; of mirror images, the lower.
     """
     count = len(points_px)
     density = count / area_px2
     tolerance = tolerance_px(0.0, light_diameter_px(markers.areas_px))
-    ellipse = _ellipse_through(points_px, tolerance)
+    ellipse = ellipse_through(points_px, tolerance)
     whole = None
-    if ellipse is not None and (lights := _spaced_as(points_px, ellipse, dock, density)) is not None:
+    if ellipse is not None and (lights := spaced_as(points_px, ellipse, dock, density)) is not None:
         whole = Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.", ellipse, lights or None)
-        if lights in (0, count) or _log_chance(ellipse, count, density) < math.log(ACCEPTED):
+        if lights in (0, count) or log_chance_of_all(ellipse, count, density) < math.log(ACCEPTED):
             return whole
     brightness = markers.areas_px * markers.peaks.astype(float)
     order = np.argsort(-brightness, kind="stable")
     nearest_px = points_px - [camera.cx, camera.cy]
+    in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
+    order = order[~in_lattice[order]]
     found: list[_Candidate] = []
     for most in (FIRST_POINTS, MAX_POINTS):
         chosen = np.sort(order[:most])
         found = _candidates(nearest_px, brightness, chosen, dock, camera, area_px2, tolerance)
-        if found or count <= most:
+        if found or len(order) <= most:
             break
     nothing = np.zeros(count, dtype=bool)
     if not found:
+        if in_lattice.any():
+            return Ring(nothing, f"{in_lattice.sum()} of the {count} groups repeat as in a lattice. {_SEVERAL}")
         return whole or Ring(nothing, f"None of the {count} groups of bright pixels form {_wanted(dock)}.")
     best = _best(found, brightness)
-    trouble = _trouble(best, found)
+    trouble = _trouble(best, found, dock, nearest_px, tolerance)
     if trouble:
         return whole or Ring(nothing, trouble)
     on_ring = _mask(count, best)
@@ -185,25 +190,33 @@ def _candidates(
     found = []
     numbers = NUMBERS if dock.lights is None else (dock.lights,)
     for sides in numbers:
-        angles = 2 * np.pi * np.arange(sides) / sides
-        if dock.angles_deg:
-            angles = np.sort(np.mod(dock.light_angles_rad(), 2 * np.pi))
+        angles = _angles(sides, dock)
         even = not dock.angles_deg
         for polygon in find_polygons(points_px, angles, even, focal_px, tolerance, chosen):
             members, centre, radius = polygon.members, polygon.centre_px, polygon.semi_axes_px[0]
-            near = neighbours(points_px, brightness, members, centre, radius)
-            chance = math.log(len(numbers)) + log_chance_rings(
+            chance_among = partial(
+                log_chance_rings,
                 len(members),
                 sides,
                 even=even,
                 squares_px2=polygon.squares_px2,
                 semi_axes_px=polygon.semi_axes_px,
-                near=near,
                 area_px2=area_px2,
             )
-            if chance < math.log(_accepted(len(points_px), len(members))):
-                found.append(_Candidate(polygon, sides, chance))
+            most = math.log(_accepted(len(points_px), len(members)) / len(numbers))
+            if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
+                continue  # others near it would only make it likelier
+            chance = chance_among(near=neighbours(points_px, brightness, members, centre, radius))
+            if chance < most:
+                found.append(_Candidate(polygon, sides, chance + math.log(len(numbers))))
     return sorted(found, key=lambda candidate: candidate.log_chance)
+
+
+def _angles(sides: int, dock: Dock) -> np.ndarray:
+    """Angles (N,) of the dock's lights around it, ascending."""
+    if dock.angles_deg:
+        return np.sort(np.mod(dock.light_angles_rad(), 2 * np.pi))
+    return 2 * np.pi * np.arange(sides) / sides
 
 
 def _accepted(points: int, members: int) -> float:
@@ -246,8 +259,15 @@ def _apart_from(best: _Candidate, found: list[_Candidate]) -> list[_Candidate]:
     return apart
 
 
-def _trouble(best: _Candidate, found: list[_Candidate]) -> str | None:
+def _trouble(
+    best: _Candidate, found: list[_Candidate], dock: Dock, points_px: np.ndarray, tolerance: float
+) -> str | None:
     """Why it is open whether the best ring is the dock; None where it is not."""
+    angles = _angles(best.sides, dock)
+    unit = np.column_stack([np.cos(angles), np.sin(angles)])
+    within = max(tolerance, TOLERANCE_OF_RADIUS * best.polygon.semi_axes_px[1])
+    if goes_on(best.polygon, unit, points_px, within):
+        return f"The groups repeat as in a lattice. {_SEVERAL}"
     for other in found:
         if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
             continue
@@ -256,7 +276,7 @@ def _trouble(best: _Candidate, found: list[_Candidate]) -> str | None:
                 more = len(best.members) + len(other.members)
                 return f"{more} lights lie on one ring, but the dock has {best.sides}."
         elif not _is_same(other, best):
-            return "Several rings can be laid through the same groups; which is the dock cannot be told."
+            return _SEVERAL
     return None
 
 
@@ -273,61 +293,3 @@ def _on_same_ellipse(one: Polygon, other: Polygon, within: float = _SAME_ELLIPSE
     radius = max(one.semi_axes_px[0], other.semi_axes_px[0])
     differ = math.dist(one.centre_px, other.centre_px), *np.subtract(one.semi_axes_px, other.semi_axes_px)
     return all(abs(value) < within * radius for value in differ)
-
-
-def _ellipse_through(points: np.ndarray, tolerance: float) -> Ellipse | None:
-    """The ellipse that all points lie on; None where there is none, or it is too narrow to be a dock."""
-    if len(points) < MIN_POINTS:
-        return None
-    try:
-        ellipse = fit_ellipse(points)
-    except NoEllipseError:
-        return None
-    major, minor = ellipse.semi_axes_px
-    within = max(tolerance, TOLERANCE_OF_AXIS * major)
-    if minor < NARROWEST * major or ellipse.distances(points).max() > within:
-        return None
-    return ellipse
-
-
-def _spaced_as(points: np.ndarray, ellipse: Ellipse, dock: Dock, density: float) -> int | None:
-    """Number of lights of the dock that points on an ellipse are spaced as; 0 where it stays open, None for no dock."""
-    count = len(points)
-    if dock.lights is not None and (count > dock.lights or dock.angles_deg):
-        return dock.lights if dock.angles_deg and count == dock.lights else None
-    angles = _angles_on(points, ellipse)
-    if dock.lights is not None:
-        return dock.lights if _is_even(angles, dock.lights) else None
-    if _is_even(angles, count):
-        return count
-    ordered = np.sort(angles)
-    gaps = np.diff(ordered, append=ordered[0] + 2 * np.pi)
-    if count == MIN_POINTS or gaps.max() > _WIDEST_GAP * 2 * np.pi / count:
-        return None
-    return 0 if _log_chance(ellipse, count, density) < math.log(ACCEPTED) else None
-
-
-def _log_chance(ellipse: Ellipse, count: int, density: float) -> float:
-    """Logarithm of the expected number of ellipses through all of so many points; any five lie on a conic."""
-    if count <= MIN_POINTS:
-        return math.inf
-    return log_chance_ellipses(count, ellipse.rms_px, ellipse.semi_axes_px[0], density, count)
-
-
-def _angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:
-    """Angles (N,) of points around an ellipse that is stretched to a circle."""
-    cos, sin = np.cos(ellipse.angle_rad), np.sin(ellipse.angle_rad)
-    x, y = (points - ellipse.centre_px).T
-    major, minor = ellipse.semi_axes_px
-    return np.arctan2((-x * sin + y * cos) / minor, (x * cos + y * sin) / major)
-
-
-def _is_even(angles: np.ndarray, lights: int) -> bool:
-    """Whether angles are as evenly spaced as a regular polygon's corners, some of which may be missing."""
-    # In plain Python: for ten numbers that is several times as fast.
-    slots = [angle * lights / (2 * math.pi) for angle in angles.tolist()]
-    phase = cmath.phase(sum(cmath.exp(2j * math.pi * slot) for slot in slots)) / (2 * math.pi)
-    corners = [round(slot - phase) for slot in slots]
-    distinct = len({corner % lights for corner in corners}) == len(corners)
-    squares = sum((slot - phase - corner) ** 2 for slot, corner in zip(slots, corners, strict=True))
-    return distinct and math.sqrt(squares / len(slots)) < _EVEN_WITHIN

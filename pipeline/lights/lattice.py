@@ -1,0 +1,96 @@
+"""Groups that repeat as the points of a lattice do, as lamps in rows and columns, netting, or a sensor's pattern.
+
+Many rings can be laid through a lattice, each as exact as the next, so that none of them can be told to be a dock.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
+from dockpose.lights.growing import TOLERANCE_PX
+from dockpose.lights.polygon import Polygon
+from scipy.spatial import KDTree
+from scipy.stats import binom
+
+_NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
+_TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
+_LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
+
+
+def repeating(points_px: np.ndarray) -> np.ndarray:
+    """Which points (M, 2) form a lattice: (M,) bool, none unless they are more than half.
+
+    A lattice's point lies half way between neighbours in two directions, which hardly a point of a ring, a line or a
+    crowd does. That holds in perspective too, from one point to the next.
+    """
+    count = len(points_px)
+    in_lattice = np.zeros(count, dtype=bool)
+    if count <= _NEIGHBOURS:
+        return in_lattice
+    tree = KDTree(points_px)
+    steps_px, near = (np.asarray(found)[:, 1:] for found in tree.query(points_px, k=_NEIGHBOURS + 1))
+    away = points_px[near] - points_px[:, None]
+    off_px, opposite = (np.asarray(found) for found in tree.query(points_px[:, None] - away))
+    is_pair = off_px < np.maximum(TOLERANCE_PX, _TOLERANCE * steps_px)
+    # Two directions: the first pair's, and any that leads elsewhere.
+    first = np.argmax(is_pair, axis=1)
+    x, y = np.take_along_axis(away, first[:, None, None], axis=1)[:, 0].T
+    length = np.maximum(np.hypot(x, y)[:, None] * steps_px, 1e-9)
+    aside = np.abs(x[:, None] * away[..., 1] - y[:, None] * away[..., 0]) / length
+    is_other = is_pair & (aside > _LEAST_ANGLE)
+    inside = is_pair.any(axis=1) & is_other.any(axis=1)
+    in_lattice[inside] = True
+    for ends in (near, opposite):
+        in_lattice[ends[is_pair & inside[:, None]]] = True
+    return in_lattice if in_lattice.sum() > count / 2 else np.zeros(count, dtype=bool)
+
+
+def goes_on(polygon: Polygon, unit: np.ndarray, points_px: np.ndarray, tolerance_px: float) -> bool:
+    """Whether the points of a ring are part of a lattice: shifted by the steps between them they meet other points.
+
+    Parameters
+    ----------
+    polygon : Polygon
+        The ring.
+    unit : (N, 2) float array
+        The dock's lights on the unit circle.
+    points_px : (M, 2) float array
+        All points, from the principal point.
+    tolerance_px : float
+        How far from its place a point may lie.
+
+    Notes
+    -----
+    Where ring and lattice lie in one plane, a point plus the step from a second to a third is a point again. That plane
+    is the ring's, or, where it is but the image of a ring, that of the best homography. Strewn points meet some of
+    these places by chance; a lattice's meet more of them than chance would, once in so many rings as another is
+    accepted by chance.
+    """
+    on_ring = points_px[polygon.members]
+    lit = unit[polygon.corners >= 0]
+    free, _ = cv2.findHomography(lit, on_ring)
+    others = np.delete(points_px, polygon.members, axis=0)
+    for mapping in (polygon.mapping, free):
+        if mapping is not None and len(others) and _meets(on_ring, mapping, others, tolerance_px):
+            return True
+    return False
+
+
+def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, tolerance_px: float) -> bool:
+    """Whether points of a ring, shifted in the plane of a mapping, meet others more often than by chance."""
+    flat = cv2.perspectiveTransform(on_ring[None], np.linalg.inv(mapping))[0]
+    shifted = (flat[:, None, None] + flat[None, :, None] - flat[None, None, :]).reshape(-1, 2)
+    shifted = shifted[shifted @ mapping[2, :2] + mapping[2, 2] > 0.1]
+    places = cv2.perspectiveTransform(shifted[None], mapping)[0]
+    places = places[KDTree(on_ring).query(places)[0] > 2 * tolerance_px]
+    middle = on_ring.mean(axis=0)
+    reach = np.linalg.norm(places - middle, axis=1).max(initial=1.0)
+    others = others[np.linalg.norm(others - middle, axis=1) < reach]
+    if not len(others) or not len(places):
+        return False
+    met = int((KDTree(places).query(others)[0] < tolerance_px).sum())
+    chance = min(1.0, len(places) * (tolerance_px / reach) ** 2)
+    return bool(binom.sf(met - 1, len(others), chance) < ACCEPTED_AMONG_OTHERS)

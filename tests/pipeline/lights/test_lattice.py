@@ -1,0 +1,77 @@
+import cv2
+import numpy as np
+import pytest
+from dockpose.lights.lattice import goes_on, repeating
+from dockpose.lights.polygon import find_polygons
+
+from tests.pipeline.lights.test_ring import CAMERA, FOCAL_PX, lights, ring_of, text
+
+MIDDLE = np.array([CAMERA.cx, CAMERA.cy])
+
+
+def lattice(kind, turned_rad=0.0, step_px=30.0):
+    """Points of a square or hexagonal lattice that fill the picture, each at the pixel it falls on."""
+    i, j = np.mgrid[-60:61, -60:61]
+    skew, tall = {"square": (0.0, 1.0), "hexagonal": (0.5, np.sqrt(0.75))}[kind]
+    points = step_px * np.column_stack([(i + skew * (j % 2)).ravel(), tall * j.ravel()])
+    c, s = np.cos(turned_rad), np.sin(turned_rad)
+    points = np.rint(points @ [[c, s], [-s, c]] + MIDDLE)
+    return points[((points > 5) & (points < [635, 475])).all(axis=1)]
+
+
+def lamp_grid(rng, rows=4, columns=6):
+    """Lamps in rows and columns in perspective, up to one in five of them dark."""
+    corners = np.array([[0, 0], [columns - 1, 0], [columns - 1, rows - 1], [0, rows - 1]], np.float32)
+    seen = np.array([[80, 80], [560, 80], [560, 400], [80, 400]]) + rng.uniform(-50, 50, (4, 2))
+    places = np.array([[[x, y]] for x in range(columns) for y in range(rows)], np.float32)
+    points = cv2.perspectiveTransform(places, cv2.getPerspectiveTransform(corners, seen.astype(np.float32)))[:, 0]
+    return points[rng.random(len(points)) > rng.choice([0.0, 0.2])].astype(float) + rng.normal(0, 0.2, (1, 2))
+
+
+@pytest.mark.parametrize("count", [4, 5, 6, 8, 10, None])
+@pytest.mark.parametrize("turned_rad", [0.0, 0.3])
+@pytest.mark.parametrize("kind", ["square", "hexagonal"])
+def test_a_lattice_is_no_ring_and_says_so(kind, turned_rad, count):
+    ring = ring_of(lattice(kind, turned_rad), count)
+    assert not ring.found
+    assert "repeat as in a lattice" in ring.reason
+
+
+@pytest.mark.parametrize("count", [4, 6, 8, 10, None])
+def test_lamps_in_rows_and_columns_are_no_ring(count):
+    grids = [lamp_grid(np.random.default_rng(seed)) for seed in range(20)]
+    assert not any(ring_of(grid, count).found for grid in grids)
+
+
+@pytest.mark.parametrize("count", [10, None])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_dock_in_front_of_a_lattice_is_found(seed, count):
+    rng = np.random.default_rng(seed)
+    ours = lights(z_m=rng.uniform(0.7, 1.1), angles=rng.uniform(-0.4, 0.4, 2), roll=rng.uniform(0, 1))
+    behind = lattice("square", rng.uniform(0, 1), 40.0)
+    behind = behind[np.linalg.norm(behind[:, None] - ours, axis=2).min(axis=1) > 10]
+    ring = ring_of(np.vstack([behind, ours]), count)
+    assert np.flatnonzero(ring.on_ring).tolist() == list(range(len(behind), len(behind) + 10))
+
+
+def test_what_forms_no_lattice_is_not_taken_for_one():
+    rng = np.random.default_rng(0)
+    strewn = [rng.uniform(0, [640, 480], (count, 2)) for count in (41, 80, 150, 400)]
+    crowded = [rng.normal([320, 240], 60, (count, 2)) for count in (41, 150)]
+    many = [np.vstack([lights(count, z_m=z_m), text()]) for count in (24, 48) for z_m in (0.5, 3.0)]
+    lines = [np.vstack([text(20.0, top, 50) for top in (40.0, 120.0, 300.0)])]
+    for points in (*strewn, *crowded, *many, *lines):
+        assert not repeating(points).any()
+
+
+@pytest.mark.parametrize("count", [4, 6, 10])
+def test_rings_among_strays_do_not_go_on_beyond_themselves(count):
+    turn = 2 * np.pi * np.arange(count) / count
+    for seed in range(60):
+        rng = np.random.default_rng([8, seed])
+        ours = lights(count, z_m=rng.uniform(0.6, 1.5), angles=rng.uniform(-0.5, 0.5, 2))
+        points = np.vstack([ours, rng.uniform(0, [640, 480], (30, 2))]) - MIDDLE
+        polygons = find_polygons(ours - MIDDLE, turn, True, FOCAL_PX)
+        whole = max(polygons, key=lambda polygon: len(polygon.members))
+        assert len(whole.members) == count
+        assert not goes_on(whole, np.column_stack([np.cos(turn), np.sin(turn)]), points, 1.5)

@@ -11,7 +11,7 @@ from dockpose.lights.centroids import weighted_centres
 from dockpose.thresholds.bright import SATURATED, BrightPixels
 from dockpose.thresholds.flood import LEVELS, coarsen, group_shapes, of_squares, outline
 from dockpose.thresholds.histogram import Histogram, Threshold
-from dockpose.thresholds.local import split_by_peaks
+from dockpose.thresholds.local import ENOUGH_PX, split_by_peaks
 
 CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
@@ -111,7 +111,7 @@ def _no_markers(dropped: int = 0) -> Markers:
 
 def _groups(histogram: Histogram, pixels: BrightPixels) -> tuple[int, np.ndarray]:
     """How many groups pixels form, and the number (n,) of each one's; of very many as a smaller picture shows them."""
-    smaller, side = histogram.smaller if len(pixels) > _MANY_PIXELS else (histogram, 1)
+    smaller, side = histogram.in_squares(ENOUGH_PX) if len(pixels) > _MANY_PIXELS else (histogram, 1)
     if side == 1:
         return _split_merged(histogram, pixels, *pixels.groups())
     squares = smaller.bright(pixels.floor)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.checks import as_points
+from dockpose.thresholds.compiled import compiled
 
 MAX_STEPS = 15
 # Stop after a step that lowers the sum of squares by less than this share or this much; what remains is far less.
@@ -16,10 +17,6 @@ _SETTLED, _SETTLED_PX2 = 1e-3, 1e-6
 _HOPELESS, _HOPELESS_PX2 = 30.0, 2.0
 _LONGEST = 0.3  # radians, or a share of the range, in one step
 _DAMPING = 1e-9
-# The cross-product matrix of half a vector w is w @ _HALF_CROSS, read as 3 x 3.
-_HALF_CROSS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]]) / 2
-_IDENTITY = np.eye(3)
-_DIAGONAL = np.arange(6)
 
 
 @dataclass(frozen=True)
@@ -129,37 +126,20 @@ def refine(
     point of the pinhole itself depends on Z: tangent * (1 - start / Z). Residuals are mapped to pixels of the picture,
     where the noise arises.
     """
-    R, t, free = rotations, positions_m, angles_rad is None
-    model, turning = _model(angles_on_planes(rays, R, t) if angles_rad is None else angles_rad, radius_m)
-    for last in range(1 - MAX_STEPS, 1):
-        J = _linearised(R, t, model, turning, rays)
-        if free:
-            J = _across(J)
-        # With the residuals as a seventh column, one product gives everything that a step needs.
-        A = J.reshape(len(R), -1, 7)
-        products = A.transpose(0, 2, 1) @ A
-        covariance = np.linalg.inv(_damped(products[:, :6, :6].copy(), free))
-        gradient = products[:, :6, 6:]
-        step = covariance @ gradient
-        gain = (gradient.transpose(0, 2, 1) @ step)[:, 0, 0]
-        squares = products[:, 6, 6] - gain
-        step = _shortened(step[..., 0], t)
-        t = t + step[:, :3]
-        R = R @ _turn(step[:, 3:])
-        if last == 0 or _is_done(gain.tolist(), squares.tolist()):
-            return Fit(R, t, np.maximum(squares, 0.0), covariance, A.shape[1], len(rays.tangents))
-        if free:
-            model, turning = _model(angles_on_planes(rays, R, t), radius_m)
-    raise AssertionError("the last step returns")
+    angles, free = angles_rad, angles_rad is None
+    if angles is None:
+        angles = angles_on_planes(rays, rotations, positions_m)
+    fitted = _minimised(rotations, positions_m, angles, free, radius_m, *_as_arrays(rays))
+    points = len(rays.tangents)
+    return Fit(*fitted, points if free else 2 * points, points)
 
 
 def squares_at(
     rotation: np.ndarray, position_m: np.ndarray, angles_rad: np.ndarray, radius_m: float, rays: LightRays
 ) -> float:
     """Sum of the squared reprojection errors, in pixels squared, of lights at angles (N,) on one dock."""
-    model, turning = _model(angles_rad[None], radius_m)
-    residuals = _linearised(rotation[None], position_m[None], model, turning, rays)[..., 6]
-    return float((residuals * residuals).sum())
+    products = _products(rotation, position_m, angles_rad, False, radius_m, *_as_arrays(rays))
+    return float(products[6, 6])
 
 
 def angles_on_planes(rays: LightRays, rotations: np.ndarray, positions_m: np.ndarray) -> np.ndarray:
@@ -168,75 +148,115 @@ def angles_on_planes(rays: LightRays, rotations: np.ndarray, positions_m: np.nda
     return np.arctan2(flat[..., 1], flat[..., 0])
 
 
-def _model(angles_rad: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lights (K, N, 3) in the dock's frame, and their derivatives by a rotation of the dock (K, N, 3, 3)."""
-    model = np.zeros((*angles_rad.shape, 3))
-    x, y = radius_m * np.cos(angles_rad), radius_m * np.sin(angles_rad)
-    model[..., 0], model[..., 1] = x, y
-    turning = np.zeros((*angles_rad.shape, 3, 3))
-    turning[..., 0, 2], turning[..., 1, 2] = -y, x
-    turning[..., 2, 0], turning[..., 2, 1] = y, -x
-    return model, turning
+def _as_arrays(rays: LightRays) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rays for compiled code: tangents, starts of 0 where there are none, slopes."""
+    starts = np.zeros(len(rays.tangents)) if rays.starts_m is None else rays.starts_m
+    return np.ascontiguousarray(rays.tangents), starts, np.ascontiguousarray(rays.slopes_px, dtype=float)
 
 
-def _linearised(R: np.ndarray, t: np.ndarray, model: np.ndarray, turning: np.ndarray, rays: LightRays) -> np.ndarray:
-    """Derivatives (K, N, 2, 6) of the lights' image points, in pixels, and the residuals as a seventh column."""
-    points = model @ R.transpose(0, 2, 1)
-    points += t[:, None]
-    nearness = 1 / points[..., 2:]
-    tangents = points[..., :2] * nearness
-    seen, turned = rays.tangents, tangents
-    if rays.starts_m is not None:
-        shift = rays.starts_m[:, None] * nearness
-        seen, turned = rays.tangents * (1 - shift), tangents + rays.tangents * shift
-    J = np.empty((*model.shape[:2], 2, 7))
-    np.multiply(rays.slopes_px, nearness[..., None], out=J[..., :2])
-    np.matmul(J[..., :2], -turned[..., None], out=J[..., 2:3])
-    np.matmul(J[..., :3], R[:, None] @ turning, out=J[..., 3:6])
-    np.matmul(rays.slopes_px, (seen - tangents)[..., None], out=J[..., 6:])
-    return J
+@compiled
+def _minimised(
+    rotations: np.ndarray,
+    positions: np.ndarray,
+    angles: np.ndarray,
+    free: bool,
+    radius: float,
+    tangents: np.ndarray,
+    starts: np.ndarray,
+    slopes: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Rotations, positions, sums of squares and covariances of K poses, as in :func:`refine`."""
+    count = len(rotations)
+    R, t, angles = rotations.copy(), positions.copy(), angles.copy()
+    covariances, steps = np.empty((count, 6, 6)), np.empty((count, 6))
+    gains, squares = np.empty(count), np.empty(count)
+    for round_ in range(MAX_STEPS):
+        longest = 0.0
+        for k in range(count):
+            if free and round_ > 0:
+                _move_along(angles[k], R[k], t[k], tangents, starts)
+            products = _products(R[k], t[k], angles[k], free, radius, tangents, starts, slopes)
+            information, gradient = products[:6, :6].copy(), products[:6, 6].copy()
+            for number in range(6):
+                information[number, number] *= 1 + _DAMPING
+            if free:
+                information[5, 5] = 1.0
+            covariances[k] = np.linalg.inv(information)
+            steps[k] = covariances[k] @ gradient
+            gains[k] = (gradient * steps[k]).sum()
+            squares[k] = products[6, 6] - gains[k]
+            longest = max(longest, np.abs(steps[k, :3]).max() / t[k, 2], np.abs(steps[k, 3:]).max())
+        # No step exceeds what the linearisation can be trusted for.
+        share = min(1.0, _LONGEST / longest) if longest > 0 else 1.0
+        for k in range(count):
+            t[k] += share * steps[k, :3]
+            R[k] = R[k] @ _turn(share * steps[k, 3:])
+        # A pose has converged, or is so much worse than the best one that it need not.
+        hopeless = _HOPELESS * squares.min() + _HOPELESS_PX2
+        if np.all((gains <= _SETTLED * np.abs(squares) + _SETTLED_PX2) | (squares > hopeless)):
+            break
+    return R, t, np.maximum(squares, 0.0), covariances
 
 
-def _across(J: np.ndarray) -> np.ndarray:
-    """Derivatives and residuals normal to the circle's image, along which the lights are free to move.
+@compiled
+def _products(
+    R: np.ndarray,
+    t: np.ndarray,
+    angles: np.ndarray,
+    free: bool,
+    radius: float,
+    tangents: np.ndarray,
+    starts: np.ndarray,
+    slopes: np.ndarray,
+) -> np.ndarray:
+    """J^T J (7, 7) of the derivatives J of the lights' image points, in pixels, with the residuals as a last column."""
+    products, J = np.zeros((7, 7)), np.zeros((2, 7))
+    for light in range(len(angles)):
+        x, y = radius * np.cos(angles[light]), radius * np.sin(angles[light])
+        X, Y, Z = R[:, 0] * x + R[:, 1] * y + t
+        u, v = tangents[light]
+        shift = starts[light] / Z
+        slope = slopes[min(light, len(slopes) - 1)]
+        for row in range(2):
+            J[row, 0], J[row, 1] = slope[row, 0] / Z, slope[row, 1] / Z
+            J[row, 2] = -J[row, 0] * (X / Z + u * shift) - J[row, 1] * (Y / Z + v * shift)
+            along_x, along_y, along_z = J[row, :3] @ R
+            J[row, 3], J[row, 4], J[row, 5] = y * along_z, -x * along_z, x * along_y - y * along_x
+            J[row, 6] = slope[row, 0] * (u * (1 - shift) - X / Z) + slope[row, 1] * (v * (1 - shift) - Y / Z)
+        rows = 2
+        if free:
+            # A rotation about the dock's own axis moves a light along the circle; only what is across it counts.
+            along = np.hypot(J[0, 5], J[1, 5])
+            J[0] = (J[1] * J[0, 5] - J[0] * J[1, 5]) / along
+            J[0, 5] = 0.0
+            rows = 1
+        for row in range(rows):
+            for one in range(7):
+                for other in range(one, 7):
+                    products[one, other] += J[row, one] * J[row, other]
+    for one in range(7):
+        for other in range(one):
+            products[one, other] = products[other, one]
+    return products
 
-    A rotation about the dock's own axis moves every light along the circle, so that column gives the direction.
-    """
-    along = J[..., 5]
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1) / np.linalg.norm(along, axis=-1, keepdims=True)
-    J = (across[..., None, :] @ J)[..., 0, :]
-    J[..., 5] = 0.0
-    return J
+
+@compiled
+def _move_along(angles: np.ndarray, R: np.ndarray, t: np.ndarray, tangents: np.ndarray, starts: np.ndarray) -> None:
+    """Put the lights, in place, at the angles at which their rays meet the dock's plane."""
+    normal = R[:, 2].copy()
+    for light in range(len(angles)):
+        u, v = tangents[light]
+        ahead = (normal * t).sum() - normal[2] * starts[light]
+        depth = ahead / (normal[0] * u + normal[1] * v + normal[2])
+        x, y, z = depth * u - t[0], depth * v - t[1], depth + starts[light] - t[2]
+        along_x = x * R[0, 0] + y * R[1, 0] + z * R[2, 0]
+        along_y = x * R[0, 1] + y * R[1, 1] + z * R[2, 1]
+        angles[light] = np.arctan2(along_y, along_x)
 
 
-def _shortened(step: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Steps (K, 6), scaled by a common factor such that none exceeds what the linearisation can be trusted for."""
-    share = np.abs(step)
-    share[:, :3] /= t[:, 2:]
-    longest = float(share.max())
-    return step if longest <= _LONGEST else step * (_LONGEST / longest)
-
-
-def _is_done(gains_px2: list[float], squares_px2: list[float]) -> bool:
-    """Whether every pose has converged, or is so much worse than the best one that it need not."""
-    hopeless = _HOPELESS * min(squares_px2) + _HOPELESS_PX2
-    return all(
-        gain <= _SETTLED * abs(squares) + _SETTLED_PX2 or squares > hopeless
-        for gain, squares in zip(gains_px2, squares_px2, strict=True)
-    )
-
-
-def _damped(information: np.ndarray, free: bool) -> np.ndarray:
-    """The information matrix with a slightly larger diagonal, so that it can be inverted; changed in place."""
-    information[:, _DIAGONAL, _DIAGONAL] *= 1 + _DAMPING
-    if free:
-        information[:, 5, 5] = 1.0
-    return information
-
-
-def _turn(vectors: np.ndarray) -> np.ndarray:
-    """Rotations (K, 3, 3) by small vectors (K, 3) in radians: the Cayley transform, exact to the third order."""
-    half = (vectors @ _HALF_CROSS).reshape(-1, 3, 3)
-    squared = half @ half
-    scale = 2 / (1 + 0.25 * (vectors * vectors).sum(axis=1))
-    return _IDENTITY + scale[:, None, None] * (half + squared)
+@compiled
+def _turn(vector: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) by a small vector (3,) in radians: the Cayley transform, exact to the third order."""
+    x, y, z = vector / 2
+    half = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + 2 / (1 + x * x + y * y + z * z) * (half + half @ half)

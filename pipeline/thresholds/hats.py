@@ -30,6 +30,7 @@ RISE_NOISE = 5.0
 FEWEST, SURE_SHARE = 4, 0.1
 # More pixels than these are looked at in a smaller picture; as such another look begins in a small one, sooner.
 MANY_PIXELS, MOST_PIXELS = 15_000, 6_000
+ENOUGH_PX = 80_000  # of the picture, for another look
 # With a larger share of bright pixels, all are counted sooner than those alone.
 MANY_SHARE = 0.1
 # A count of groups is real if it holds over this share of the brightness above the background, and three levels.
@@ -66,7 +67,7 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
     mode, floor = background_mode(counts), background_limit(counts)
     found = _vote(histogram, floor, mode, min_area_px, 0.0)
     if not found.is_sure:
-        smaller, side = histogram.smaller
+        smaller, side = histogram.in_squares(ENOUGH_PX)
         least_px, rise = math.ceil(min_area_px / side**2), RISE_NOISE * histogram.noise
         for share in LIT_SHARES:
             lower = lit_limit(smaller.sketch, share)

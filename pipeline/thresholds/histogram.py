@@ -13,7 +13,6 @@ from dockpose.thresholds.bright import SATURATED, BrightPixels, bright_pixels
 from dockpose.thresholds.flood import LEVELS
 
 SKETCH_PX = 80_000
-SMALLER_PX = 310_000  # 640 x 480, and as much of larger pictures
 MOST_SATURATED_PX = 40_000  # lights that fill more are large
 # What fills more of a picture is water or glare: at least three lights are in view, and fill less than a half.
 MOST_SHARE = 0.125
@@ -39,6 +38,7 @@ class Histogram:
     native_step: int = 1
     counted: np.ndarray | None = None
     _found: dict[str, BrightPixels] = field(default_factory=dict, repr=False, compare=False)
+    _smaller: dict[int, tuple[Histogram, int]] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
     def counts(self) -> np.ndarray:
@@ -57,18 +57,20 @@ class Histogram:
         rough = _counts(self.levels[::step], None if self.counted is None else self.counted[::step]) * step
         return rough if rough.any() else self.counts  # masks may hide every one of those rows
 
-    @cached_property
-    def smaller(self) -> tuple[Histogram, int]:
+    def in_squares(self, most_px: int) -> tuple[Histogram, int]:
         """A large picture, or one of large lights, in squares as bright as their brightest pixels, and a square's side.
 
-        For what cannot be done on many pixels in time, and shows in a smaller picture too.
+        For what cannot be done on more than ``most_px`` pixels in time, and shows in a smaller picture too.
         """
-        saturated = int(self.sketch[SATURATED:].sum())
-        side = math.ceil(math.sqrt(max(self.levels.size / SMALLER_PX, saturated / MOST_SATURATED_PX)))
-        if side <= 1:
-            return self, 1
-        counted = None if self.counted is None else _brightest_of_squares(self.counted, side)
-        return Histogram(_brightest_of_squares(self.levels, side), self.native_step, counted), side
+        if most_px not in self._smaller:
+            saturated = int(self.sketch[SATURATED:].sum())
+            side = math.ceil(math.sqrt(max(self.levels.size / most_px, saturated / MOST_SATURATED_PX)))
+            smaller = self
+            if side > 1:
+                counted = None if self.counted is None else _brightest_of_squares(self.counted, side)
+                smaller = Histogram(_brightest_of_squares(self.levels, side), self.native_step, counted)
+            self._smaller[most_px] = smaller, side
+        return self._smaller[most_px]
 
     @cached_property
     def without_glare(self) -> Histogram:

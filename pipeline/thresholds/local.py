@@ -32,6 +32,7 @@ DEPTH_STEPS, RISE_DEPTH_PX, RISE_DEPTH_SHARE = 8, 1.0, 0.15
 _HOLES_PX = 5
 CLEAR_NOISE = 8.0  # of these as well: what is so far above the water is none
 _MOST_LIGHTS = 150
+ENOUGH_PX = 310_000  # of the picture: 640 x 480
 # The background is looked for in the picture shrunk to so many pixels, over so many of them: a fifth of its width.
 _NEIGHBOURHOOD_PX, _SMALL_PX = 15, 80
 _PEDESTAL = 16
@@ -52,7 +53,7 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
     A threshold that lists the pixels it keeps; its level is that of its dimmest light, 256 where there is none.
     """
     whole = histogram.without_glare
-    histogram, side = whole.smaller
+    histogram, side = whole.in_squares(ENOUGH_PX)
     min_area_px = math.ceil(min_area_px / side**2)
     flat = Histogram(_flattened(histogram), histogram.native_step, histogram.counted)
     mode, noise = background_mode(flat.sketch), whole.noise
@@ -119,19 +120,17 @@ def _flattened(histogram: Histogram) -> np.ndarray:
     mode = np.uint8(background_mode(histogram.sketch))
     if histogram.counted is not None:
         levels = np.where(histogram.counted > 0, levels, mode)
-    saturated = (levels >= SATURATED) & (mode < SATURATED)
     height, width = levels.shape
     shrink = max(height, width) / _SMALL_PX
     if min(height, width) / max(shrink, 1) < _NEIGHBOURHOOD_PX:
         return levels
+    saturated = cv2.compare(levels, SATURATED, cv2.CMP_GE) if mode < SATURATED else np.zeros_like(levels)
     # What is saturated is light, however much of a neighbourhood it fills.
-    water = np.where(saturated, mode, levels)
+    water = np.where(saturated > 0, mode, levels)
     small = cv2.resize(water, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     background = cv2.resize(cv2.medianBlur(small, _NEIGHBOURHOOD_PX), (width, height))
     # What is at the background's level stays above 0, so that noise on both sides of it is seen as such.
-    lifted = np.minimum(levels, np.uint8(255 - _PEDESTAL)) + np.uint8(_PEDESTAL)
-    flat = cv2.subtract(lifted, background)
-    flat[saturated] = LEVELS - 1
+    flat = cv2.max(cv2.subtract(cv2.add(levels, _PEDESTAL), background), saturated)
     return flat if histogram.counted is None else np.where(histogram.counted > 0, flat, 0).astype(np.uint8)
 
 

@@ -129,9 +129,11 @@ def refine(
     angles, free = angles_rad, angles_rad is None
     if angles is None:
         angles = angles_on_planes(rays, rotations, positions_m)
-    fitted = _minimised(rotations, positions_m, angles, free, radius_m, *_as_arrays(rays))
+    tangents, starts, slopes = _as_arrays(rays)
+    fitted = _minimised(rotations, positions_m, angles, free, radius_m, tangents, starts, slopes)
     points = len(rays.tangents)
-    return Fit(*fitted, points if free else 2 * points, points)
+    R, t, squares, covariances = fitted
+    return Fit(R, t, squares, covariances, points if free else 2 * points, points)
 
 
 def squares_at(

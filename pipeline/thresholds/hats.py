@@ -60,7 +60,7 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
     The paper leaves open how votes weigh and where to stop. Here candidates end above the background. A count of groups
     has as many votes as it holds for brightness in a row: the logarithm of how far its brightest level stands above
     the background's mode, over its darkest. Noise and fragments change the count from level to level, lights do not.
-    The elected count is the largest with a real share of the votes; the level is the brightest of its run.
+    The elected count is the largest with a real share of the votes; the level is the brightest of its run, less noise.
     """
     whole, histogram = histogram, histogram.without_glare
     counts = histogram.sketch
@@ -136,8 +136,8 @@ def _vote(histogram: Histogram, floor: int, mode: int, min_area_px: int, rise: f
     elected = _elect(runs, floor, top, mode)
     level, length = runs[elected]
     share = _votes(level, length, mode) / _votes(top, top - mode + 1, mode)
-    # So near their own level lights come to pieces by noise.
-    down = max(0, min(math.floor(rise) - 1, length - 1))
+    # Lights come to pieces by noise so near the level at which they become one.
+    down = min(math.floor(RISE_NOISE * histogram.noise), (length - 1) // 2)
     level, length = level - down, length - down
     return _Vote(floor, top, elected, level, length, share, groups)
 

@@ -124,13 +124,13 @@ def _flattened(histogram: Histogram) -> np.ndarray:
     shrink = max(height, width) / _SMALL_PX
     if min(height, width) / max(shrink, 1) < _NEIGHBOURHOOD_PX:
         return levels
-    saturated = cv2.compare(levels, SATURATED, cv2.CMP_GE) if mode < SATURATED else np.zeros_like(levels)
+    saturated = cv2.threshold(levels, SATURATED - 1, 255, cv2.THRESH_BINARY)[1] * np.uint8(mode < SATURATED)
     # What is saturated is light, however much of a neighbourhood it fills.
     water = np.where(saturated > 0, mode, levels)
     small = cv2.resize(water, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     background = cv2.resize(cv2.medianBlur(small, _NEIGHBOURHOOD_PX), (width, height))
     # What is at the background's level stays above 0, so that noise on both sides of it is seen as such.
-    flat = cv2.max(cv2.subtract(cv2.add(levels, _PEDESTAL), background), saturated)
+    flat = cv2.max(cv2.subtract(cv2.convertScaleAbs(levels, beta=_PEDESTAL), background), saturated)
     return flat if histogram.counted is None else np.where(histogram.counted > 0, flat, 0).astype(np.uint8)
 
 

@@ -137,7 +137,7 @@ def _vote(histogram: Histogram, floor: int, mode: int, min_area_px: int, rise: f
     level, length = runs[elected]
     share = _votes(level, length, mode) / _votes(top, top - mode + 1, mode)
     # Lights come to pieces by noise so near the level at which they become one.
-    down = min(math.floor(RISE_NOISE * histogram.noise), (length - 1) // 2)
+    down = max(0, min(math.floor(RISE_NOISE * histogram.noise) - 1, (length - 1) // 2))
     level, length = level - down, length - down
     return _Vote(floor, top, elected, level, length, share, groups)
 

@@ -94,7 +94,7 @@ class Histogram:
     @cached_property
     def noise(self) -> float:
         """Standard deviation of the noise, in levels."""
-        return noise_levels(self.levels)
+        return noise_levels(self.levels, self.counted)
 
     def bright(self, floor: int) -> BrightPixels:
         """Pixels at or above ``floor``; the picture is searched once for the lowest floor asked for."""
@@ -223,16 +223,18 @@ def histogram_of(grey: np.ndarray, counted: np.ndarray | None = None) -> Histogr
     return Histogram(*to_levels(grey), counted)
 
 
-def noise_levels(levels: np.ndarray) -> float:
+def noise_levels(levels: np.ndarray, counted: np.ndarray | None = None) -> float:
     """Standard deviation of the noise, from how neighbours differ along every few rows; at least a quarter level."""
-    step = max(1, levels.shape[0] // 60)
-    rows = levels[::step]
-    if rows.shape[1] < 2:
+    rows = np.arange(len(levels)) if counted is None else np.flatnonzero(counted.any(axis=1))
+    rows = rows[:: max(1, len(rows) // 60)]
+    if len(rows) == 0 or levels.shape[1] < 2:
         return 0.25
-    counts = _counts(cv2.absdiff(rows[:, 1:], rows[:, :-1]), None)
+    sampled = levels[rows]
+    both = None if counted is None else np.minimum(counted[rows, 1:], counted[rows, :-1])
+    counts = _counts(cv2.absdiff(sampled[:, 1:], sampled[:, :-1]), both)
     # Lights and edges are rare; the mean of what is left of a normal distribution's differences is 1.128 sigma.
     quiet = counts[: int(np.searchsorted(counts.cumsum(), 0.98 * counts.sum())) + 1]
-    return max(0.25, float(quiet @ np.arange(len(quiet))) / quiet.sum() / 1.128)
+    return max(0.25, float(quiet @ np.arange(len(quiet))) / max(quiet.sum(), 1) / 1.128)
 
 
 def _counts(levels: np.ndarray, counted: np.ndarray | None) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from dockpose.lights.nearest_pose import as_pose, solve
+from dockpose.lights.nearest_pose import as_pose, fit_affine, one_pose, solve
 from dockpose.thresholds.compiled import compiled
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
@@ -34,13 +34,39 @@ def grow_all(
             start[triples[t, 3 + k]] = triples[t, k]
         if _is_known(corners[:found], start):
             continue
-        grown, square, mapping = _grow(points, order, across, unit, start, focal_px, tolerance_px)
-        if square < 0 or _is_known(corners[:found], grown):
-            continue
-        square, mapping = as_pose(points, grown, unit, mapping, focal_px)
-        corners[found], squares[found], mappings[found] = grown, square, mapping
-        found += 1
+        most = 0
+        for guess in _perspectives(points, unit, start, focal_px):
+            grown, square, mapping = _grow(points, order, across, unit, start, guess, focal_px, tolerance_px)
+            members = np.count_nonzero(grown >= 0)
+            if square < 0 or members <= most or _is_known(corners[:found], grown):
+                continue
+            square, mapping = as_pose(points, grown, unit, mapping, focal_px)
+            exact = max(tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
+            if square <= members * exact**2:
+                most = members
+                corners[found], squares[found], mappings[found] = grown, square, mapping
+        found += most > 0
     return corners[:found], squares[:found], mappings[:found]
+
+
+@compiled
+def _perspectives(points, unit, start, focal_px):  # type: ignore[no-untyped-def]
+    """Perspectives (K, 2) to grow three corners with: none, and those of the two poses that have it in full.
+
+    A perspective p moves the next corners by about p spacings, which without it are looked for within
+    ``_GROWING_TOLERANCE``; of less than half of that none is told apart.
+    """
+    guesses = np.zeros((3, 2))
+    count = 1
+    _, affine = fit_affine(points, start, unit, 0.0, 0.0)
+    if stretch(affine)[0] / focal_px < _GROWING_TOLERANCE / 2:
+        return guesses[:1]
+    for sign in (-1.0, 1.0):
+        _, mapping = one_pose(points, start, unit, affine, focal_px, sign)
+        if np.hypot(mapping[2, 0], mapping[2, 1]) > _GROWING_TOLERANCE / 2:
+            guesses[count] = mapping[2, :2]
+            count += 1
+    return guesses[:count]
 
 
 @compiled
@@ -70,9 +96,10 @@ def _is_known(found: np.ndarray, corners: np.ndarray) -> bool:
 
 
 @compiled
-def _grow(points, order, across, unit, start, focal_px, tolerance_px):  # type: ignore[no-untyped-def]
-    """Grow a polygon from three corners: fit, look for the corners beside those that are known, and fit again.
+def _grow(points, order, across, unit, start, guess, focal_px, tolerance_px):  # type: ignore[no-untyped-def]
+    """Grow a polygon from three corners and a guess at the perspective.
 
+    It is fitted, the corners beside those that are known are looked for, and it is fitted again.
     Corners are added from near to far, since the first fits bend what is far from the points they are made of. When no
     more are found, all corners are looked for where the last fit puts them, and have to lie there exactly.
     """
@@ -82,7 +109,7 @@ def _grow(points, order, across, unit, start, focal_px, tolerance_px):  # type: 
     strict = 0
     mapping = np.eye(3)
     while True:
-        ok, mapping = _fit(points, corners, unit, focal_px)
+        ok, mapping = _fit(points, corners, unit, guess, focal_px)
         if not ok:
             return corners, -1.0, mapping
         for c in range(sides):
@@ -141,11 +168,11 @@ def _grow(points, order, across, unit, start, focal_px, tolerance_px):  # type: 
 
 
 @compiled
-def _fit(points, corners, unit, focal_px):  # type: ignore[no-untyped-def]
-    """Homography (3, 3) of the unit circle's corners to the points, no more in perspective than they ask for.
+def _fit(points, corners, unit, guess, focal_px):  # type: ignore[no-untyped-def]
+    """Homography (3, 3) of the unit circle's corners to the points, as near to a guess in perspective as they allow.
 
-    Three corners fix an affine image; how much the two numbers of perspective may differ from 0 for the sake of more
-    corners is set by a weak prior. Not ok where it is no plausible image of a dock: too small, too narrow, or seen
+    Three corners fix an affine image; how much the two numbers of perspective may differ from the guess for the sake of
+    more corners is set by a weak prior. Not ok where it is no plausible image of a dock: too small, too narrow, or seen
     from too near.
     """
     count, x0, y0 = 0, 0.0, 0.0
@@ -175,6 +202,8 @@ def _fit(points, corners, unit, focal_px):  # type: ignore[no-untyped-def]
                     normal[a, b] += row[a] * row[b]
     normal[6, 6] += _PERSPECTIVE_PRIOR**2
     normal[7, 7] += _PERSPECTIVE_PRIOR**2
+    right[6] += _PERSPECTIVE_PRIOR**2 * guess[0]
+    right[7] += _PERSPECTIVE_PRIOR**2 * guess[1]
     for a in range(8):
         normal[a, a] += 1e-12
     h = solve(normal, right)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from dockpose.thresholds.compiled import compiled
 
+_ROUNDS = 4  # of a pose's perspective and the affine part for it, in turn
 _STEPS, _SETTLED_PX2, _LONGEST_TURN = 10, 1e-3, 0.3
 
 
@@ -18,24 +19,32 @@ def as_pose(points, corners, unit, mapping, focal_px):  # type: ignore[no-untype
     """
     least, best = np.inf, mapping
     for sign in (-1.0, 1.0):
-        cx, cy = mapping[0, 2] / focal_px, mapping[1, 2] / focal_px
-        a = (mapping[0, 0] - mapping[0, 2] * mapping[2, 0]) / focal_px
-        b = (mapping[0, 1] - mapping[0, 2] * mapping[2, 1]) / focal_px
-        c = (mapping[1, 0] - mapping[1, 2] * mapping[2, 0]) / focal_px
-        d = (mapping[1, 1] - mapping[1, 2] * mapping[2, 1]) / focal_px
+        squares, trial = one_pose(points, corners, unit, mapping, focal_px, sign)
+        if squares < least:
+            least, best = squares, trial
+    return least, best
+
+
+@compiled
+def one_pose(points, corners, unit, mapping, focal_px, sign):  # type: ignore[no-untyped-def]
+    """Sum of squares and homography of the one or the other of these two poses."""
+    squares, trial = np.inf, mapping
+    for _ in range(_ROUNDS):
+        cx, cy = trial[0, 2] / focal_px, trial[1, 2] / focal_px
+        a = (trial[0, 0] - trial[0, 2] * trial[2, 0]) / focal_px
+        b = (trial[0, 1] - trial[0, 2] * trial[2, 1]) / focal_px
+        c = (trial[1, 0] - trial[1, 2] * trial[2, 0]) / focal_px
+        d = (trial[1, 1] - trial[1, 2] * trial[2, 1]) / focal_px
         k = 1 + cx * cx + cy * cy
         gx, gy = a * cx + c * cy, b * cx + d * cy
         hxx, hxy, hyy = a * a + c * c - gx * gx / k, a * b + c * d - gx * gy / k, b * b + d * d - gy * gy / k
         turn = np.arctan2(2 * hxy, hxx - hyy) / 2
         long = np.sqrt(np.hypot(hxx - hyy, 2 * hxy) / k)
         px, py = -sign * long * np.sin(turn) - gx / k, sign * long * np.cos(turn) - gy / k
-        squares, trial = _fit_affine(points, corners, unit, px, py)
-        refined, pose = _refined(points, corners, unit, trial, focal_px)
-        if refined < squares:
-            squares, trial = refined, pose
-        if squares < least:
-            least, best = squares, trial
-    return least, best
+        squares, trial = fit_affine(points, corners, unit, px, py)
+    refined, pose = _refined(points, corners, unit, trial, focal_px)
+    # Few points can be nearer to an affine part of another pose than to any pose; that counts for nothing.
+    return (refined, pose) if refined < np.inf else (squares, trial)
 
 
 @compiled
@@ -128,7 +137,7 @@ def _upright(R):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
+def fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
     """Sum of squares and homography (3, 3) of the best affine part for a given perspective."""
     normal, right = np.zeros((3, 3)), np.zeros((3, 2))
     row = np.empty(3)

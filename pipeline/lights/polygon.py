@@ -112,7 +112,7 @@ def find_polygons(
             break
         trials = _TRIALS if even else 2 * _TRIALS
         beyond = _beyond(some, sides, all_corners=count <= _FEW_POINTS)
-        triples = _promising(points, first, near, unit, some, _inverses(unit, some), beyond, even, trials)
+        triples = _promising(points, first, near, unit, some, _inverses(unit, some), beyond, even, trials, focal_px)
         grown, squares, mappings = grow_all(points, unit, triples, focal_px, tolerance_px)
         found += [_polygon(*row) for row in zip(grown, squares.tolist(), mappings, strict=True)]
     return found
@@ -165,6 +165,7 @@ def _promising(
     beyond: np.ndarray,
     even: bool,
     trials: int,
+    focal_px: float,
 ) -> np.ndarray:
     """Triples (T, 6) of points and their corners that predict most of the next corners, and most exactly, first."""
     sides = len(unit)
@@ -192,7 +193,7 @@ def _promising(
                             continue
                         corners, triple = (first, middle, last), (i, m, j)
                         score = _score(
-                            points, near[row], unit, inverse, corners, triple, min(a, b), beyond[step], least
+                            points, near[row], unit, inverse, corners, triple, min(a, b), beyond[step], least, focal_px
                         )
                         if score > least:
                             best[worst] = score
@@ -205,7 +206,7 @@ def _promising(
 
 
 @compiled
-def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond, least):  # type: ignore[no-untyped-def]
+def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond, least, focal_px):  # type: ignore[no-untyped-def]
     """How many of the next corners have a point, and how near; -1 for no image of a dock, or if less than the least."""
     p = np.empty((2, 3))
     for k in range(3):
@@ -222,6 +223,8 @@ def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond, 
         return -1.0
     sides = len(unit)
     score, missed = 0.0, 0
+    # A dock whose radius is a large share of its range is bent by up to that share.
+    spacing *= 1 + min(major / focal_px, 1.0)
     last = (corners[2] - corners[0]) % sides
     for ahead in beyond:
         if ahead == 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -68,6 +69,8 @@ def draw_lamps(
     halos: tuple[tuple[float, float], ...] = HALOS,
     noise_levels: float = 1.5,
     jpeg_quality: int | None = 80,
+    exposed: Callable[[np.ndarray], np.ndarray] | None = None,
+    over: np.ndarray | None = None,
 ) -> np.ndarray:
     """Draw lamps as a camera stores them, (H, W) uint8.
 
@@ -77,6 +80,8 @@ def draw_lamps(
     lamps_px, radii_px, brightness : (N, 2), (N,), (N,) of the lamps; brightness 1 is just white.
     ambient : light of the water, linear, one number or (H, W).
     halos : pairs of a lamp's share of light, relative to its own surface, and standard deviation in mean radii.
+    exposed : what the shutter makes of the light (H, W), such as motion blur; None for nothing.
+    over : (H, W) grey levels written over the picture where they are above 0, such as burnt-in text.
     """
     width, height = size
     light = np.zeros((height, width), np.float32)
@@ -92,8 +97,9 @@ def draw_lamps(
     for share, deviation in halos:
         shown += share * _blurred(light, deviation * float(np.mean(radii_px)))
     shown = cv2.GaussianBlur(shown, (0, 0), 0.7) + np.asarray(ambient, np.float32)
+    shown = exposed(shown) if exposed else shown
     grey = 255 * np.clip(shown, 0, 1) ** (1 / GAMMA) + rng.normal(0, noise_levels, shown.shape)
-    image = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+    image = np.clip(np.rint(grey if over is None else np.where(over > 0, over, grey)), 0, 255).astype(np.uint8)
     if jpeg_quality is None:
         return image
     coded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, jpeg_quality])[1]

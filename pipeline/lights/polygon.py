@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 # The brightest points are looked at, first few, then more.
 FIRST_POINTS, MAX_POINTS = 40, 150
 # Of each point: those it may have as the next corners. Of few points all, for lights may be missing between; of many
-# fewer, or the triples to be grown are mostly chance.
+# fewer, or the triples to be grown are mostly chance. Uneven lights may be far apart.
 _NEIGHBOURS_OF_FEW, _NEIGHBOURS, _NEIGHBOURS_OF_MANY = 12, 8, 6
 _TRIALS = 80  # triples that are grown, the most promising
 # Corners between the first and the second, and the second and the third point of a triple: neighbours; every second
@@ -100,7 +100,8 @@ def find_polygons(
         return []
     points = np.ascontiguousarray(points_px, dtype=float)
     most = _NEIGHBOURS if count <= FIRST_POINTS else _NEIGHBOURS_OF_MANY
-    most = min(_NEIGHBOURS_OF_FEW if count <= _FEW_POINTS else most, count - 1)
+    is_scarce = count <= (_FEW_POINTS if even else FIRST_POINTS)
+    most = min(_NEIGHBOURS_OF_FEW if is_scarce else most, count - 1)
     near = np.asarray(KDTree(points[first]).query(points[first], k=most + 1)[1])
     near = np.ascontiguousarray(first[near[:, 1:]])
     unit = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from scipy.special import erf
+from scipy.special import erf, stdtrit
 
 # For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.
 PRIOR_NOISE_PX = 0.02
@@ -18,9 +18,10 @@ WORTH_OF_EVIDENCE = 0.85
 # Prior of the noise of centroids: uniform in its logarithm between that of a good lamp and a poor one. Below, it grows
 # with the noise to the power _RISE; above, it falls with the power _FALL, since lights that are out of place on the
 # dock leave residuals of pixels.
-LIKELY_NOISE_PX, _RISE, _FALL = (0.05, 0.7), 0.5, 3.0
+LIKELY_NOISE_PX, _RISE, _FALL = (0.05, 0.95), 0.5, 3.0
 _SCALES_PX = np.geomspace(1e-3, 1e3, 240)
-_LOG_SQUARES = np.linspace(math.log(1e-8), math.log(1e7), 100)
+_LEAST_SQUARES_PX2 = 1e-8
+_LOG_SQUARES = np.linspace(math.log(_LEAST_SQUARES_PX2), math.log(1e7), 100)
 _HOLD = 0.95  # coverage of 1.96 standard errors on either side
 
 
@@ -43,13 +44,21 @@ def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
 
     Notes
     -----
-    Given the noise, an error is normal. The noise is known from the residuals and a prior, so an error is a mixture of
-    normals; this is its 97.5 % quantile over 1.96. Three lights leave no residual: the prior alone decides, and the
-    interval is too wide for good lights and too narrow for poor ones. Over noises drawn from the prior the coverage is
-    95 % for any number of lights; with many lights it is, like that of Student's quantile, 95 % at each noise.
+    Given the noise, an error is normal. Residuals tell the noise, and an error over it is Student's, which holds 95 %
+    whatever the noise is; the interval of four lights, that leave two residuals, is wide. Three lights leave none: the
+    prior alone decides, and an error is a mixture of normals. That holds 95 % over noises drawn from the prior, but is
+    too wide for good lights and too narrow for poor ones.
     """
-    quantiles, _ = _tables(max(0, numbers - parameters))
-    return math.exp(float(np.interp(math.log(max(squares_px2, 1e-8)), _LOG_SQUARES, quantiles)))
+    freedom = max(0, numbers - parameters)
+    if freedom == 0:
+        return _prior_noise_px()
+    return _quantile(freedom) * math.sqrt(max(squares_px2, _LEAST_SQUARES_PX2) / freedom)
+
+
+@lru_cache(maxsize=64)
+def _quantile(freedom: int) -> float:
+    """The 97.5 % quantile of Student's distribution, over that of the normal one."""
+    return float(stdtrit(freedom, (1 + _HOLD) / 2)) / 1.96
 
 
 def log_evidence(squares_px2: np.ndarray, freedom: int) -> np.ndarray:
@@ -57,27 +66,30 @@ def log_evidence(squares_px2: np.ndarray, freedom: int) -> np.ndarray:
 
     ``freedom`` is the number of residuals less that of the fitted parameters.
     """
-    _, evidence = _tables(freedom)
-    return np.interp(np.log(np.maximum(squares_px2, 1e-8)), _LOG_SQUARES, evidence)
+    return np.interp(np.log(np.maximum(squares_px2, _LEAST_SQUARES_PX2)), _LOG_SQUARES, _evidence(freedom))
+
+
+def _log_prior() -> np.ndarray:
+    """Logarithm of the prior of each of ``_SCALES_PX``, up to a constant."""
+    low, high = LIKELY_NOISE_PX
+    return np.minimum(0.0, _RISE * np.log(_SCALES_PX / low)) + np.minimum(0.0, _FALL * np.log(high / _SCALES_PX))
+
+
+@lru_cache(maxsize=1)
+def _prior_noise_px() -> float:
+    """The noise whose normal interval covers 95 % of errors where the prior is all that is known."""
+    weights = np.exp(_log_prior())
+    held = erf(1.96 / math.sqrt(2) * _SCALES_PX[:, None] / _SCALES_PX) @ (weights / weights.sum())
+    return math.exp(float(np.interp(_HOLD, held, np.log(_SCALES_PX))))
 
 
 @lru_cache(maxsize=64)
-def _tables(freedom: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each of ``_LOG_SQUARES`` the logarithms of the noise that covers 95 %, and of the evidence."""
-    low, high = LIKELY_NOISE_PX
-    prior = np.minimum(0.0, _RISE * np.log(_SCALES_PX / low)) + np.minimum(0.0, _FALL * np.log(high / _SCALES_PX))
+def _evidence(freedom: int) -> np.ndarray:
+    """For each of ``_LOG_SQUARES`` the logarithm of the evidence."""
     squares = np.exp(_LOG_SQUARES)[:, None]
-    logs = prior - freedom * np.log(_SCALES_PX) - squares / (2 * _SCALES_PX**2)
+    logs = _log_prior() - freedom * np.log(_SCALES_PX) - squares / (2 * _SCALES_PX**2)
     top = logs.max(axis=1, keepdims=True)
-    weights = np.exp(logs - top)
-    evidence = top[:, 0] + np.log(weights.sum(axis=1))
-    weights /= weights.sum(axis=1, keepdims=True)
-    low_px, high_px = np.full(len(squares), _SCALES_PX[0]), np.full(len(squares), _SCALES_PX[-1])
-    for _ in range(40):
-        middle = np.sqrt(low_px * high_px)
-        held = (weights * erf(1.96 / math.sqrt(2) * middle[:, None] / _SCALES_PX)).sum(axis=1)
-        low_px, high_px = np.where(held < _HOLD, middle, low_px), np.where(held < _HOLD, high_px, middle)
-    return np.log(high_px), evidence
+    return top[:, 0] + np.log(np.exp(logs - top).sum(axis=1))
 
 
 def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:

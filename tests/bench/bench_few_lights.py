@@ -86,7 +86,7 @@ def test_intervals_of_few_lights():
     print(
         "each noise and where it is drawn between 0.05 and 0.5 px, each scale as likely. Of three lights that is asked"
     )
-    print("where it is drawn: they leave no residual that would tell it.")
+    print("is asked where it is drawn: they leave no residual that would tell it.")
     print("lights " + "".join(f"{noise:>8} px" for noise in NOISES_PX) + f"{'drawn':>11}   (x y z theta_x theta_y)")
     outside = []
     for lights in (3, 4, 5, 6, 8, 10, 12):

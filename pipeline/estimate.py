@@ -17,8 +17,8 @@ from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers, find_markers
 from dockpose.lights.masks import hide
-from dockpose.lights.region import Region, crop, markers_in_whole, masks_within, part_of, threshold_in_whole
-from dockpose.lights.ring import Ring, find_ring
+from dockpose.lights.region import Region, crop, markers_in_whole, masks_within, part_of, ring_in, threshold_in_whole
+from dockpose.lights.ring import Ring
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.detection import chance_of_ring, detection_of, found_in_words, why_no_dock
@@ -317,7 +317,7 @@ def _find_lights(
         found = f"{len(markers)} group{'s' if len(markers) > 1 else ''} of bright pixels"
         return "too_few_markers", f"Only {found} at level {threshold.level}; an ellipse needs {MIN_POINTS}.", stages
     points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-    ring = stages["ring"] = find_ring(points_px, markers, camera, dock, float(picture.grey.size))
+    ring = stages["ring"] = ring_in(points_px, markers, camera, dock, picture.part)
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     return "ok", "", stages

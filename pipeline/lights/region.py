@@ -8,9 +8,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from dockpose.camera.camera import Camera
 from dockpose.checks import check_number
+from dockpose.dock import Dock
+from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import Mask
+from dockpose.lights.ring import Ring, find_ring
 from dockpose.thresholds import Threshold
 from dockpose.thresholds.bright import BrightPixels
 
@@ -90,3 +94,46 @@ def crop(image: Any, part: Part) -> np.ndarray:
     """A part of a picture (H, W) or (H, W, C), as a view rather than a copy."""
     left, top, right, bottom = part
     return np.asarray(image)[top:bottom, left:right]
+
+
+def ring_in(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, part: Part) -> Ring:
+    """Find the markers that are the dock's lights, none of which the edge of the searched part cuts.
+
+    Parameters
+    ----------
+    points_px, markers, camera, dock
+        As for :func:`dockpose.lights.ring.find_ring`.
+    part : tuple of int
+        Left, top, right and bottom of the searched part, the last two one beyond its last pixels.
+
+    Returns
+    -------
+    Ring
+        With a flag for each marker, those at the edge included. Where fewer than five others are left, they count.
+    """
+    left, top, right, bottom = part
+    area_px2 = float((right - left) * (bottom - top))
+    boxes = markers.boxes_px
+    inside = np.hstack([boxes[:, :2] > [left, top], boxes[:, 2:] < [right - 1, bottom - 1]])
+    whole = np.all(inside, axis=1)
+    kept, cut = int(whole.sum()), int((~whole).sum())
+    if cut == 0 or kept < MIN_POINTS:
+        return find_ring(points_px, markers, camera, dock, area_px2)
+    inner = replace(
+        markers,
+        points_px=markers.points_px[whole],
+        areas_px=markers.areas_px[whole],
+        peaks=markers.peaks[whole],
+        boxes_px=boxes[whole],
+    )
+    ring = find_ring(points_px[whole], inner, camera, dock, area_px2)
+    rivals = tuple(_among_all(rival, whole) for rival in ring.rivals)
+    reason = f"{ring.reason} {cut} that the edge cuts {'do' if cut > 1 else 'does'} not count."
+    return replace(ring, on_ring=_among_all(ring.on_ring, whole), reason=reason, rivals=rivals)
+
+
+def _among_all(flags: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Flags of all markers, from those of the whole ones."""
+    every = np.zeros(len(whole), dtype=bool)
+    every[whole] = flags
+    return every

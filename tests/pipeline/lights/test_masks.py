@@ -231,6 +231,19 @@ def test_letters_are_masked_although_a_dock_was_seen_on_them():
     assert not any(hidden[round(y), round(x)] for x, y in moving(39) + [0.0, 100.0])
 
 
+def test_letters_that_were_alone_in_view_are_masked_once_a_dock_moves_in_although_one_was_seen_on_them():
+    still, rng = StillGroups(), np.random.default_rng(3)
+    letters = np.vstack([TEXT_PX, TEXT_PX + [0.0, 25.0], TEXT_PX + [40.0, 0.0]])
+    for frame in range(100):
+        ring = moving(frame - 60) + [0.0, 100.0] if frame >= 60 else np.empty((0, 2))
+        markers, on_ring = groups(letters + rng.normal(0, 0.05, letters.shape), ring)
+        on_ring[:] = np.arange(len(on_ring)) < 6
+        still.see(markers, on_ring)
+        assert still.masks == () or frame >= 60  # while nothing moves, a dock at rest looks the same
+    hidden = hidden_pixels((400, 400), still.masks)
+    assert all(hidden[round(y), round(x)] for x, y in letters)
+
+
 def drifting(rng):
     """Snow of thirty flakes in a current: each at its own speed, around a common one."""
     start, speed = (

@@ -1,0 +1,54 @@
+"""Rings under trouble of many kinds, drawn without the project's simulator: found, and refused where there is none."""
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import Camera, Dock, estimate
+
+from tests.bench.variety import KINDS, draw, outcome
+
+SEEDS = range(4)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_ring_is_found_whatever_befalls_the_picture(kind):
+    for seed in SEEDS:
+        drawn, told = draw(kind, seed, sizes=2)
+        found = estimate(drawn.image, drawn.camera, Dock(drawn.dock.diameter, told))
+        assert outcome(drawn, found) == "right", (seed, found.status, found.message)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_same_lamps_strewn_are_no_ring(kind):
+    for seed in SEEDS:
+        drawn, told = draw(kind, seed, ring=False, sizes=2)
+        found = estimate(drawn.image, drawn.camera, Dock(drawn.dock.diameter, told))
+        assert found.status != "ok", (seed, found.message)
+
+
+def letters(text: str, scale: float, y: int) -> np.ndarray:
+    image = np.random.default_rng(5).normal(20, 1.5, (480, 640)).clip(0, 255).astype(np.uint8)
+    cv2.putText(image, text, (60, y), cv2.FONT_HERSHEY_SIMPLEX, scale, 230, 2, cv2.LINE_AA)
+    return image
+
+
+@pytest.mark.parametrize("lights", [*range(4, 13), None])
+def test_the_letters_of_a_clock_alone_are_no_dock(lights):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    texts = ("2026-11-20 15:24:59", "10:00:08", "CAM 07", "REC 00:01:37", "2024/03/18 09:08:05 IPC")
+    for text in texts:
+        for scale in (0.6, 0.9, 1.3):
+            found = estimate(letters(text, scale, 60), camera, Dock(0.30, lights))
+            assert found.status != "ok", (text, scale, found.message)
+
+
+def test_of_lights_that_the_edge_cuts_the_rest_does_not_count():
+    # The rest of a lamp's glow lies at the edge, four pixels inside of where its lamp is.
+    drawn, told = draw("cut by the edge", 97)
+    found = estimate(drawn.image, drawn.camera, Dock(drawn.dock.diameter, told))
+    assert found.markers is not None
+    assert found.ring is not None
+    at_edge = (found.markers.boxes_px[:, 1] == 0) | (found.markers.boxes_px[:, 0] == 0)
+    assert at_edge.any()
+    assert not found.ring.on_ring[at_edge].any()
+    assert outcome(drawn, found) == "right"

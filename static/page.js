@@ -74,6 +74,31 @@ window.addEventListener("drop", (event) => {
   sendAll([...event.dataTransfer.files]);
 });
 
+// What was measured by hand stands in boxes for text, for viser's box for a number cannot be blank. They take nothing
+// but what a number is written with, so that a key pressed for a command never falls into one.
+const MEASURED = /^(Measured )?([xyz]|θ[xy]|Distance) \((cm|°)\)$/;
+
+function isMeasured(input) {
+  if (!input.matches?.("input[type=text], input:not([type])")) return false;
+  let row = input.parentElement;
+  while (row !== null && row.querySelector("label") === null) row = row.parentElement;
+  return MEASURED.test(row?.querySelector("label").textContent.trim() ?? "");
+}
+
+document.addEventListener("beforeinput", (event) => {
+  const text = event.data ?? event.dataTransfer?.getData("text/plain") ?? "";
+  if (/[^\d.,+\-−\s]/.test(text) && isMeasured(event.target)) event.preventDefault();
+}, true);
+
+// Ctrl+Enter takes the frame from within any box, once viser has sent what was typed last.
+const SENT_MS = 150;
+document.addEventListener("keydown", (event) => {
+  if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey)) return;
+  event.preventDefault();
+  const take = new KeyboardEvent("keydown", { key: "t", code: "KeyT", bubbles: true });
+  if (!event.repeat) setTimeout(() => document.body.dispatchEvent(take), SENT_MS);
+}, true);
+
 // The comparison of methods: a click on a row, Enter there, or a click on a picture presses the method's button.
 function takeOver(method) {
   const table = document.getElementById("methods");

@@ -87,7 +87,7 @@ def _by_hand(found: Estimate, view: View) -> Estimate:
 
 
 def _reference(view: View, present: Estimate) -> tuple[np.ndarray | None, str]:
-    for known, words in ((view.truth, "the true centre"), (view.measured, "the measured centre")):
+    for known, words in ((view.truth, "the true centre"), (view.measured_pose, "the measured centre")):
         if known is not None and known.position_m[2] > 0:
             camera = view.camera
             x, y, z = known.position_m

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from dockpose.app.errors import UserError
+from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.parameters import checked_number
 from dockpose.app.state.view import View
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.known import KnownPose
 
 # Name and unit of a measured pose's numbers, and how far to either side they may be.
 MEASURED_LIMITS = {
@@ -33,12 +34,17 @@ def with_pose_by_hand(view: View, pose: CirclePose | None) -> View:
 
 
 def with_measured(view: View, values: Mapping[str, Any] | None) -> View:
-    """Compare with a pose measured by hand: centimetres and degrees by the names in ``MEASURED_LIMITS``, or None."""
+    """Compare with a pose measured by hand: centimetres and degrees by the names in ``MEASURED_LIMITS``, or None.
+
+    A number that is missing or None was not measured. Raises UserError for what is no number, or out of bounds.
+    """
     if values is None:
         return replace(view, measured=None)
     numbers = []
     for name, limit in MEASURED_LIMITS.items():
-        number = checked_number(f"The measured {name}", values.get(name))
-        numbers.append(min(max(number, -limit), limit))
-    x, y, z, theta_x, theta_y = numbers
-    return replace(view, measured=KnownPose((x / 100, y / 100, z / 100), theta_x, theta_y))
+        value = values.get(name)
+        number = None if value is None else checked_number(f"The measured {name}", value)
+        if number is not None and abs(number) > limit:
+            raise UserError(f"The measured {name} is {number:g}; it must be from {-limit:g} to {limit:g}.")
+        numbers.append(number)
+    return replace(view, measured=MeasuredPose(*numbers))

@@ -13,6 +13,7 @@ from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
 from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
+from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.tank import Tank
 from dockpose.camera.image import decode
 from dockpose.pose.known import KnownPose
@@ -65,8 +66,8 @@ class View:
     list_name, item : str
         The list of pictures that this one is in ("samples", "uploads", "folder" for the one that the
         page may show, "beside" for that of the picture given at the start, "sequence"), and its name there.
-    measured : KnownPose, optional
-        Pose that the operator measured.
+    measured : MeasuredPose, optional
+        What the operator measured of the pose; None where it is not compared.
     sha256 : str, optional
         Of the bytes that the picture was read from; None for simulated pictures and frames of a sequence.
     """
@@ -86,7 +87,7 @@ class View:
     truth: KnownPose | None = None
     note: str = ""
     by_hand: tuple[float, float, float] | None = None
-    measured: KnownPose | None = None
+    measured: MeasuredPose | None = None
     scene: Scene | None = None
     is_stale: bool = False
     list_name: str = ""
@@ -96,7 +97,12 @@ class View:
     @property
     def known_pose(self) -> KnownPose | None:
         """The truth, or else the measured pose; None where neither is known."""
-        return self.measured if self.truth is None else self.truth
+        return self.measured_pose if self.truth is None else self.truth
+
+    @property
+    def measured_pose(self) -> KnownPose | None:
+        """The measured pose, where all of it was measured."""
+        return None if self.measured is None else self.measured.pose
 
     @property
     def notes(self) -> tuple[str, ...]:

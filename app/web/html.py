@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells
+from dockpose.app.state.measured import MeasuredPose
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 
@@ -42,8 +43,10 @@ def pose_name(index: int, is_chosen: bool) -> str:
     return f"{mark} {POSE_NAMES[index]}{', chosen' if is_chosen else ''}"
 
 
-def result_cells(pose: CirclePose | KnownPose) -> list[str]:
+def result_cells(pose: CirclePose | KnownPose | MeasuredPose) -> list[str]:
     """Return a pose's position, angles, probability and reprojection error, as tables of candidates show them."""
+    if isinstance(pose, MeasuredPose):
+        return [*map(number, pose.values), MISSING, MISSING]
     if isinstance(pose, KnownPose):
         return [*pose_cells(pose), MISSING, MISSING]
     return [*pose_cells(pose), percent(pose.probability), number(pose.rms_px, 2)]

@@ -147,9 +147,9 @@ def test_what_goes_wrong_is_said_and_nothing_typed_is_lost(tab, root, monkeypatc
     press_t(tab)
     tab.page.get_by_text("No session is open").first.wait_for()
     start(tab, "faults")
-    fill(tab, z="about a metre")
+    fill(tab, z="1.2.3")
     press_t(tab)
-    tab.page.get_by_text("Measured z (cm) is 'about a metre'").first.wait_for()
+    tab.page.get_by_text("Measured z (cm) is '1.2.3'").first.wait_for()
     fill(tab, z="100", notes="kept")
 
     def full(*_):
@@ -195,4 +195,4 @@ def test_pose_measured_in_its_tab_is_there_already(tab):
     tab.until(lambda: tab.box("z (cm)").input_value() == "123.4")
     assert tab.box("θy (°)").input_value() == "-5"
     assert tab.box("Distance (cm)").input_value() == "120"
-    assert Measured.of_pose(tab.app.view.measured).z_cm == 123.4
+    assert Measured.of_pose(tab.app.view.measured_pose).z_cm == 123.4

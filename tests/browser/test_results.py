@@ -129,7 +129,7 @@ def test_measured_pose_stands_beside_the_estimated_one(page):
         page.box(label).fill(str(value))
         page.page.wait_for_timeout(1000 * THROTTLE_S)
     page.until(lambda: getattr(page.app.view.measured, "theta_y_deg", None) == -11)
-    assert page.app.view.measured.position_m == pytest.approx([0.06, -0.04, 1.0])
+    assert page.app.view.measured_pose.position_m == pytest.approx([0.06, -0.04, 1.0])
     cells = page.page.locator("#errors-measured tbody tr").first.locator("td")
     page.until(lambda: float(cells.nth(3).inner_text()) == pytest.approx(10.0, abs=0.2))
     page.until(lambda: page.row_names()[-1] == "Measured")

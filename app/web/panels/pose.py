@@ -20,6 +20,7 @@ from dockpose.app.drawing.numbers import (
 )
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
@@ -29,7 +30,6 @@ from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
 
 PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
-_DEFAULT_MEASURED = (0.0, 0.0, 100.0, 0.0, 0.0)
 
 
 def details_html(found: Estimate) -> str:
@@ -69,8 +69,8 @@ def peers_html(found: Estimate) -> str:
     return table("peers", (*QUANTITIES, "error (px)"), rows, "Point by point, since the lights' colours name them.")
 
 
-def errors_html(found: Estimate, known: KnownPose | None, name: str) -> str:
-    """How far both candidates and the peers are from a known pose; empty where there is none."""
+def errors_html(found: Estimate, known: KnownPose | MeasuredPose | None, name: str) -> str:
+    """How far both candidates and the peers are from a known or measured pose; empty where there is none."""
     if known is None:
         return ""
     rows = []
@@ -81,7 +81,7 @@ def errors_html(found: Estimate, known: KnownPose | None, name: str) -> str:
         if not isinstance(pose, str):
             rows.append(row(escape(peer), error_cells(pose, known)))
     words = ""
-    error = pose_error(found.selected, known)
+    error = pose_error(found.selected, known.pose if isinstance(known, MeasuredPose) else known)
     if error is not None:
         words = f"The chosen pose is {escape(str(error))}."
     if not rows:
@@ -89,10 +89,12 @@ def errors_html(found: Estimate, known: KnownPose | None, name: str) -> str:
     return table(f"errors-{name}", QUANTITIES, rows, f"Estimated minus {name}. {words}")
 
 
-def error_cells(pose: CirclePose, known: KnownPose) -> list[str]:
-    """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees."""
-    errors = [found - true for found, true in zip(pose_values(pose), pose_values(known), strict=True)]
-    turns = [(turn + 180) % 360 - 180 for turn in errors[3:]]
+def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
+    """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees; a dash where not known."""
+    known_values = known.values if isinstance(known, MeasuredPose) else pose_values(known)
+    pairs = zip(pose_values(pose), known_values, strict=True)
+    errors = [None if true is None else found - true for found, true in pairs]
+    turns = [None if turn is None else (turn + 180) % 360 - 180 for turn in errors[3:]]
     return [number(value, signed=True) for value in (*errors[:3], *turns)]
 
 
@@ -137,21 +139,20 @@ class PosePanel(Panel):
         self._compare = gui.add_checkbox(
             "Compare with a measured pose",
             False,
-            hint="Set the pose that you measured by hand beside the estimated one, here and in the 3D view.",
+            hint="Set the pose that you measured by hand beside the estimated one, here and, once it is whole, in the "
+            "3D view. Unticking blanks it.",
         )
-        self._measured = {
-            name: gui.add_number(
+        blank = "Leave it blank if not measured."
+        self._measured = {  # text, for a number's box cannot be blank
+            name: gui.add_text(
                 f"Measured {name}",
-                value,
-                min=-limit,
-                max=limit,
-                step=0.1,
+                "",
                 visible=False,
-                hint="Of the dock's centre, from the camera: x right, y down, z ahead."
+                hint="Of the dock's centre, from the camera: x right, y down, z ahead. " + blank
                 if "cm" in name
-                else "Turn of the dock's face, 0 where it is square on: θx pitch, θy yaw.",
+                else "Turn of the dock's face, 0 where it is square on: θx pitch, θy yaw. " + blank,
             )
-            for (name, limit), value in zip(MEASURED_LIMITS.items(), _DEFAULT_MEASURED, strict=True)
+            for name in MEASURED_LIMITS
         }
         self._errors = gui.add_html("")
         on_change(self._compare, change, self._with_measured)
@@ -163,11 +164,9 @@ class PosePanel(Panel):
         """Set the measured pose."""
         measured = view.measured
         self._compare.value = measured is not None
-        for box in self._measured.values():
-            box.visible = measured is not None
-        if measured is not None:
-            for box, value in zip(self._measured.values(), pose_values(measured), strict=True):
-                box.value = round(value, 6)
+        values = (None,) * len(self._measured) if measured is None else measured.values
+        for box, value in zip(self._measured.values(), values, strict=True):
+            box.visible, box.value = measured is not None, number_text(value)
 
     def show(self, analysis: Analysis) -> None:
         """Fill the tables."""
@@ -187,5 +186,10 @@ class PosePanel(Panel):
         for box in self._measured.values():
             box.visible = bool(self._compare.value)
         if not self._compare.value:
+            for box in self._measured.values():
+                box.value = ""
             return with_measured(view, None)
-        return with_measured(view, {name: box.value for name, box in self._measured.items()})
+        texts = {name: str(box.value) for name, box in self._measured.items()}
+        return with_measured(
+            view, {name: typed_number(f"Measured {name}", text, is_finished=False) for name, text in texts.items()}
+        )

@@ -158,7 +158,7 @@ class Scene3D:
     def show(self, analysis: Analysis) -> None:
         """Draw what was found; called from the worker's thread."""
         found, view = analysis.estimate, analysis.view
-        self.extent, self.camera = extent_of(found, view.truth, view.measured), found.camera
+        self.extent, self.camera = extent_of(found, view.truth, view.measured_pose), found.camera
         plane_z = PLANE_AT * self.extent.depth_m
         with self._server.atomic():
             plane_bottom = self._show_camera(view, plane_z)
@@ -170,7 +170,7 @@ class Scene3D:
             self._keep_labels_apart(found)
             self._path.points = path_segments(analysis)
             self._truth.show(view.truth, found.dock.radius)
-            self._measured.show(view.measured, found.dock.radius)
+            self._measured.show(view.measured_pose, found.dock.radius)
         self._pictured = view.image
         if self._looked_at != view.source:  # while a simulated scene is changed the viewpoint stays
             self._looked_at = view.source

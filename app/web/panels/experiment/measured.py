@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import viser
 from dockpose.app.experiment import Measured, Row
 from dockpose.app.experiment.row import EDITABLE, MEASURED_COLUMNS
-from dockpose.pose.known import KnownPose
+from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 
 LABELS = dict(zip(MEASURED_COLUMNS, ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "Distance (cm)"), strict=True))
 _HINTS = {
@@ -27,16 +26,27 @@ def texts_of(row: Row) -> Texts:
     return measured_texts([getattr(row, name) for name in MEASURED_COLUMNS]) | {"notes": row.notes}
 
 
-def texts_of_pose(known: KnownPose) -> Texts:
+def texts_of_pose(pose: MeasuredPose) -> Texts:
     """Contents of the boxes for a measured pose; distance and notes are blank."""
-    pose = Measured.of_pose(known)
-    return measured_texts([pose.x_cm, pose.y_cm, pose.z_cm, pose.theta_x_deg, pose.theta_y_deg, None]) | {"notes": ""}
+    return measured_texts([*pose.values, None]) | {"notes": ""}
+
+
+def after_change(texts: Texts, before: MeasuredPose | None, now: MeasuredPose | None) -> Texts:
+    """Contents of the boxes after the measured pose has changed.
+
+    What is measured now is put in; what stands there only from before, and was not typed over since, is blanked.
+    """
+    old, new = (BLANK if pose is None else texts_of_pose(pose) for pose in (before, now))
+    return texts | {
+        name: new[name] or ("" if texts[name] == old[name] else texts[name])
+        for name in MEASURED_COLUMNS
+        if name != "distance_cm"
+    }
 
 
 def measured_texts(numbers: list[float | None]) -> Texts:
     """Numbers, in the order of the columns, as people type them."""
-    shown = ("" if number is None else f"{number:.6f}".rstrip("0").rstrip(".") for number in numbers)
-    return dict(zip(MEASURED_COLUMNS, shown, strict=True))
+    return dict(zip(MEASURED_COLUMNS, map(number_text, numbers), strict=True))
 
 
 def values_of(texts: Texts) -> dict[str, Any]:
@@ -44,25 +54,13 @@ def values_of(texts: Texts) -> dict[str, Any]:
 
     A decimal comma is accepted. Raises ValueError that names the box and its content.
     """
-    return {name: _number(name, texts[name]) for name in MEASURED_COLUMNS} | {"notes": texts["notes"]}
+    numbers = {name: typed_number(f"Measured {LABELS[name]}", texts[name]) for name in MEASURED_COLUMNS}
+    return numbers | {"notes": texts["notes"]}
 
 
 def measured_of(values: dict[str, Any]) -> Measured:
     """The numbers of :func:`values_of`, as a session takes them."""
     return Measured(*(values[name] for name in MEASURED_COLUMNS))
-
-
-def _number(name: str, text: str) -> float | None:
-    text = text.strip()
-    if not text:
-        return None
-    try:
-        number = float(text.replace(",", ".").replace("−", "-"))
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise ValueError(f"Measured {LABELS[name]} is {text!r}; it must be a number, or blank where not measured.")
-    return number
 
 
 class MeasuredFields:

@@ -12,12 +12,14 @@ from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
+from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.charts.errors import ErrorCharts
 from dockpose.app.web.notifications import Notify, attempt
 from dockpose.app.web.panels.experiment.measured import (
     BLANK,
     MeasuredFields,
     Texts,
+    after_change,
     measured_of,
     texts_of,
     texts_of_pose,
@@ -25,7 +27,6 @@ from dockpose.app.web.panels.experiment.measured import (
 )
 from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.widgets import Act, Panel, Saver, on_click, on_person
-from dockpose.pose.known import KnownPose
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
 WHAT = {
@@ -61,7 +62,7 @@ class ExperimentPanel(Panel):
         self._session: Session | None = None
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, Texts] = {}
-        self._known_pose: KnownPose | None = None
+        self._known_pose: MeasuredPose | None = None
         self._page_number, self._said = 1, ""
         self._add_session(gui)
         self._add_fields(gui)
@@ -69,17 +70,14 @@ class ExperimentPanel(Panel):
         self._show_session("")
 
     def show(self, analysis: Analysis) -> None:
-        """Keep what a frame would record; a pose measured in the tab Pose goes into the boxes."""
+        """Keep what a frame would record; a pose measured in the tab Pose goes into the boxes, and out again."""
         self._analysis = analysis
         known = analysis.view.measured
         if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
             return
         with self._lock:
+            self._next_texts = after_change(self._next_texts, self._known_pose, known)
             self._known_pose = known
-            if known is not None:
-                self._next_texts = texts_of_pose(known) | {
-                    name: self._next_texts[name] for name in ("distance_cm", "notes")
-                }
 
     def close(self) -> None:
         """Close the session."""
@@ -104,7 +102,8 @@ class ExperimentPanel(Panel):
             "Take this frame (T)",
             icon=viser.Icon.CAMERA_PLUS,
             disabled=True,
-            hint="The picture, the estimate and what is typed below become a row, on the disk at once. Key: T.",
+            hint="The picture, the estimate and what is typed below become a row, on the disk at once. Key: T; "
+            "while typing, Ctrl+Enter.",
         )
         self._words = gui.add_html("")
         key = gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")

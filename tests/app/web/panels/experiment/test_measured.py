@@ -1,8 +1,15 @@
 import msgspec
 import pytest
 from dockpose.app.experiment import Row
-from dockpose.app.web.panels.experiment.measured import BLANK, measured_of, texts_of, texts_of_pose, values_of
-from dockpose.pose.known import KnownPose
+from dockpose.app.state.measured import MeasuredPose
+from dockpose.app.web.panels.experiment.measured import (
+    BLANK,
+    after_change,
+    measured_of,
+    texts_of,
+    texts_of_pose,
+    values_of,
+)
 
 ROW = Row(
     number=1, time="2026-01-01T00:00:00+00:00", source="tank", file="frames/0001.png", sha256="", status="ok",
@@ -34,5 +41,15 @@ def test_boxes_show_what_a_row_has():
     texts = texts_of(changed(measured_z_cm=110.25, distance_cm=120.0, notes="n"))
     assert (texts["measured_x_cm"], texts["measured_z_cm"], texts["distance_cm"]) == ("", "110.25", "120")
     assert values_of(texts)["measured_z_cm"] == 110.25
-    pose = texts_of_pose(KnownPose((0.01, -0.02, 1.1), 0, -5))
+    pose = texts_of_pose(MeasuredPose(1, -2, 110, 0, -5))
     assert list(pose.values()) == ["1", "-2", "110", "0", "-5", "", ""]
+
+
+def test_boxes_follow_the_pose_that_is_measured_but_never_lose_what_was_typed():
+    typed = BLANK | {"measured_z_cm": "110", "notes": "n"}
+    ticked = after_change(typed, None, MeasuredPose())  # ticked, and nothing measured yet
+    assert ticked == typed
+    one = after_change(ticked, MeasuredPose(), MeasuredPose(x_cm=0))
+    assert (one["measured_x_cm"], one["measured_z_cm"], one["measured_y_cm"]) == ("0", "110", "")
+    assert after_change(one, MeasuredPose(x_cm=0), None) == typed
+    assert measured_of(values_of(BLANK)).z_cm is None

@@ -10,12 +10,12 @@ import viser
 from dockpose.app.experiment import Row
 from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.processing.analysis import Analysis, analyse
+from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.view import open_source
 from dockpose.app.web.panels.experiment.measured import BLANK
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.start import silence
-from dockpose.pose.known import KnownPose
 
 ROW = Row(
     number=1, time="2026-01-01T00:00:00+00:00", source="tank", file="frames/0001.png", sha256="", status="ok",
@@ -98,7 +98,7 @@ def test_what_is_taken_is_what_is_shown(panel):
 
 def test_measured_pose_fills_boxes_once_and_distance_stays(panel):
     analysis = analyse(open_source(None, None, None))
-    pose = KnownPose((0.0, 0.0, 1.2), 1.0, 2.0)
+    pose = MeasuredPose(0, 0, 120, 1, 2)
     fields = panel.panel._fields
     fields.texts = BLANK | {"distance_cm": "99"}
     known = replace(analysis, view=replace(analysis.view, measured=pose))
@@ -107,5 +107,5 @@ def test_measured_pose_fills_boxes_once_and_distance_stays(panel):
     fields.texts = fields.texts | {"measured_z_cm": "121"}
     panel.panel.show(known)
     assert fields.texts["measured_z_cm"] == "121"
-    panel.panel.show(analysis)
-    assert fields.texts["measured_z_cm"] == "121"
+    panel.panel.show(analysis)  # unticked
+    assert fields.texts == BLANK | {"measured_z_cm": "121", "distance_cm": "99"}  # what was typed stays

@@ -1,0 +1,95 @@
+"""What was measured by hand: blank until it is typed, and nothing but numbers."""
+
+import csv
+import json
+
+import pytest
+from dockpose.app.web.app import App
+from dockpose.app.web.server.options import Options
+
+from tests.browser.conftest import THROTTLE_S
+from tests.browser.test_experiment import press_t, start, words
+
+pytestmark = pytest.mark.browser
+BOXES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "Distance (cm)")
+COLUMNS = ("measured_x_cm", "measured_y_cm", "measured_z_cm", "measured_theta_x_deg", "measured_theta_y_deg")
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory):
+    return tmp_path_factory.mktemp("sessions")
+
+
+@pytest.fixture(scope="module")
+def app(root):
+    running = App.build(port=0, options=Options(sessions=root))
+    yield running
+    running.stop()
+
+
+def rows(folder):
+    with open(folder / "results.csv", encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_ticking_the_comparison_measures_nothing_and_blank_is_logged_as_blank(page, root):
+    page.tab("Pose")
+    page.page.get_by_label("Compare with a measured pose").check()
+    page.until(lambda: page.row_names()[-1] == "Measured")
+    assert [page.box(f"Measured {name}").input_value() for name in BOXES[:5]] == [""] * 5
+    page.tab("Experiment")
+    start(page, "blank")
+    assert [page.box(name).input_value() for name in BOXES] == [""] * 6
+    press_t(page)
+    page.until(lambda: "Frame 1 is on disk" in words(page))
+    assert "not yet measured" in words(page)
+    (row,) = rows(root / "blank")
+    assert [row[name] for name in (*COLUMNS, "distance_cm")] == [""] * 6
+    assert json.loads((root / "blank/frames/0001.json").read_text())["status"] == "ok"
+    page.tab("Pose")
+    page.box("Measured z (cm)").fill("100")
+    page.until(lambda: page.app.view.measured.z_cm == 100)
+    page.tab("Experiment")
+    page.until(lambda: page.box("z (cm)").input_value() == "100")
+    assert page.box("x (cm)").input_value() == ""
+    page.tab("Pose")
+    page.page.get_by_label("Compare with a measured pose").uncheck()
+    page.until(lambda: page.app.view.measured is None)
+    page.tab("Experiment")
+    page.until(lambda: page.box("z (cm)").input_value() == "")
+    page.tab("Pose")
+    page.page.get_by_label("Compare with a measured pose").check()
+    page.until(lambda: page.app.view.measured is not None)
+    assert page.box("Measured z (cm)").input_value() == ""
+    page.page.get_by_label("Compare with a measured pose").uncheck()
+
+
+def test_keys_never_fall_into_a_box_and_ctrl_enter_takes_the_row(page, root):
+    page.tab("Experiment")
+    if page.box("Session").input_value() != "(none)":
+        page.choose("Session", "(none)")
+    start(page, "keys")
+    for name in ("z (cm)", "θx (°)", "Distance (cm)"):
+        page.box(name).click()
+        page.page.keyboard.type("t-1T1k1,n5dhp", delay=60)
+        assert page.box(name).input_value() == "-111,5"
+    assert rows(root / "keys") == []  # a letter in a box is no command either
+    page.box("z (cm)").fill("110")
+    page.page.keyboard.press("Control+Enter")  # at once: what was typed last belongs to the row
+    page.until(lambda: "Frame 1 is on disk" in words(page))
+    (row,) = rows(root / "keys")
+    assert (row["measured_z_cm"], row["measured_theta_x_deg"], row["measured_x_cm"]) == ("110.0", "-111.5", "")
+    page.row("Notes").locator("textarea").first.click()
+    page.page.keyboard.type("tilted", delay=30)
+    page.page.keyboard.press("Control+Enter")
+    page.until(lambda: "Frame 2 is on disk" in words(page))
+    assert [row["notes"] for row in rows(root / "keys")] == ["", "tilted"]
+    page.tab("Pose")
+    page.page.get_by_label("Compare with a measured pose").check()
+    page.until(lambda: page.app.view.measured is not None)
+    page.box("Measured y (cm)").click()
+    page.page.keyboard.type("t-t4.5k", delay=60)
+    assert page.box("Measured y (cm)").input_value() == "-4.5"
+    page.until(lambda: page.app.view.measured.y_cm == -4.5)
+    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.page.get_by_label("Compare with a measured pose").uncheck()

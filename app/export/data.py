@@ -37,13 +37,13 @@ def to_csv(lines: Iterable[dict[str, Any]]) -> bytes:
 
 
 def settings_yaml(analysis: Analysis) -> str:
-    """Return settings, dock, camera and, where there is one, the measured pose as YAML."""
-    view = analysis.view
+    """Return the settings, dock and camera that were used and, where there is one, the measured pose as YAML."""
+    view, found = analysis.view, analysis.estimate
     content: dict[str, Any] = {
         "source": view.source,
-        "settings": _plain(view.settings),
-        "dock": _plain(view.dock),
-        "camera": _plain(view.camera),
+        "settings": _plain(found.settings),
+        "dock": _plain(found.dock),
+        "camera": _plain(found.camera),
     }
     if view.measured is not None:
         content["measured"] = _plain(view.measured)

@@ -18,9 +18,11 @@ MAX_MASKS = 40
 
 
 def with_method(view: View, method: Any, level: Any = None) -> View:
-    """Set the threshold method, and the level that the method "fixed" starts from; None keeps the level."""
+    """Set the threshold method, and the level of the method "fixed"; None keeps the level. Other methods have none."""
     if not isinstance(method, str) or method not in METHODS:
         raise UserError(f"There is no threshold method called {method!r}.")
+    if method != "fixed":
+        return _with_settings(view, method=method, level=None)
     return _with_settings(view if level is None else put(view, "level", level), method=method)
 
 

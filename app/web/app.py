@@ -69,7 +69,9 @@ class App:
         self._panels = self._layout.panels
         for panel in self._panels:
             panel.load(view)
-        self._scene_worker = LatestWorker(self._scene.show, self.fail, self._pacing.drawing_rest_s)
+        self._current: Analysis | None = None
+        self._drawing, self._scene_rests = threading.Lock(), False
+        self._scene_worker = LatestWorker(self._draw, self.fail, self._pacing.drawing_rest_s)
         self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
@@ -236,7 +238,7 @@ class App:
     def _work_on_frame(self, frame: Frame) -> None:
         """Put the frame in the place of what is shown, search it, and show what was found.
 
-        While frames follow each other all that is not the picture is shown a few times a second.
+        Of frames that follow each other faster than browsers draw them, some are searched but not shown.
         """
         with self._lock:
             follower, before = self._sequence.follower, self._view
@@ -248,18 +250,45 @@ class App:
                     panel.load(view)
         self._tell_notes(before, view, None)
         analysis = self._newest = follower.read(view, frame)
-        if self._pacing.shows_all():
-            self._show(analysis)
-        elif self._pacing.shows_picture():
-            self._pacing.note(all_panels=False)
-            self._layout.picture.show_annotated(analysis)
+        if self._pacing.shows_next():
+            self._pacing.note()
+            self._show_at_once(analysis)
 
     def _show(self, analysis: Analysis) -> None:
-        self._shown = analysis.view
-        self._pacing.note(all_panels=True)
+        """Show a result; the 3D scene follows when it has rested."""
+        if analysis.tracked_frame is not None:
+            self._show_at_once(analysis)
+            return
+        self._shown, self._current = analysis.view, analysis
         for panel in self._panels:
             panel.show(analysis)
         self._scene_worker.submit(analysis)
+
+    def _show_at_once(self, analysis: Analysis) -> None:
+        """Show all of a frame in one update, so that nothing on the page is ever of another frame."""
+        analysis.prepare()  # what is sent must not wait for it
+        self._shown, self._current = analysis.view, analysis
+        with self._server.atomic():
+            for panel in self._panels:
+                panel.show(analysis)
+            if self._pacing.rests_scene():
+                self._rest_scene()
+            else:
+                self._draw(analysis)
+        self._server.flush()
+
+    def _rest_scene(self) -> None:
+        with self._drawing:
+            if not self._scene_rests:
+                self._scene_rests = True
+                self._scene.rest()
+
+    def _draw(self, analysis: Analysis) -> None:
+        """Draw the 3D scene of a result, unless another is shown by now."""
+        with self._drawing:
+            if analysis is self._current:
+                self._scene_rests = False
+                self._scene.show(analysis)
 
     def _go_back(self, refused: View, error: ValueError) -> None:
         """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""

@@ -44,6 +44,33 @@ def test_course_plays_pauses_and_draws_its_charts(sequence):
     assert sequence.app._sequence.player.index == index
 
 
+_SAMPLES = """
+(milliseconds) => new Promise((done) => {
+  const began = performance.now();
+  const samples = new Set();
+  const number = (selector) => document.querySelector(selector).innerText.match(/[fF]rame (\\d+)/)?.[1];
+  const slider = [...document.querySelectorAll("label")].find((one) => one.textContent.trim() === "Frame");
+  let row = slider;
+  while (row.querySelector("input:not([type=hidden])") === null) row = row.parentElement;
+  const look = (now) => {
+    const box = row.querySelector("input:not([type=hidden])").value;
+    samples.add([number("[role=status]"), number("#sequence"), box].join(" "));
+    if (now - began < milliseconds) requestAnimationFrame(look);
+    else done([...samples]);
+  };
+  requestAnimationFrame(look);
+})
+"""
+
+
+def test_while_playing_all_that_is_drawn_is_of_the_same_frame(sequence):
+    press(sequence, "Play")
+    samples = sequence.page.evaluate(_SAMPLES, 5000)
+    press(sequence, "Pause")
+    assert len(samples) > 5
+    assert [one for one in samples if len(set(one.split())) > 1] == []
+
+
 def test_steps_slider_and_key(sequence):
     press(sequence, "Forward")
     sequence.until(lambda: "frame 2 of 250" in sequence.status)

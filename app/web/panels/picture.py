@@ -12,7 +12,6 @@ import viser
 from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES
-from dockpose.app.drawing.thresholded import threshold_picture
 from dockpose.app.export.words import status_line
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.html import help_link, pose_name, result_cells, row, table, wide_row
@@ -111,19 +110,15 @@ class PicturePanel(Panel):
     def show(self, analysis: Analysis) -> None:
         """Show the pictures; the original is sent only if it changed.
 
-        The annotated one, which people wait for, is sent at once: in one batch with the 3D scene, the browser would
-        hold it back until the scene is drawn.
+        The annotated one, which people wait for, is sent at once, unless all of a frame is sent as one: in one batch
+        with the 3D scene, the browser would hold it back until the scene is drawn.
         """
-        self.show_annotated(analysis)
-        self._binary.image = _rgb(widen(threshold_picture(analysis.view.image, analysis.estimate)))
+        self._annotated.image = _rgb(widen(analysis.annotated))
+        self._flush()
+        self._binary.image = _rgb(widen(analysis.thresholded))
         if self._pictured is not analysis.view.image:
             self._original.image = _rgb(widen(to_bgr8(analysis.view.image)))
             self._pictured = analysis.view.image
-
-    def show_annotated(self, analysis: Analysis) -> None:
-        """Show the annotated picture alone."""
-        self._annotated.image = _rgb(widen(analysis.annotated))
-        self._flush()
 
 
 class StatusPanel(Panel):

@@ -26,6 +26,7 @@ NORMAL_LENGTH = 1.3  # radii, as in the annotated picture
 _TEXTURE_WIDTH_PX = 640
 _QUICK_TEXTURE_WIDTH_PX = 320  # where pictures follow each other faster than a browser can draw large ones
 _QUICK_S = 0.5
+RESTING = "3D rests while playing: no graphics card"
 _PATH_POINTS = 400
 _GREY = (130, 130, 130)
 _AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
@@ -151,9 +152,22 @@ class Scene3D:
             "/path", no_lines, rgb(PATH_COLOUR), thickness=2.0, thickness_units="screen"
         )
         self._image: viser.ImageHandle | None = None
+        self._resting = scene.add_label("/resting", RESTING, visible=False)
         self._truth = KnownDock(scene, "truth", rgb(TRUTH_COLOUR))
         self._measured = KnownDock(scene, "measured", rgb(MEASURED_COLOUR))
         self._poses = [self._pose_nodes(*pose) for pose in zip(POSE_NAMES, map(rgb, POSE_COLOURS), strict=True)]
+
+    def rest(self) -> None:
+        """Draw nothing of any frame, and say so, until something is shown again."""
+        with self._server.atomic():
+            for nodes in self._poses:
+                nodes.frame.visible = False
+            for known in (self._truth, self._measured):
+                known.show(None, 0.0)
+            if self._image is not None:
+                self._image.visible = False
+            self._rays.visible = self._path.visible = False
+            self._resting.position, self._resting.visible = (0.0, 0.0, 0.5 * self.extent.depth_m), True
 
     def show(self, analysis: Analysis) -> None:
         """Draw what was found; called from the worker's thread."""
@@ -163,6 +177,7 @@ class Scene3D:
         with self._server.atomic():
             plane_bottom = self._show_camera(view, plane_z)
             self._show_grid(max(float(self.extent.high[1]) + 0.15 * self.extent.depth_m, 1.05 * plane_bottom))
+            self._resting.visible, self._path.visible = False, True
             self._rays.visible = found.selected is not None
             self._rays.points = rays_to_lights(found)
             for index, nodes in enumerate(self._poses):
@@ -172,8 +187,10 @@ class Scene3D:
             self._truth.show(view.truth, found.dock.radius)
             self._measured.show(view.measured_pose, found.dock.radius)
         self._pictured = view.image
-        if self._looked_at != view.source:  # while a simulated scene is changed the viewpoint stays
-            self._looked_at = view.source
+        # While a simulated scene is changed, or a sequence goes on, the viewpoint stays.
+        looked_at = view.list_name if view.list_name == "sequence" else view.source
+        if self._looked_at != looked_at:
+            self._looked_at = looked_at
             self.look_from_everywhere(OVERVIEW)
 
     def _pose_nodes(self, name: str, colour: tuple[int, int, int]) -> _PoseNodes:
@@ -227,6 +244,7 @@ class Scene3D:
             widest = _QUICK_TEXTURE_WIDTH_PX if is_quick else _TEXTURE_WIDTH_PX
             texture = _translucent(to_bgr8(view.image)[:, :, ::-1], widest)
             self._image = self._server.scene.add_image("/camera/image", texture, width, height)
+        self._image.visible = True
         self._image.render_width, self._image.render_height = width, height
         self._image.position = middle
         corners = (

@@ -1,0 +1,138 @@
+"""That all of the page shows the same frame, by what is sent to the browsers."""
+
+import contextlib
+import re
+
+import cv2
+import numpy as np
+import pytest
+from dockpose.app.drawing.numbers import pose_cells
+from dockpose.app.web.app import App
+
+FRAMES = 12
+
+
+class Sent:
+    """Records what a server sends: ``updates`` holds a list of messages for each atomic block."""
+
+    def __init__(self, server, monkeypatch):
+        self._sockets = sockets = server._websock_server
+        self._queue, self._atomic = sockets.queue_message, sockets.atomic
+        self._depth, self.updates, self.loose = 0, [], []
+        monkeypatch.setattr(sockets, "queue_message", self._note)
+        monkeypatch.setattr(sockets, "atomic", self._block)
+
+    def _note(self, message):
+        (self.updates[-1] if self._depth else self.loose).append(message)
+        self._queue(message)
+
+    @contextlib.contextmanager
+    def _block(self):
+        if self._depth == 0:
+            self.updates.append([])
+        self._depth += 1
+        try:
+            with self._atomic():
+                yield
+        finally:
+            self._depth -= 1
+
+
+@pytest.fixture
+def app():
+    running = App.build(port=0)
+    assert running.wait_until_idle(30)
+    yield running
+    running.stop()
+
+
+def played(app, monkeypatch):
+    """What was found in each frame, and what was sent while a course was played."""
+    app._sequence.choose("simulated sweep", None)
+    player, found = app._sequence.player, {}
+    while player.index < 0 or not app.wait_until_idle(10):
+        pass
+    read = app._sequence.follower.read
+
+    def noted(view, frame):
+        analysis = found[frame.index] = read(view, frame)
+        return analysis
+
+    monkeypatch.setattr(app._sequence.follower, "read", noted)
+    sent = Sent(app._server, monkeypatch)
+    app._sequence.play(True)
+    while player.index < FRAMES:
+        assert app.wait_until_idle(10)
+    app._sequence.play(False)
+    assert app.wait_until_idle(10)
+    return found, sent
+
+
+def frame_numbers(update):
+    """Number of the frame that each part of an update shows, by the part."""
+    numbers = {}
+    for message in update:
+        changes = getattr(message, "updates", {})
+        content = str(changes.get("content", ""))
+        for part, pattern in (("status", r"frame (\d+) of"), ("words", r"Frame (\d+) of")):
+            told = re.search(pattern, content)
+            if told:
+                numbers[part] = int(told[1])
+        if isinstance(changes.get("value"), int):
+            numbers["slider"] = changes["value"]
+        if isinstance(changes.get("data"), tuple) and len(changes["data"][0]) < 256:  # not the histogram
+            numbers.setdefault("charts", set()).add(round(1 + 25 * changes["data"][0][-1]))
+    return numbers
+
+
+def pictures_of(update):
+    datas = [message.updates["_data"] for message in update if "_data" in getattr(message, "updates", {})]
+    return [np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)) for data in datas]
+
+
+def positions(update):
+    """Where pose A is put in 3D."""
+    return [one.position for one in update if getattr(one, "name", "") == "/pose_a" and hasattr(one, "position")]
+
+
+def differ(one, other):
+    return float(np.abs(one.astype(float) - other).mean())
+
+
+def test_each_update_holds_one_frame_in_all_panels_and_in_3d(app, monkeypatch):
+    found, sent = played(app, monkeypatch)
+    shown = [update for update in sent.updates if "status" in frame_numbers(update)]
+    assert len(shown) > FRAMES / 3
+    assert not any(frame_numbers([message]) for message in sent.loose)
+    for update in shown:
+        numbers = frame_numbers(update)
+        number = numbers["status"]
+        assert numbers == {"status": number, "words": number, "slider": number, "charts": {number}}
+        analysis = found[number - 1]
+        annotated, thresholded, original = pictures_of(update)
+        for sent_one, its in ((annotated, "annotated"), (thresholded, "thresholded")):
+            nearest = min(found, key=lambda index: differ(sent_one, getattr(found[index], its)))
+            assert nearest == number - 1
+        assert min(found, key=lambda index: differ(original.mean(axis=2), found[index].view.image)) == number - 1
+        text = " ".join(str(getattr(message, "updates", {}).get("content", "")) for message in update)
+        assert all(f">{cell}</td>" in text for cell in pose_cells(analysis.estimate.candidates[0]))
+        (position,) = positions(update)
+        np.testing.assert_allclose(position, analysis.estimate.candidates[0].position_m, rtol=1e-6)
+    others = [update for update in sent.updates if "status" not in frame_numbers(update)]
+    assert not any(getattr(message, "name", "") == "/pose_a" for update in others for message in update)
+
+
+def test_browser_that_draws_slowly_sees_no_dock_in_3d_while_playing_and_the_right_one_at_rest(app, monkeypatch):
+    app._pacing._draws_slowly.set()
+    found, sent = played(app, monkeypatch)
+    names = [
+        [getattr(one, "name", "") for one in update] for update in sent.updates if "status" in frame_numbers(update)
+    ]
+    assert "/pose_a" in names[0]  # taken away
+    assert sum("/pose_a" in one for one in names[:-1]) == 1
+    (position,) = [position for update in sent.updates for position in positions(update)]
+    newest = found[app._newest.tracked_frame.frame.index].estimate
+    np.testing.assert_allclose(position, newest.candidates[0].position_m, rtol=1e-6)
+    assert f"frame {app._newest.tracked_frame.frame.index + 1} of" in app.view.source
+    assert app._scene._poses[0].frame.visible
+    assert not app._scene._resting.visible

@@ -48,9 +48,9 @@ def test_number_of_masks_is_limited(view):
 
 
 def test_method_that_finds_its_level_has_none(view):
-    fixed = with_method(view, "fixed", 166)
-    assert with_method(fixed, "otsu", 166).settings == with_method(view, "otsu").settings
-    assert with_method(fixed, "hats").settings.level is None
+    fixed = choices.with_method(view, "fixed", 166)
+    assert choices.with_method(fixed, "otsu", 166).settings == choices.with_method(view, "otsu").settings
+    assert choices.with_method(fixed, "hats").settings.level is None
 
 
 def test_method_takes_the_level_it_starts_from(view):

@@ -21,7 +21,7 @@ from dockpose.lights.region import Region, crop, markers_in_whole, masks_within,
 from dockpose.lights.ring import Ring
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.detection import chance_of_ring, detection_of, found_in_words, why_no_dock
+from dockpose.pose.detection import chance_of_ring, detection_of, few_in_words, found_in_words, why_no_dock
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
@@ -259,7 +259,8 @@ def _search(
     threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
     status, message, stages = _search_with(threshold, picture, camera, dock, settings)
     found = status == "ok" and stages["ring"].on_ring.sum() >= MIN_POINTS
-    if found or settings.method != "hats" or not fall_back:
+    too_many = "markers" in stages and stages["markers"].left_out > 0  # levels of their own would show still more
+    if found or settings.method != "hats" or not fall_back or too_many:
         return status, message, stages
     local = hats_local(picture.histogram, settings.min_area_px)
     second, second_message, second_stages = _search_with(local, picture, camera, dock, settings)
@@ -284,8 +285,8 @@ def _search_with(
         ellipse, choice = find_poses(points_px, camera, dock, labels, ring.ellipse)
     except NoEllipseError as error:
         if len(points_px) < MIN_POINTS:
-            found = f"Only {len(points_px)} groups of bright pixels"
             kept = {name: stages[name] for name in ("threshold", "markers")}
+            found = few_in_words(stages["markers"], len(points_px))
             return "too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept
         return "no_ellipse", f"No ellipse: {error}.", stages
     area_px2 = float(picture.grey.size)
@@ -314,8 +315,9 @@ def _find_lights(
         stages["ring"] = Ring(np.ones(len(markers), dtype=bool), few)
         return "ok", "", stages
     if len(markers) < MIN_POINTS:
-        found = f"{len(markers)} group{'s' if len(markers) > 1 else ''} of bright pixels"
-        return "too_few_markers", f"Only {found} at level {threshold.level}; an ellipse needs {MIN_POINTS}.", stages
+        small = f" and {markers.dropped} below {settings.min_area_px} pixels" if markers.dropped else ""
+        found = f"{few_in_words(markers, len(markers))}{small} at level {threshold.level}"
+        return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.", stages
     points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
     ring = stages["ring"] = ring_in(points_px, markers, camera, dock, picture.part)
     if not ring.found:

@@ -45,6 +45,13 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     add_camera_and_dock(parser)
     parser.add_argument("--method", choices=[*METHODS], help="threshold (default: hats)")
     parser.add_argument("--level", type=int, help="a fixed level, 0..255, in place of a method")
+    parser.add_argument(
+        "--min-area",
+        type=int,
+        default=Settings().min_area_px,
+        metavar="PX",
+        help="take groups of fewer bright pixels for noise (default: %(default)s)",
+    )
     parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
     parser.add_argument("--csv", metavar="FILE", help="write a table, a row a frame")
     parser.add_argument(

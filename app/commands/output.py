@@ -100,7 +100,9 @@ class ResultWriter:
             draw()
         elif self._json is None and self._csv is None:
             trusted = "" if trust.verdict == NO_POSE else f" {trust.sentence}"
-            print(f"{label}: {line['message']}{trusted}", flush=True)
+            is_open = line["status"] == "not_a_ring" and line["dock"]["lights"] is None
+            hint = " Give --lights N if you know how many the dock has." if is_open else ""
+            print(f"{label}: {line['message']}{trusted}{hint}", flush=True)
         self.frames += 1
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from dockpose import Estimate, Tracker
@@ -52,7 +53,7 @@ class FrameFollower:
 def chosen_by_track(tracked: Tracked) -> Estimate:
     """The frame's estimate, with the pose selected that the track prefers."""
     if tracked.selected_by != "tracking":
-        return tracked.estimate
+        return replace(tracked.estimate, message=tracked.message)
     chance = 100 * (tracked.track.probability or 0)
     why = f"which {tracked.track.age} frames make {chance:.1f} % likely"
     return select_pose(tracked.estimate, tracked.selected, "tracking", why)

@@ -44,6 +44,8 @@ class Markers:
         How many groups were smaller than the minimum area.
     boxes_px : (N, 4) int array
         Left, top, right and bottom pixel of each.
+    left_out : int
+        How many groups of at least the minimum area are not among these, since there were more than can be looked at.
     """
 
     points_px: np.ndarray
@@ -51,9 +53,15 @@ class Markers:
     peaks: np.ndarray
     dropped: int = 0
     boxes_px: np.ndarray = field(default_factory=lambda: np.empty((0, 4), dtype=int))
+    left_out: int = 0
 
     def __len__(self) -> int:
         return len(self.points_px)
+
+    @property
+    def seen(self) -> int:
+        """How many groups of at least the minimum area there are in all."""
+        return len(self) + self.left_out
 
 
 def find_markers(
@@ -102,7 +110,7 @@ def find_markers(
     else:
         points = points[kept]
     boxes = boxes[kept]
-    return Markers(points, areas[kept], peaks[kept], dropped, boxes)
+    return Markers(points, areas[kept], peaks[kept], dropped, boxes, max(0, count - dropped - _MOST_MARKERS))
 
 
 def _no_markers(dropped: int = 0) -> Markers:

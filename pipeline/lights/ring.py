@@ -132,8 +132,9 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():
-            return Ring(nothing, f"{in_lattice.sum()} of the {count} groups repeat as in a lattice. {_SEVERAL}")
-        return whole or Ring(nothing, f"None of the {count} groups of bright pixels form {_wanted(dock)}.")
+            of_all = f"{count} largest of {markers.seen}" if markers.left_out else str(count)
+            return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {_SEVERAL}")
+        return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
     best = _best(found, brightness)
     trouble = _trouble(best, found, dock, nearest_px, tolerance)
     if trouble:

@@ -96,6 +96,13 @@ def detection_of(chance: float) -> float:
     return 1 / (1 + chance)
 
 
+def few_in_words(markers: Markers, lights: int) -> str:
+    """Return how many groups were seen, and how many of them lie on a ring."""
+    if lights < markers.seen:
+        return f"Only {lights} of the {markers.seen} groups of bright pixels lie on a ring"
+    return f"Only {lights} group{'' if lights == 1 else 's'} of bright pixels"
+
+
 def found_in_words(ring: Ring, choice: Choice) -> str:
     """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is."""
     pose = choice.candidates[choice.selected]

@@ -76,6 +76,17 @@ class Tracked:
     smoothed: CirclePose | None = None
     chain: int | None = None
 
+    @property
+    def message(self) -> str:
+        """The frame's message; where the pose is the track's prediction, that and how far away it is."""
+        found = self.estimate
+        if self.pose is None or not self.track.predicted:
+            return found.message
+        ahead = f"by the track the dock is {100 * self.pose.position_m[2]:.1f} cm ahead"
+        if found.choice is None:
+            return f"{found.message.rstrip('.')}; {ahead}."
+        return f"The ring in this frame does not continue the track; {ahead}."
+
     def to_dict(
         self,
         source: str | None = None,
@@ -83,9 +94,10 @@ class Tracked:
         time_s: float | None = None,
         sha256: str | None = None,
     ) -> dict[str, Any]:
-        """The estimate's JSON object with the final choice, and ``track``; the candidates are the frame's own."""
+        """The estimate's JSON object with the final choice in numbers and words, and ``track``; the candidates stay."""
         track = self.track
         return self.estimate.to_dict(source, frame, time_s, sha256) | {
+            "message": self.message,
             "selected": self.selected,
             "selected_by": self.selected_by,
             "track": {

@@ -211,3 +211,16 @@ def test_bad_settings_are_named(change, message):
 def test_bad_docks_are_named(values):
     with pytest.raises(ValueError, match=r"diameter|lights"):
         Dock(**values)
+
+
+def test_all_groups_that_are_seen_are_counted():
+    # A lattice of 54 x 40 specks, of which 400 are looked at.
+    picture = np.full((480, 640), 10, np.uint8)
+    for y in range(10, 470, 11):
+        for x in range(10, 630, 11):
+            picture[y : y + 2, x : x + 2] = 200
+    found = estimate(picture, CAMERA, DOCK)
+    assert found.status == "not_a_ring"
+    assert found.markers is not None
+    assert found.markers.seen == len(range(10, 470, 11)) * len(range(10, 630, 11))
+    assert f"400 largest of {found.markers.seen} groups repeat as in a lattice" in found.message

@@ -116,6 +116,26 @@ def test_camera_of_another_size_is_refused_by_name(tank, capsys):
     )
 
 
+def test_a_minimum_area_leaves_out_smaller_groups(tank, capsys):
+    assert main(["estimate", "s1.png", "--min-area", "100000", "--json", "-"]) == 0
+    (line,) = lines(capsys.readouterr().out)
+    assert line["settings"]["min_area_px"] == 100000
+    assert line["status"] == "no_lights"
+
+
+def test_where_the_number_of_lights_would_help_it_is_asked_for(tank, capsys):
+    rng = np.random.default_rng(0)
+    specks = np.full((480, 640), 10, np.uint8)
+    for x, y in rng.integers(10, 470, (30, 2)):
+        specks[y : y + 3, x : x + 3] = 200
+    cv2.imwrite("specks.png", specks)
+    known = ["estimate", "specks.png", "--camera", "camera.yaml", "--dock-diameter", "0.3"]
+    assert main(known) == 0
+    assert "Give --lights N" in capsys.readouterr().out
+    assert main([*known, "--lights", "10"]) == 0
+    assert "Give --lights" not in capsys.readouterr().out
+
+
 def test_a_fixed_level_is_used(tank, capsys):
     assert main(["estimate", "s1.png", "--level", "60", "--json", "-"]) == 0
     (line,) = lines(capsys.readouterr().out)
@@ -133,6 +153,7 @@ def test_a_fixed_level_is_used(tank, capsys):
         (["s1.png", "--camera", "none.yaml"], "none.yaml: cannot be read"),
         (["s1.png", "--camera", "words.png"], "words.png: holds no keys"),
         (["s1.png", "--level", "300"], "level is 300"),
+        (["s1.png", "--min-area", "0"], "--min-area is 0"),
         (["s1.png", "--level", "30", "--method", "hats"], "does not go with --method hats"),
         (["s1.png", "--method", "fixed"], "needs --level"),
         (["none*.png"], "no file matches"),

@@ -210,6 +210,8 @@ def test_a_ring_somewhere_else_does_not_continue_the_track():
             assert result.track.predicted
             assert result.selected is None
             assert result.pose.position_m[2] == pytest.approx(1.5, abs=0.02)
+            assert f"by the track the dock is {100 * result.pose.position_m[2]:.1f} cm ahead" in result.message
+            assert result.to_dict()["message"] == result.message
         else:
             assert result.selected is not None
             assert result.track.age == (step + 1 if step < 20 else step - 19)

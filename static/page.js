@@ -13,6 +13,13 @@ window.addEventListener("unhandledrejection", (event) => {
 const BUTTON = "input[type=file][accept='image/*']";
 const VIDEO_BUTTON = "input[type=file][accept='video/*']";
 
+// viser opens a tab when it is pressed, and drags it where the pointer moves; a plain click does nothing.
+function openTab(tab) {
+  for (const kind of ["pointerdown", "pointerup"]) {
+    tab?.dispatchEvent(new PointerEvent(kind, { bubbles: true, cancelable: true, isPrimary: true }));
+  }
+}
+
 // The upload button for a file; what is in a closed tab is not on the page at all, so its tab is opened first.
 async function buttonFor(file) {
   const isVideo = file.type.startsWith("video/") || /\.(mp4|m4v|mov|avi|mkv|webm|mpe?g|ts|wmv|mjpe?g)$/i.test(file.name);
@@ -20,7 +27,7 @@ async function buttonFor(file) {
   for (let waited = 0; waited < 40; waited += 1) {
     const input = document.querySelector(selector);
     if (input !== null) return input;
-    if (waited === 0) [...document.querySelectorAll("[role=tab]")].find((one) => one.textContent.trim() === tab)?.click();
+    if (waited === 0) openTab([...document.querySelectorAll("[role=tab]")].find((one) => one.textContent.trim() === tab));
     await new Promise((next) => setTimeout(next, 50));
   }
   return null;

@@ -51,6 +51,11 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         default=[],
         help="another name by which browsers may call it, as a reverse proxy's; may be given repeatedly",
     )
+    parser.add_argument(
+        "--view-token",
+        action="store_true",
+        help="print a second address too, for an audience that may look but change nothing",
+    )
     parser.set_defaults(run=run)
 
 
@@ -80,6 +85,7 @@ def _options(arguments: argparse.Namespace) -> Options:
         upload_limit_bytes=round(megabytes * 2**20),
         remember_in=config_folder(),
         sessions=sessions.resolve(),
+        view_link=arguments.view_token,
     )
 
 
@@ -119,7 +125,12 @@ def serve(
 
     app = App.build(source, camera, dock, host=host, port=port, options=options)
     try:
-        report(f"the page is at {app.address} (Ctrl+C stops it)")
+        here, *elsewhere = app.addresses()
+        report(f"the page is at {here} (Ctrl+C stops it)")
+        for address in elsewhere:
+            report(f"from another machine: {address}")
+        if options.view_link:
+            report(f"for viewers, who can change nothing: {' or '.join(app.addresses(for_viewers=True))}")
         if host not in LOOPBACK_NAMES:
             report(_OPEN_WARNING.format(host=host))
         threading.Event().wait()

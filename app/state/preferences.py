@@ -10,15 +10,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import msgspec
+import numpy as np
 from dockpose import Camera, Dock, Settings, estimate
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.state.in_force import with_own_camera, with_own_dock
 from dockpose.app.state.tank import Tank, write_whole
-from dockpose.app.state.view import View
+from dockpose.app.state.view import View, open_source, with_sample, with_upload
 from dockpose.camera.files import FileError, read_yaml, to_yaml
 
 _EVERY_S = 2.0
+_PICTURE, _MOST_VALUES = "last-picture.png", 30_000_000
 
 
 class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -30,12 +33,17 @@ class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Remembered(msgspec.Struct, frozen=True):
-    """What the next start restores; ``shows_first_card`` until the card was dismissed."""
+    """What the next start restores; ``shows_first_card`` until the card was dismissed.
+
+    The last picture is the sample scene of a name, or the uploaded picture of a name, whose pixels are kept beside.
+    """
 
     settings: Settings = Settings()
     dark: bool = False
     shows_first_card: bool = True
     tank: Tank = Tank()
+    sample: str | None = None
+    upload: str | None = None
 
 
 def settings_file(view: View) -> bytes:
@@ -90,6 +98,7 @@ class Memory:
     def __init__(self, folder: Path | None) -> None:
         self._path = None if folder is None else folder / "last.yaml"
         self._written_s = -_EVERY_S
+        self._pictured: np.ndarray | None = None
         self.now = self._kept = self._read()
 
     def change(self, **changes: Any) -> None:
@@ -97,6 +106,29 @@ class Memory:
         self.now = msgspec.structs.replace(self.now, **changes)
         if time.monotonic() - self._written_s > _EVERY_S:
             self.write()
+
+    def keep_picture(self, view: View) -> None:
+        """Remember which picture is shown; of an uploaded one its pixels, unless they are very many."""
+        if view.image is self._pictured or self._path is None:
+            return
+        self._pictured = view.image
+        if view.list_name == "samples":
+            self.change(sample=view.sample, upload=None)
+        elif view.list_name == "uploads" and view.image.size <= _MOST_VALUES:
+            with contextlib.suppress(OSError):
+                self._path.parent.mkdir(parents=True, exist_ok=True)
+                write_whole(self._path.with_name(_PICTURE), cv2.imencode(".png", view.image)[1].tobytes())
+                self.change(sample=None, upload=view.item)
+
+    def last_view(self, tank: Tank) -> View | None:
+        """The picture of the last run with My tank; None where there was none that can be had again."""
+        with contextlib.suppress(OSError, ValueError):
+            start = open_source(None, None, None, tank)
+            if self.now.sample is not None:
+                return with_sample(start, self.now.sample)
+            if self.now.upload is not None and self._path is not None:
+                return with_upload(start, self._path.with_name(_PICTURE).read_bytes(), self.now.upload)
+        return None
 
     def write(self) -> None:
         """Write down what changed."""

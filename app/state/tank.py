@@ -103,11 +103,11 @@ class Tanks:
         self._tanks = tanks
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file beside its place, flush it to the disk, and only then put it there, whole."""
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file beside its place, flush it to the disk, and only then put it there, whole."""
     beside = path.with_suffix(".new")
-    with beside.open("w", encoding="utf-8") as file:
-        file.write(text)
+    with beside.open("wb") as file:
+        file.write(content.encode() if isinstance(content, str) else content)
         file.flush()
         os.fsync(file.fileno())
     beside.replace(path)

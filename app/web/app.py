@@ -27,7 +27,8 @@ from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import Guard, accept_values_only
 from dockpose.app.web.server.options import DEFAULTS, Options
-from dockpose.app.web.server.start import open_server, silence
+from dockpose.app.web.server.start import open_server, reachable_hosts, silence
+from dockpose.app.web.server.token import token_for
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.sources import Frame
 from msgspec.structs import replace as changed
@@ -96,9 +97,12 @@ class App:
             tank = changed(tank, camera=camera or tank.camera, dock=dock or tank.dock)
             view = open_source(None, None, None, tank)
         else:
-            view = open_source(source, camera, dock, tank)
+            is_left_open = source is None and camera is None and dock is None
+            view = (memory.last_view(tank) if is_left_open else None) or open_source(source, camera, dock, tank)
         view = with_last_settings(view, memory.now.settings)
-        guard = Guard(host, options.allow_hosts)
+        keep_in = options.remember_in if port else None  # any free port is another one the next time
+        view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
+        guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
         draws_slowly = threading.Event()
         server = open_server(host, port, guard, draws_slowly.set)
         beside = None if picture is None else picture.resolve().parent
@@ -117,10 +121,13 @@ class App:
 
     @property
     def address(self) -> str:
-        """Address to open in a browser, with the access token."""
-        host = self._server.get_host()
-        shown = f"[{host}]" if ":" in host else "127.0.0.1" if host == "0.0.0.0" else host
-        return f"http://{shown}:{self.port}/?token={self._guard.token}"
+        """Address to open in a browser on this machine, with the access token."""
+        return self.addresses()[0]
+
+    def addresses(self, *, for_viewers: bool = False) -> list[str]:
+        """Addresses to open in a browser: on this machine first, then, where it listens to them, on others."""
+        token = self._guard.view_token if for_viewers else self._guard.token
+        return [f"http://{host}:{self.port}/?token={token}" for host in reachable_hosts(self._server.get_host())]
 
     @property
     def view(self) -> View:
@@ -205,7 +212,12 @@ class App:
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
-        """Set up what a new browser has to itself."""
+        """Set up what a new browser has to itself, and tell the others of it."""
+        count = len(self._server.get_clients())
+        if count > 1:
+            self.notify(
+                "Another browser", f"{count} browsers show this page now; each sees what the others do.", "yellow", None
+            )
         accept_values_only(client)
         uploads = self._uploads.attach(client)
         for panel in self._panels:

@@ -65,7 +65,8 @@ class SettingsPanel(Panel):
             self.show_first_card(client)
 
     def show(self, analysis: Analysis) -> None:
-        """Remember how was searched, and My tank, for the next start."""
+        """Remember picture, settings and My tank for the next start."""
+        self._memory.keep_picture(analysis.view)
         self._memory.change(settings=analysis.view.settings, tank=analysis.view.tank)
 
     def show_first_card(self, client: viser.ClientHandle) -> None:

@@ -15,7 +15,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import viser
 import websockets.asyncio.server as websocket_server
-from dockpose.app.web.server.pages import Page
+from dockpose.app.web.server.pages import FOR_VIEWERS, Page
 from viser import _messages as messages
 from websockets import Headers
 from websockets.http11 import Request, Response
@@ -51,11 +51,14 @@ class Guard:
     """Decides which requests pass.
 
     Browsers may use the name of ``host``, which the server listens on, or one of ``more_names``, as a reverse proxy's,
-    and must show the token once, by default a new one.
+    and must show the token once, by default a new one. Who shows ``view_token`` instead may look, but change nothing.
     """
 
-    def __init__(self, host: str, more_names: Iterable[str] = (), token: str | None = None) -> None:
+    def __init__(
+        self, host: str, more_names: Iterable[str] = (), token: str | None = None, view_token: str | None = None
+    ) -> None:
         self.token = token or secrets.token_urlsafe(18)
+        self.view_token = view_token
         self._names = {name.lower() for name in (*LOOPBACK_NAMES, host, *more_names)}
         # Anyone can make a name point here (DNS rebinding), but not a bare address.
         self._takes_addresses = host not in LOOPBACK_NAMES
@@ -67,26 +70,35 @@ class Guard:
             return "This page is not known by that name (Host). Use the address that dockpose printed."
         if len(origins) > 1 or (origins and urlsplit(origins[0]).netloc.lower() != hosts[0].lower()):
             return "Another web page asked for this (Origin). Only the page of dockpose itself may."
-        if not self._has_cookie(headers, hosts[0]) and (is_upgrade(headers) or not self._is_in(path)):
+        if self._shown(headers, path) is None:
             return "Open the address that dockpose printed in the terminal; it ends in ?token= and some letters."
         return None
 
-    def cookie(self, headers: Headers) -> str:
+    def cookie(self, headers: Headers, path: str) -> str:
         """The cookie that identifies a browser from then on."""
         name = cookie_name(headers.get("Host", ""))
-        return f"{name}={self.token}; HttpOnly; SameSite=Strict; Path=/"
+        return f"{name}={self._shown(headers, path)}; HttpOnly; SameSite=Strict; Path=/"
+
+    def only_views(self, headers: Headers, path: str) -> bool:
+        """Whether a browser that may pass has shown no more than the token for viewing."""
+        return self._shown(headers, path) != self.token
+
+    def _shown(self, headers: Headers, path: str) -> str | None:
+        """The token that a request shows: in its address, unless it opens a WebSocket, or else in its cookie."""
+        tokens = [token for token in (self.token, self.view_token) if token]
+        wanted = f"{cookie_name(headers.get('Host', ''))}="
+        cookies = [part.strip() for header in headers.get_all("Cookie") for part in header.split(";")]
+        in_cookies = [part.removeprefix(wanted) for part in cookies if part.startswith(wanted)]
+        in_address = [] if is_upgrade(headers) else parse_qs(urlsplit(path).query).get("token", [])
+        for shown in (*in_address, *in_cookies):
+            for token in tokens:
+                if _same(shown, token):
+                    return token
+        return None
 
     def _knows(self, host: str) -> bool:
         name = (urlsplit(f"//{host}").hostname or "").lower()
         return name in self._names or (self._takes_addresses and _is_address(name))
-
-    def _has_cookie(self, headers: Headers, host: str) -> bool:
-        wanted = f"{cookie_name(host)}={self.token}"
-        sent = (part.strip() for header in headers.get_all("Cookie") for part in header.split(";"))
-        return any(_same(part, wanted) for part in sent)
-
-    def _is_in(self, path: str) -> bool:
-        return any(_same(token, self.token) for token in parse_qs(urlsplit(path).query).get("token", ()))
 
 
 def cookie_name(host: str) -> str:
@@ -142,17 +154,35 @@ def _answer(
     if reason is not None:
         response = _response(403, "Forbidden", Page("text/plain; charset=utf-8", reason.encode()))
     elif is_upgrade(request.headers):
+        if guard.only_views(request.headers, request.path):
+            _hear_nothing_but_viewpoints(connection)
         return otherwise(connection, request)
     else:
         otherwise_page = otherwise(connection, request)  # called in any case, for it also silences the library's log
-        page = pages.get(urlsplit(request.path).path)
+        path = urlsplit(request.path).path
+        page = pages.get(path)
+        if guard.only_views(request.headers, request.path):
+            page = pages.get(f"{path}{FOR_VIEWERS}", page)
         response = otherwise_page if page is None else _response(200, "OK", page)
         if page is not None and page.on_request is not None:
             page.on_request()
-        response.headers["Set-Cookie"] = guard.cookie(request.headers)
+        response.headers["Set-Cookie"] = guard.cookie(request.headers, request.path)
     for name, value in _HEADERS.items():
         response.headers[name] = value
     return response
+
+
+def _hear_nothing_but_viewpoints(connection: Any) -> None:
+    """Drop all that a browser sends but where it looks from, so that it can change nothing."""
+    receive = connection.recv
+
+    async def receive_viewpoint(*arguments: Any, **keywords: Any) -> Any:
+        while True:
+            raw = await receive(*arguments, **keywords)
+            if isinstance(raw, bytes) and isinstance(messages.Message.deserialize(raw), messages.ViewerCameraMessage):
+                return raw
+
+    connection.recv = receive_viewpoint
 
 
 def _response(status: int, phrase: str, page: Page) -> Response:

@@ -22,9 +22,11 @@ class Options:
     upload_limit_bytes : int
         Limit for all uploaded pictures together.
     remember_in : Path or None
-        Folder for the last settings; None keeps none, and shows no first card either.
+        Folder for the last settings and each port's token; None keeps none, and shows no first card either.
     sessions : Path
         Folder for experiments; created with the first one.
+    view_link : bool
+        Whether there is a second address, for who may look but change nothing.
     """
 
     allow_hosts: tuple[str, ...] = ()
@@ -32,6 +34,7 @@ class Options:
     upload_limit_bytes: int = UPLOAD_LIMIT_BYTES
     remember_in: Path | None = None
     sessions: Path = SESSIONS_FOLDER
+    view_link: bool = False
 
 
 DEFAULTS = Options()

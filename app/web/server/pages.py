@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,10 @@ from pathlib import Path
 import viser
 from dockpose.app.resources import static_path
 
-_SCRIPT_TAG = '<script src="/page.js" defer></script>'
+ROLES = ("steer", "view")
+FOR_VIEWERS = "?view"  # ends the name of a page that is another for who may only look
+_SCRIPT_TAGS = '<script src="/page.js" defer></script><script src="/connection.js" defer></script>'
+_ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'
 
 
 @dataclass(frozen=True)
@@ -24,11 +28,18 @@ class Page:
 def own_pages(on_software_webgl: Callable[[], None]) -> dict[str, Page]:
     """Pages by path; ``on_software_webgl`` is called when a browser reports that it has no graphics card."""
     html = "text/html; charset=utf-8"
-    front = Page(html, with_script(_viser_page()).encode())
+    script = "application/javascript; charset=utf-8"
+    front = with_ours(_viser_page())
+    steering, viewing = (Page(html, front.replace("<html", f'<html data-role="{role}"').encode()) for role in ROLES)
     return {
-        "/": front,
-        "/index.html": front,
-        "/page.js": Page("application/javascript; charset=utf-8", static_path("page.js").read_bytes()),
+        "/": steering,
+        "/index.html": steering,
+        f"/{FOR_VIEWERS}": viewing,
+        f"/index.html{FOR_VIEWERS}": viewing,
+        "/page.js": Page(script, static_path("page.js").read_bytes()),
+        "/connection.js": Page(script, static_path("connection.js").read_bytes()),
+        "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
+        "/alive": Page("text/plain; charset=utf-8", b"alive"),
         "/software-webgl": Page("text/plain; charset=utf-8", b"", on_software_webgl),
         "/help": Page(html, static_path("help.html").read_bytes()),
     }
@@ -40,10 +51,12 @@ def help_body() -> str:
     return html[html.index("<main>") : html.index("</main>") + len("</main>")]
 
 
-def with_script(html: str) -> str:
-    """Put our script at the end of a page's head."""
+def with_ours(html: str) -> str:
+    """Give viser's page our name, icon and scripts."""
+    html = re.sub(r"<title>[^<]*</title>", "<title>dockpose</title>", html, count=1)
+    html = re.sub(r"<link\s+rel=\"icon\"[^>]*>", _ICON, html, count=1)
     place = html.index("</head>")
-    return f"{html[:place]}{_SCRIPT_TAG}{html[place:]}"
+    return f"{html[:place]}{_SCRIPT_TAGS}{html[place:]}"
 
 
 def _viser_page() -> str:

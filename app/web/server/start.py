@@ -58,6 +58,20 @@ def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[
     return server
 
 
+def reachable_hosts(host: str) -> list[str]:
+    """Names for addresses that open a page served on ``host``: for this machine first, then for others."""
+    if host not in ("0.0.0.0", "::", ""):
+        return [f"[{host}]" if ":" in host else host]
+    found = ["127.0.0.1"]
+    with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        # Nothing is sent: the system only says which of its addresses would be used. The address is for documentation.
+        probe.connect(("192.0.2.1", 9))
+        found.append(probe.getsockname()[0])
+    with contextlib.suppress(OSError):
+        found += [str(place[4][0]) for place in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
+    return [name for number, name in enumerate(found) if name not in found[:number]]
+
+
 def check_port_is_free(host: str, port: int) -> None:
     """Raise PortBusyError unless the port can be listened on: viser would silently take the next one."""
     try:

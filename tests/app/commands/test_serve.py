@@ -1,4 +1,5 @@
 import hashlib
+import ipaddress
 import shutil
 
 import pytest
@@ -7,6 +8,8 @@ from dockpose.app.commands import serve as command
 from dockpose.app.inputs.samples import sample_path
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import SourcePanel
+from dockpose.app.web.server.options import Options
+from dockpose.app.web.server.start import reachable_hosts
 
 
 def test_serve_tells_the_address_and_stops_on_interrupt(monkeypatch):
@@ -28,12 +31,34 @@ def test_serving_to_others_says_what_that_means(monkeypatch):
     monkeypatch.setattr(command.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
     monkeypatch.setattr(App, "build", lambda *_, **__: FakeApp())
     command.serve(None, None, None, host="0.0.0.0", report=told.append)
-    assert "every machine of that network" in told[1]
+    assert told[1] == "from another machine: http://192.0.2.7:1234/?token=steering"
+    assert "every machine of that network" in told[2]
+
+
+def test_viewers_have_an_address_of_their_own(monkeypatch):
+    told = []
+    monkeypatch.setattr(command.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+    monkeypatch.setattr(App, "build", lambda *_, **__: FakeApp())
+    command.serve(None, None, None, options=Options(view_link=True), report=told.append)
+    assert [line for line in told if "viewers" in line and "token=viewing" in line]
+    assert not [line for line in told if "steering" in line and "viewing" in line]
+
+
+def test_addresses_of_a_wildcard_are_those_of_this_machine():
+    here, *elsewhere = reachable_hosts("0.0.0.0")
+    assert here == "127.0.0.1"
+    assert all(ipaddress.ip_address(name) for name in elsewhere)
+    assert "0.0.0.0" not in elsewhere
+    assert reachable_hosts("tank.example.org") == ["tank.example.org"]
+    assert reachable_hosts("::1") == ["[::1]"]
 
 
 class FakeApp:
-    address = "http://127.0.0.1:1234"
     stopped = False
+
+    def addresses(self, *, for_viewers=False):
+        token = "viewing" if for_viewers else "steering"
+        return [f"http://127.0.0.1:1234/?token={token}", f"http://192.0.2.7:1234/?token={token}"]
 
     def stop(self):
         FakeApp.stopped = True

@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Settings
@@ -133,3 +134,26 @@ def test_app_starts_with_a_pose_after_a_fixed_level(tmp_path):
         assert (app.view.settings, "a fixed level of 254" in app.view.note) == (Settings(), True)
     finally:
         app.stop()
+
+
+def test_the_last_uploaded_picture_is_back_at_the_next_start(tmp_path, view):
+    image = np.full((30, 40), 7, np.uint8)
+    image[3, 4] = 200
+    shown = state.with_upload(view, cv2.imencode(".png", image)[1].tobytes(), "tank 3.png")
+    first = Memory(tmp_path)
+    first.keep_picture(shown)
+    first.write()
+    back = Memory(tmp_path).last_view(view.tank)
+    assert (back.item, back.list_name) == ("tank 3.png", "uploads")
+    np.testing.assert_array_equal(back.image, image)
+
+
+def test_a_sample_is_back_and_a_lost_picture_is_left_out(tmp_path, view):
+    first = Memory(tmp_path)
+    assert first.last_view(view.tank) is None
+    first.keep_picture(state.with_sample(view, "tilted"))
+    first.write()
+    assert Memory(tmp_path).last_view(view.tank).sample == "tilted"
+    first.change(sample=None, upload="gone.png")
+    first.write()
+    assert Memory(tmp_path).last_view(view.tank) is None

@@ -1,12 +1,16 @@
 import contextlib
 import http.client
+import time
 import urllib.error
 from importlib.metadata import version
 from urllib.request import Request, urlopen
 
+import msgspec
 import pytest
 from dockpose.app.web.app import App
 from dockpose.app.web.server.guard import Guard, cookie_name
+from dockpose.app.web.server.options import Options
+from viser import _messages as messages
 from websockets import Headers
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
@@ -136,7 +140,7 @@ def test_proxy_with_its_own_name():
     guard = Guard("127.0.0.1", ["tank.example.org"], token="t")
     headers = Headers({"Host": "tank.example.org", "Origin": "https://tank.example.org", "Cookie": "dockpose=t"})
     assert guard.refusal(headers, "/") is None
-    assert guard.cookie(headers).startswith("dockpose=t;")
+    assert guard.cookie(headers, "/").startswith("dockpose=t;")
 
 
 def test_two_hosts_or_origins_in_one_request_are_refused():
@@ -156,3 +160,51 @@ def test_refusal_says_what_to_do(app):
         urlopen(Request(f"http://127.0.0.1:{app.port}/"), timeout=5)
     assert "dockpose printed" in refused.value.read().decode()
     refused.value.close()
+
+
+def test_viewers_may_look_and_are_told_apart():
+    guard = Guard("127.0.0.1", token="t", view_token="v")
+    host = {"Host": "127.0.0.1:80"}
+    assert guard.refusal(Headers(host), "/?token=v") is None
+    assert guard.only_views(Headers(host), "/?token=v")
+    assert not guard.only_views(Headers(host), "/?token=t")
+    assert guard.cookie(Headers(host), "/?token=v").startswith("dockpose_80=v;")
+    upgrade = Headers(host | {"Upgrade": "websocket", "Cookie": "dockpose_80=v"})
+    assert guard.refusal(upgrade, "/") is None
+    assert guard.only_views(upgrade, "/")
+    assert guard.only_views(upgrade, "/?token=t")  # a socket shows its cookie, not its address
+
+
+def test_without_a_link_for_viewers_an_empty_token_opens_nothing():
+    guard = Guard("127.0.0.1", token="t", view_token=None)
+    for path in ("/", "/?token=", "/?token=None"):
+        assert guard.refusal(Headers({"Host": "127.0.0.1", "Cookie": "dockpose=None"}), path) is not None
+
+
+def test_what_a_viewer_sends_changes_nothing(tmp_path):
+    running = App.build(port=0, options=Options(remember_in=tmp_path, view_link=True))
+    try:
+        (address,) = running.addresses(for_viewers=True)
+        with urlopen(address, timeout=5) as answer:
+            cookie = answer.headers["Set-Cookie"].split(";")[0]
+            assert 'data-role="view"' in answer.read().decode()
+        handles = running._server.gui._gui_input_handle_from_uuid.values()
+        level = next(handle for handle in handles if handle.label == "Min. area (px)")
+        before = level.value
+        for sent, value in ((cookie, 55), (cookie_of(running), 66)):
+            with connect(
+                f"ws://127.0.0.1:{running.port}",
+                origin=Origin(f"http://127.0.0.1:{running.port}"),
+                additional_headers={"Cookie": sent},
+                subprotocols=[Subprotocol(f"viser-v{version('viser')}")],
+            ) as socket:
+                socket.recv(timeout=5)
+                message = messages.GuiUpdateMessage(level._impl.uuid, {"value": value})
+                socket.send(msgspec.msgpack.encode(message.as_serializable_dict()))
+                end_s = time.monotonic() + 5
+                while level.value != value and time.monotonic() < end_s and value == 66:
+                    time.sleep(0.05)
+                time.sleep(0.3)
+            assert level.value == (before if value == 55 else 66)
+    finally:
+        running.stop()

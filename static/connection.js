@@ -1,0 +1,74 @@
+// What holds beyond one visit: says when dockpose has stopped and when it is back, keeps the open tabs over a reload,
+// and tells who may only look that they may.
+"use strict";
+
+const ASK_EVERY_MS = 2000;
+const TABS = "dockpose tabs";
+
+// A line over the whole page, for what must be read before anything else is believed.
+function showBanner(text) {
+  let banner = document.getElementById("connection-banner");
+  if (banner === null) {
+    banner = document.createElement("div");
+    banner.id = "connection-banner";
+    banner.setAttribute("role", "alert");
+    banner.style.cssText = "position: fixed; inset: 0 0 auto 0; z-index: 10000; padding: 0.8em 1em; font: 600 16px/1.4 "
+      + "system-ui, sans-serif; color: #fff; background: #a40000; white-space: pre-line; text-align: center";
+    document.body.append(banner);
+  }
+  banner.textContent = text;
+  banner.hidden = text === "";
+}
+
+function startAgain() {
+  const port = location.port && location.port !== "8080" ? ` --port ${location.port}` : "";
+  return `dockpose serve${port}`;
+}
+
+// The server answers nobody while it is stopped, and refuses who has an old token.
+async function ask() {
+  try {
+    const answer = await fetch("/alive", { cache: "no-store" });
+    if (answer.status === 403) showBanner("dockpose was started anew. Open the address that it printed in the terminal.");
+    else showBanner("");
+  } catch {
+    showBanner(`dockpose has stopped; what is shown here is old.\n`
+      + `Start it again in the terminal: ${startAgain()}. This page then reconnects by itself.`);
+  }
+}
+setInterval(ask, ASK_EVERY_MS);
+
+// Tabs that were open are opened again after a reload; viser itself always starts with the first.
+function openTabs() {
+  return [...document.querySelectorAll("[role=tab][aria-selected=true]")].map((tab) => tab.textContent.trim());
+}
+document.addEventListener("click", (event) => {
+  if (!event.isTrusted || !event.target.closest?.("[role=tab]")) return;
+  setTimeout(() => sessionStorage.setItem(TABS, JSON.stringify(openTabs())), 100);
+});
+async function openTabsAgain() {
+  const wanted = new Set(JSON.parse(sessionStorage.getItem(TABS) ?? "[]"));
+  let isUsed = false;
+  document.addEventListener("pointerdown", (event) => { isUsed ||= event.isTrusted; }, { capture: true });
+  // viser opens the first tab again whenever another one arrives, so they must have stayed open for a while.
+  for (let waited = 0, stayed = 0; wanted.size > 0 && waited < 300 && stayed < 10 && !isUsed; waited += 1) {
+    const closed = [...document.querySelectorAll("[role=tab]")].filter(
+      (tab) => wanted.has(tab.textContent.trim()) && tab.getAttribute("aria-selected") !== "true",
+    );
+    closed.forEach(openTab);
+    stayed = closed.length === 0 && wanted.size <= openTabs().length ? stayed + 1 : 0;
+    await new Promise((next) => setTimeout(next, 100));
+  }
+}
+openTabsAgain();
+
+// Who came by the link for viewers: their clicks are not heard, so the page does not seem to take them.
+if (document.documentElement.dataset.role === "view") {
+  const note = document.createElement("div");
+  note.id = "view-only";
+  note.textContent = "View only: you see what the operator sees, and can turn the 3D view.";
+  note.style.cssText = "position: fixed; left: 50%; bottom: 2.5em; transform: translateX(-50%); z-index: 9000; "
+    + "padding: 0.4em 1em; border-radius: 4px; font: 600 14px system-ui, sans-serif; color: #fff; background: #333d";
+  document.addEventListener("DOMContentLoaded", () => document.body.append(note));
+  if (document.body) document.body.append(note);
+}

@@ -1,0 +1,74 @@
+"""What holds beyond one visit: a program that stops and comes back, reloads, several browsers, and viewers."""
+
+import pytest
+from dockpose.app.web.app import App
+from dockpose.app.web.server.options import Options
+from dockpose.app.web.server.start import check_port_is_free
+
+from tests.browser.conftest import Page
+
+PORT = 8977
+
+
+@pytest.fixture
+def port():
+    try:
+        check_port_is_free("127.0.0.1", PORT)
+    except OSError as error:
+        pytest.skip(str(error))
+    return PORT
+
+
+def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, port, tmp_path):
+    options = Options(remember_in=tmp_path)
+    context = browser.new_context(viewport={"width": 1366, "height": 768})
+    running = App.build(port=port, options=options)
+    try:
+        page = Page(context.new_page(), running)
+        page.page.goto(running.address)
+        start = page.page.get_by_role("button", name="Start", exact=True)
+        start.wait_for(timeout=30_000)
+        start.click()
+        assert page.page.title() == "dockpose"
+        page.choose("Sample scene", "tilted")
+        page.until(lambda: page.has_found("tilted"))
+        running.stop()
+        banner = page.page.get_by_role("alert").filter(has_text="has stopped")
+        banner.wait_for(timeout=15_000)
+        assert f"dockpose serve --port {port}" in banner.inner_text()
+        running = App.build(port=port, options=options)
+        page.app = running
+        banner.wait_for(state="hidden", timeout=30_000)
+        page.page.reload()  # with the token of before
+        page.page.locator("#candidates tbody tr").first.wait_for(timeout=30_000)
+        page.until(lambda: page.has_found("tilted"))
+    finally:
+        running.stop()
+        context.close()
+
+
+def test_a_reload_keeps_the_tab(page):
+    page.tab("Detect")
+    page.page.wait_for_timeout(300)
+    page.page.reload()
+    page.page.get_by_role("tab", name="Detect", exact=True).wait_for(timeout=30_000)
+    page.until(lambda: page.page.get_by_role("tab", name="Detect", exact=True).get_attribute("aria-selected") == "true")
+
+
+def test_viewers_see_everything_and_change_nothing(browser):
+    running = App.build(port=0, options=Options(view_link=True))
+    context = browser.new_context(viewport={"width": 1366, "height": 768})
+    try:
+        viewer = Page(context.new_page(), running)
+        viewer.page.goto(running.addresses(for_viewers=True)[0])
+        viewer.page.locator("#candidates tbody tr").first.wait_for(timeout=30_000)
+        assert "View only" in viewer.page.locator("#view-only").inner_text()
+        before = running.view.settings
+        viewer.tab("Detect")
+        viewer.box("Min. area (px)").fill("60")
+        viewer.box("Min. area (px)").press("Enter")
+        viewer.page.wait_for_timeout(1000)
+        assert running.view.settings == before
+    finally:
+        context.close()
+        running.stop()

@@ -10,7 +10,7 @@ from tests.support.layout import HOUSES, ROOT
 
 MOST_ENTRIES = 14
 MOST_LINES = 340
-MOST_LINES_OF_APP = 12_990
+MOST_LINES_OF_APP = 13_600
 
 # Imports against the order that are still to be cut.
 STILL_WRONG: set[tuple[str, str]] = set()

@@ -1,3 +1,6 @@
+# A None where a value is expected fails the test, which is what it should do.
+# pyright: reportOptionalMemberAccess=false
+
 from dataclasses import replace
 
 import cv2

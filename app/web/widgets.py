@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -15,6 +16,7 @@ from dockpose.app.web.notifications import Notify, tell_refusal
 from dockpose.app.web.server.uploads import ClientUploads
 
 Act = Callable[[viser.ClientHandle], object]
+IDLE_S = 1.5  # a pause in typing
 _BUSY = "Something is being saved already. Wait for it, or stop it first."
 
 
@@ -112,6 +114,22 @@ def loading(
     return lambda data, name, client: change(lambda view: function(view, data, name), client, reload=True)
 
 
+def return_when_idle(handle: Any, change: Change, client: viser.ClientHandle, load: Callable[[View], object]) -> None:
+    """Let a box that holds a number that was not taken return to the one in force, once nobody types there any more.
+
+    ``load`` sets it to the value of a view. What is typed on the way to a number, as the 8 of 812, stays meanwhile.
+    """
+    refused = handle.value
+
+    def settle() -> None:
+        if handle.value == refused:
+            change(lambda view: (load(view), view)[1], client)
+
+    timer = threading.Timer(IDLE_S, settle)
+    timer.daemon = True
+    timer.start()
+
+
 class Slider:
     """A slider with a typed value that sets one parameter of the view.
 
@@ -131,7 +149,18 @@ class Slider:
         self.handle = gui.add_slider(
             parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
         )
-        on_change(self.handle, change, lambda view: put(view, self.handle.value), reload=reload)
+
+        def changed(view: View, client: viser.ClientHandle) -> View:
+            sent = self.handle.value
+            new = put(view, sent)
+            if not math.isclose(parameter.get(new), sent, rel_tol=1e-9, abs_tol=1e-4):  # it was out of range
+                return_when_idle(self.handle, change, client, self.load)
+            return new
+
+        on_person(
+            self.handle.on_update,
+            lambda client: change(lambda view: changed(view, client), client, reload=reload),
+        )
 
     def load(self, view: View, *, with_value: bool = True) -> None:
         """Set the range and, by default, the value; the box shows as many decimals as a step has, at least one."""

@@ -35,6 +35,7 @@ from dockpose.app.web.widgets import (
     on_click,
     on_download,
     on_person,
+    return_when_idle,
 )
 from dockpose.camera.files import FORMATS
 
@@ -80,7 +81,7 @@ class CameraPanel(Panel):
         if view.camera.fx != view.camera.fy:
             self._lock.value = False
         self._load_port(view)
-        self._lights.value = view.dock.lights or 0
+        self._load_lights(view)
         self._angles.value = angles_text(view.dock)
 
     def show(self, analysis: Analysis) -> None:
@@ -162,6 +163,9 @@ class CameraPanel(Panel):
         on_click(default, lambda client: self._change(with_default_values, client, reload=True))
         on_download(save, self._change, "camera.yaml", lambda view: camera_file(view.camera, self._format.value))
 
+    def _load_lights(self, view: View) -> None:
+        self._lights.value = view.dock.lights or 0
+
     def _load_port(self, view: View) -> None:
         self._port.value = has_port = view.camera.port is not None
         for handle in (*(self._sliders[name].handle for name in PORT), *self._names.values()):
@@ -171,6 +175,8 @@ class CameraPanel(Panel):
 
     def _with_lights(self, view: View, client: viser.ClientHandle) -> View:
         changed = with_lights(view, self._lights.value)
+        if (changed.dock.lights or 0) != self._lights.value:
+            return_when_idle(self._lights, self._change, client, self._load_lights)
         lost = dropped_sentence(view.dock, changed.dock)
         if lost:
             client.add_notification("Please check the lights", lost, color="yellow")

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dockpose import Camera
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.poses import with_pose_by_hand
 from dockpose.app.state.trust import NO_POSE, VERDICTS, trust_in
-from dockpose.app.state.view import open_source, with_sample
+from dockpose.app.state.view import open_source
 from dockpose.lights.ring import light_diameter_px, tolerance_px
 
 
@@ -88,12 +89,17 @@ def test_guessed_camera_is_amber_and_says_so(found):
 
 
 def test_second_ring_is_named_with_its_place():
-    analysis = analyse(with_sample(open_source(None, None, None), "mirror"))
+    one = open_source(None, None, None)
+    image = np.hstack([one.image, one.image])
+    camera = Camera(one.camera.fx, one.camera.fy, 639.5, one.camera.cy, 1280, one.camera.height)
+    analysis = analyse(replace(one, image=image, camera=camera))
     assert analysis.estimate.markers is not None
     assert analysis.estimate.ring is not None
+    assert analysis.estimate.selected is not None
     rival = analysis.estimate.markers.points_px[analysis.estimate.ring.rivals[0]]
     x, y = rival.mean(axis=0)
     assert analysis.trust.colour == "amber"
+    assert abs(analysis.estimate.selected.centre_px[0] - x) == pytest.approx(640, abs=5)  # the other of the two
     assert analysis.trust.reasons == (f"A second ring, of {len(rival)} lights, is in view at ({x:.0f}, {y:.0f}) px.",)
 
 

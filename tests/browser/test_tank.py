@@ -1,0 +1,191 @@
+"""Whose numbers are in force, how far they can be trusted, and what rules the next picture too."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import Camera
+from dockpose.app.inputs.samples import load_sample, sample_path, samples_folder
+from dockpose.app.state.camera import camera_file
+from dockpose.app.state.tank import Tank, Tanks
+from dockpose.app.web.app import App
+from dockpose.app.web.server.options import Options
+
+from tests.browser.conftest import Page
+from tests.browser.test_source import send
+
+pytestmark = pytest.mark.browser
+OWN = Camera(649.0, 649.0, 319.5, 239.5, 640, 480)  # sees 92.7 cm where the sample's camera, of 700 px, sees 100
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("settings")
+
+
+@pytest.fixture(scope="module")
+def app(folder):
+    running = App.build(port=0, options=Options(remember_in=folder, folder=samples_folder()))
+    running._memory.change(shows_first_card=False)
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def tank(page):
+    """The page with My tank's camera loaded while a sample is looked at, as at the start of a day."""
+    page.tab("Camera & dock")
+    send(page, "Load a camera file", ("mine.yaml", camera_file(OWN, "dockpose")))
+    page.until(lambda: page.app.view.tank.camera == OWN)
+    return page
+
+
+def line(page):
+    return page.page.locator("#tank").inner_text()
+
+
+def button(page, words):
+    return page.page.get_by_role("button", name=words)
+
+
+def own_picture(page, name="own.png"):
+    page.upload(name, sample_path("tilted").read_bytes())
+    page.until(lambda: page.has_found(name))
+
+
+def test_own_frame_reads_the_same_before_and_after_a_look_at_a_sample(tank):
+    expected = 100 * OWN.fx / 700  # the dock of "tilted" is 1 m ahead of a camera of 700 px
+    own_picture(tank)
+    tank.until(lambda: tank.z_cm == pytest.approx(expected, rel=0.01))
+    assert "fx 649.0 px at 640 × 480" in line(tank)
+    assert "In use here" not in line(tank)
+    tank.choose("Sample scene", "tilted")
+    tank.until(lambda: "In use here: camera and dock of the sample." in line(tank))
+    tank.until(lambda: tank.z_cm == pytest.approx(100, abs=0.3))
+    tank.box("fx (px)").fill("900")
+    tank.until(lambda: "changed by hand" in line(tank))
+    assert "fx 649.0 px" in line(tank)
+    own_picture(tank, "again.png")
+    tank.until(lambda: tank.z_cm == pytest.approx(expected, rel=0.01))
+    assert "In use here" not in line(tank)
+
+
+def test_picture_with_a_yaml_beside_it_says_so_and_one_click_brings_my_tank_back(tank):
+    tank.choose("File", "tilted.png")
+    tank.until(lambda: "In use here: camera and dock of tilted.yaml." in line(tank))
+    button(tank, "Use My tank for this picture").click()
+    tank.until(lambda: tank.app.view.camera == OWN and "In use here" not in line(tank))
+
+
+def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder):
+    own_picture(tank)
+    tank.tab("Camera & dock")
+    tank.box("Save as").fill("Pool A")
+    tank.page.wait_for_timeout(150)
+    button(tank, "Save my tank").click()
+    tank.until(lambda: line(tank).startswith("Pool A: fx 649.0 px"))
+    assert Tanks(folder).get("Pool A").camera == OWN
+    tank.box("Diameter (cm)").fill("45")
+    tank.until(lambda: "dock 45 cm" in line(tank) and "changed since it was saved" in line(tank))
+    button(tank, "Back to it as saved").click()
+    tank.until(lambda: "dock 30 cm" in line(tank) and "changed" not in line(tank))
+    tank.box("Diameter (cm)").fill("60")
+    tank.until(lambda: tank.app.view.tank.dock.diameter == 0.6)
+    tank.box("Save as").fill("Pool B")
+    tank.page.wait_for_timeout(150)
+    button(tank, "Save my tank").click()
+    tank.until(lambda: line(tank).startswith("Pool B"))
+    tank.choose("Saved tanks", "Pool A")
+    tank.until(lambda: line(tank).startswith("Pool A: fx 649.0 px at 640 × 480, dock 30 cm"))
+    tank.until(lambda: tank.box("Diameter (cm)").input_value() == "30")
+
+
+def test_tank_is_there_at_the_next_start(folder, browser, app):
+    app.change(lambda view: view)
+    app._memory.write()
+    again = App.build(str(sample_path("tilted")), port=0, options=Options(remember_in=folder))
+    try:
+        assert again.wait_until_idle(30)
+        assert again.view.tank == app.view.tank
+    finally:
+        again.stop()
+
+
+def test_note_on_an_assumed_camera_goes_once_fx_is_typed_and_trust_has_its_reason(page):
+    page.app.change(lambda view: replace(view, tank=Tank()), reload=True)
+    own_picture(page)
+    assert page.trust == "amber"
+    assert "view was assumed" in page.status
+    assert (
+        page.page.locator("#status-line").evaluate("one => getComputedStyle(one).borderLeftColor") != "rgb(0, 158, 115)"
+    )
+    page.box("fx (px)").fill("700")
+    page.box("fy (px)").fill("700")
+    page.until(lambda: page.trust == "green" and "assumed" not in page.status and "assumed" not in line(page))
+    assert "Dock found in own.png" in page.status
+
+
+def test_pose_by_hand_and_a_second_ring_are_never_green(page):
+    page.tab("Pose")
+    page.page.get_by_role("button", name="B", exact=True).click()
+    page.until(lambda: page.trust in ("amber", "red") and "Pose B was chosen by hand" in page.status)
+    button(page, "Pose chosen by hand").click()
+    page.until(lambda: page.trust == "green")
+    one = load_sample("plain").image
+    page.upload("two.png", cv2.imencode(".png", np.hstack([one, one]))[1].tobytes())
+    page.until(lambda: page.trust == "amber" and "A second ring, of 10 lights, is in view at" in page.status)
+
+
+def test_level_and_mask_are_chips_on_the_next_picture_that_one_click_removes(page):
+    page.box("Level (0-255)").fill("100")
+    page.until(lambda: page.app.view.settings.level == 100)
+    page.page.get_by_text("Masks: parts not looked at").click()
+    button(page, "Add this mask").click()
+    page.until(lambda: len(page.app.view.settings.masks) == 1)
+    page.choose("Sample scene", "tilted")
+    for words in ("Fixed level 100", "Mask 1: 100 × 40 px at (0, 0)"):
+        button(page, words).click()
+        button(page, words).wait_for(state="hidden")
+    assert (page.app.view.settings.method, page.app.view.settings.masks) == ("hats", ())
+    page.until(lambda: page.box("Threshold by").input_value() == "HATS (adaptive)")
+
+
+def test_number_of_lights_that_fits_is_offered_and_taken(page):
+    page.tab("Camera & dock")
+    page.page.get_by_label("Number of lights").fill("8")
+    page.until(lambda: page.trust == "red")
+    button(page, "10 lights form a ring; the dock is set to 8. Use 10?").click()
+    page.until(lambda: page.trust == "green" and page.app.view.dock.lights == 10)
+    page.until(lambda: page.page.get_by_label("Number of lights").input_value() == "10")
+
+
+def test_box_never_keeps_a_number_that_was_not_taken(page):
+    page.tab("Camera & dock")
+    box = page.page.get_by_label("Number of lights")
+    box.fill("1")
+    page.until(lambda: page.app.view.dock.lights == 3)
+    page.until(lambda: box.input_value() == "3")
+    fx = page.box("fx (px)")
+    fx.fill("99999")
+    page.until(lambda: page.app.view.camera.fx == 3200)
+    page.until(lambda: fx.input_value() == "3200")
+    page.page.keyboard.press("Control+a")
+    page.page.keyboard.type("812", delay=150)  # an 8 on the way to 812 is no number that was refused
+    page.until(lambda: page.app.view.camera.fx == 812 and fx.input_value() == "812")
+
+
+@pytest.fixture
+def other_page(browser, app):
+    context = browser.new_context(viewport={"width": 1366, "height": 768})
+    yield Page(context.new_page(), app)
+    context.close()
+
+
+def test_line_on_my_tank_is_in_view_from_every_tab(page, other_page):
+    other_page.open()
+    for name in ("Source", "Camera & dock", "Detect", "Pose", "Sequence", "Experiment", "Export", "Settings"):
+        other_page.tab(name)
+        place = other_page.page.locator("#tank").bounding_box()
+        assert 560 <= place["x"] <= place["x"] + place["width"] <= 1366 - 370
+        assert 0 <= place["y"] <= place["y"] + place["height"] <= 100

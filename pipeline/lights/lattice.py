@@ -13,7 +13,7 @@ from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
 from dockpose.lights.growing import TOLERANCE_PX
 from dockpose.lights.polygon import Polygon
 from scipy.spatial import KDTree
-from scipy.stats import binom
+from scipy.special import bdtrc
 
 _NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
 _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
@@ -93,4 +93,4 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
         return False
     met = int((KDTree(places).query(others)[0] < tolerance_px).sum())
     chance = min(1.0, len(places) * (tolerance_px / reach) ** 2)
-    return bool(binom.sf(met - 1, len(others), chance) < ACCEPTED_AMONG_OTHERS)
+    return bool(bdtrc(met - 1, len(others), chance) < ACCEPTED_AMONG_OTHERS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -62,6 +62,11 @@ class Markers:
     def seen(self) -> int:
         """How many groups of at least the minimum area there are in all."""
         return len(self) + self.left_out
+
+    def part(self, chosen: np.ndarray) -> Markers:
+        """Return the groups that are chosen by a flag (N,) for each."""
+        parts = {name: getattr(self, name)[chosen] for name in ("points_px", "areas_px", "peaks", "boxes_px")}
+        return replace(self, **parts)
 
 
 def find_markers(

@@ -25,7 +25,7 @@ _TRIALS = 80  # triples that are grown, the most promising
 # corner; one missing between them.
 _STEPS = np.array([(1, 1), (2, 2), (1, 2), (2, 1)])
 _WIDEST_STEP = 4  # where there are few points
-_FEW_POINTS = 12
+FEW_POINTS = 12
 # The predicted corners and how far from them a point may lie, in spacings: perspective bends what is farther away.
 _NEXT_TOLERANCE, _FAR_TOLERANCE = 0.2, 0.35
 _EXACT = 0.03  # of the spacing: nearer is no better
@@ -100,19 +100,19 @@ def find_polygons(
         return []
     points = np.ascontiguousarray(points_px, dtype=float)
     most = _NEIGHBOURS if count <= FIRST_POINTS else _NEIGHBOURS_OF_MANY
-    is_scarce = count <= (_FEW_POINTS if even else FIRST_POINTS)
+    is_scarce = count <= (FEW_POINTS if even else FIRST_POINTS)
     most = min(_NEIGHBOURS_OF_FEW if is_scarce else most, count - 1)
     near = np.asarray(KDTree(points[first]).query(points[first], k=most + 1)[1])
     near = np.ascontiguousarray(first[near[:, 1:]])
     unit = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
-    steps = np.vstack([_STEPS, _more_steps(sides)]) if count <= _FEW_POINTS else _STEPS
+    steps = np.vstack([_STEPS, _more_steps(sides)]) if count <= FEW_POINTS else _STEPS
     steps = steps[steps.sum(axis=1) < sides]
     found: list[Polygon] = []
     for some in (steps[:1], steps[1:]):
         if len(some) == 0 or any(len(polygon.members) >= 0.8 * sides for polygon in found):
             break
         trials = _TRIALS if even else 2 * _TRIALS
-        beyond = _beyond(some, sides, all_corners=count <= _FEW_POINTS)
+        beyond = _beyond(some, sides, all_corners=count <= FEW_POINTS)
         triples = _promising(points, first, near, unit, some, _inverses(unit, some), beyond, even, trials, focal_px)
         grown, squares, mappings = grow_all(points, unit, triples, focal_px, tolerance_px)
         found += [_polygon(*row) for row in zip(grown, squares.tolist(), mappings, strict=True)]

@@ -119,17 +119,14 @@ def ring_in(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock,
     kept, cut = int(whole.sum()), int((~whole).sum())
     if cut == 0 or kept < MIN_POINTS:
         return find_ring(points_px, markers, camera, dock, area_px2)
-    inner = replace(
-        markers,
-        points_px=markers.points_px[whole],
-        areas_px=markers.areas_px[whole],
-        peaks=markers.peaks[whole],
-        boxes_px=boxes[whole],
-    )
-    ring = find_ring(points_px[whole], inner, camera, dock, area_px2)
-    rivals = tuple(_among_all(rival, whole) for rival in ring.rivals)
+    ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2)
+    on_ring, rivals = _among_all(ring.on_ring, whole), tuple(_among_all(rival, whole) for rival in ring.rivals)
+    if ring.found and not rivals and len(markers) - on_ring.sum() >= MIN_POINTS:
+        # Nobody measures by another ring, so of that the edge may cut some lights.
+        other = find_ring(points_px[~on_ring], markers.part(~on_ring), camera, dock, area_px2)
+        rivals = tuple(_among_all(rival, ~on_ring) for rival in ((other.on_ring,) if other.found else other.rivals[:1]))
     reason = f"{ring.reason} {cut} that the edge cuts {'do' if cut > 1 else 'does'} not count."
-    return replace(ring, on_ring=_among_all(ring.on_ring, whole), reason=reason, rivals=rivals)
+    return replace(ring, on_ring=on_ring, reason=reason, rivals=rivals)
 
 
 def _among_all(flags: np.ndarray, whole: np.ndarray) -> np.ndarray:

@@ -18,12 +18,14 @@ from dockpose.lights.chance import (
     log_chance_rings,
     neighbours,
 )
-from dockpose.lights.ellipse import Ellipse
+from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX
 from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import FIRST_POINTS, MAX_POINTS, Polygon, find_polygons
+from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
+from scipy.spatial.distance import cdist
+from scipy.special import pdtrc
 
 # A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
 TOLERANCE_OF_LIGHT = 0.15
@@ -32,6 +34,7 @@ _THRESHOLDS = 2  # that a picture is searched with
 _AS_CONVINCING = 0.6
 # What is said of groups that show no one ring.
 _SEVERAL = "Several rings can be laid through the same groups; which is the dock cannot be told."
+_LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
 
@@ -50,7 +53,8 @@ class Ring:
     lights : int or None
         How many lights the ring has, missing ones included; None where that is not known.
     rivals : tuple of (N,) bool arrays
-        Other rings in view that are as certain to be one, apart from this.
+        Other rings in view that are as certain to be one, apart from this; where it is open which is the dock, the
+        surest.
     """
 
     on_ring: np.ndarray
@@ -111,24 +115,25 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
     """
     count = len(points_px)
     density = count / area_px2
-    tolerance = tolerance_px(0.0, light_diameter_px(markers.areas_px))
+    brightness = markers.areas_px * markers.peaks.astype(float)
+    order = np.argsort(-brightness, kind="stable")
+    # Specks, however many, say nothing on the size of lights: those are among the brightest groups.
+    tolerance = tolerance_px(0.0, light_diameter_px(markers.areas_px[order[: dock.lights or MIN_POINTS]]))
     ellipse = ellipse_through(points_px, tolerance)
     whole = None
     if ellipse is not None and (lights := spaced_as(points_px, ellipse, dock, density)) is not None:
         whole = Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.", ellipse, lights or None)
         if lights in (0, count) or log_chance_of_all(ellipse, count, density) < math.log(ACCEPTED):
             return whole
-    brightness = markers.areas_px * markers.peaks.astype(float)
-    order = np.argsort(-brightness, kind="stable")
     nearest_px = points_px - [camera.cx, camera.cy]
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
     found: list[_Candidate] = []
-    for most in (FIRST_POINTS, MAX_POINTS):
-        chosen = np.sort(order[:most])
-        found = _candidates(nearest_px, brightness, chosen, dock, camera, area_px2, tolerance)
-        if found or len(order) <= most:
-            break
+    # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves.
+    for most, of_more in ((FIRST_POINTS, 0), (FEW_POINTS, FEW_POINTS), (MAX_POINTS, FIRST_POINTS)):
+        if not found and len(order) > of_more:
+            chosen = np.sort(order[:most])
+            found = _candidates(nearest_px, brightness, chosen, dock, camera, area_px2, tolerance)
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():
@@ -138,7 +143,7 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
     best = _best(found, brightness)
     trouble = _trouble(best, found, dock, nearest_px, tolerance)
     if trouble:
-        return whole or Ring(nothing, trouble)
+        return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
     on_ring = _mask(count, best)
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
     return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, rivals)
@@ -269,6 +274,8 @@ def _trouble(
     within = max(tolerance, TOLERANCE_OF_RADIUS * best.polygon.semi_axes_px[1])
     if goes_on(best.polygon, unit, points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"
+    if _others_on(best, points_px, within):
+        return f"More lights lie on one ring than a part of {best.sides}, so that it is another one than the dock's."
     for other in found:
         if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
             continue
@@ -279,6 +286,29 @@ def _trouble(
         elif not _is_same(other, best):
             return _SEVERAL
     return None
+
+
+def _others_on(ring: _Candidate, points_px: np.ndarray, within_px: float) -> bool:
+    """Whether an incomplete ring's ellipse runs through more other points than chance would put there.
+
+    Of a ring of another number, some lights may come near enough to the places of the dock's.
+    """
+    members, polygon = ring.polygon.members, ring.polygon
+    if not MIN_POINTS <= len(members) < ring.sides:
+        return False
+    try:
+        ellipse = fit_ellipse(points_px[members])
+    except NoEllipseError:
+        return False
+    others = np.delete(points_px, members, axis=0)
+    others = others[cdist(others, points_px[members]).min(axis=1) > 2 * within_px]  # else parts of its lights
+    distances = ellipse.distances(others)
+    radius = polygon.semi_axes_px[0]
+    near = np.hypot(*(others - polygon.centre_px).T) < 2 * radius
+    on = int((near & (distances < within_px)).sum())
+    # The band along the ellipse, of the disc in which the others are counted.
+    expected = float(near.sum() - on) * min(1.0, within_px / radius)
+    return on > 0 and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
 
 
 def _is_same(one: _Candidate, other: _Candidate) -> bool:

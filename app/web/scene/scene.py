@@ -26,7 +26,7 @@ NORMAL_LENGTH = 1.3  # radii, as in the annotated picture
 _TEXTURE_WIDTH_PX = 640
 _QUICK_TEXTURE_WIDTH_PX = 320  # where pictures follow each other faster than a browser can draw large ones
 _QUICK_S = 0.5
-RESTING = "3D rests while playing: no graphics card"
+RESTING = "3D rests while playing"
 _PATH_POINTS = 400
 _GREY = (130, 130, 130)
 _AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
@@ -152,7 +152,7 @@ class Scene3D:
             "/path", no_lines, rgb(PATH_COLOUR), thickness=2.0, thickness_units="screen"
         )
         self._image: viser.ImageHandle | None = None
-        self._resting = scene.add_label("/resting", RESTING, visible=False)
+        self._resting = scene.add_label("/resting", RESTING, anchor="center-center", visible=False)
         self._truth = KnownDock(scene, "truth", rgb(TRUTH_COLOUR))
         self._measured = KnownDock(scene, "measured", rgb(MEASURED_COLOUR))
         self._poses = [self._pose_nodes(*pose) for pose in zip(POSE_NAMES, map(rgb, POSE_COLOURS), strict=True)]

@@ -102,13 +102,14 @@ def masks_of(arguments: argparse.Namespace) -> tuple[Mask, ...]:
 def settings_of(arguments: argparse.Namespace) -> Settings:
     """The settings by ``--method``, ``--level``, ``--min-area`` and ``--mask``. Raises UserError for wrong ones."""
     masks = masks_of(arguments)
-    if arguments.min_area < 1:
-        raise UserError(f"--min-area is {arguments.min_area}; it must be at least 1 pixel")
+    least = Settings().min_area_px if arguments.min_area is None else arguments.min_area
+    if least < 1:
+        raise UserError(f"--min-area is {least}; it must be at least 1 pixel")
     if arguments.level is None:
         if arguments.method == "fixed":
             raise UserError("--method fixed needs --level N beside it")
-        return Settings(method=arguments.method or "hats", min_area_px=arguments.min_area, masks=masks)
+        return Settings(method=arguments.method or "hats", min_area_px=least, masks=masks)
     if arguments.method not in (None, "fixed"):
         raise UserError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
     with blaming("--"):
-        return Settings(method="fixed", level=arguments.level, min_area_px=arguments.min_area, masks=masks)
+        return Settings(method="fixed", level=arguments.level, min_area_px=least, masks=masks)

@@ -48,9 +48,8 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--min-area",
         type=int,
-        default=Settings().min_area_px,
         metavar="PX",
-        help="take groups of fewer bright pixels for noise (default: %(default)s)",
+        help=f"take groups of fewer bright pixels for noise (default: {Settings().min_area_px})",
     )
     parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
     parser.add_argument("--csv", metavar="FILE", help="write a table, a row a frame")

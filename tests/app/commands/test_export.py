@@ -174,3 +174,9 @@ def test_the_command_line_exports_and_replays(folder, tmp_path, capsys):
     ):
         assert main(bad) == 2
         assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("option", [["--min-area", "9"], ["--level", "0"], ["--mask", "1,2,3,4"]])
+def test_what_a_session_has_of_its_own_is_not_overruled_in_silence(folder, capsys, option):
+    assert main(["estimate", "--session", str(folder), *option]) == 2
+    assert f"{option[0]} does not go with --session" in capsys.readouterr().err

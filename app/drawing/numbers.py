@@ -67,3 +67,29 @@ def status_words(status: str) -> str:
 def length_words(length_m: float) -> str:
     """Return a length with its unit: centimetres below a metre."""
     return f"{length_m:g} m" if length_m >= 1 else f"{100 * length_m:g} cm"
+
+
+def place_words(pose: CirclePose | KnownPose) -> str:
+    """Return where a dock is and how it is turned, as in "1.10 m ahead, 6 cm right, 4 cm up; turned -12° / 6°".
+
+    The angles are yaw and pitch of its face, see ``QUANTITIES``.
+    """
+    x, y, z, pitch, yaw = pose_values(pose)
+    across = f"{_short_length(x)} {'right' if x >= 0 else 'left'}"
+    along = f"{_short_length(y)} {'down' if y >= 0 else 'up'}"
+    return f"{_short_length(z)} ahead, {across}, {along}; turned {number(yaw, 0)}° / {number(pitch, 0)}°"
+
+
+def deviation_words(sigma_m: float | None) -> str:
+    """Return a standard deviation, as in "± 0.1 mm", "± 1.2 cm"; empty where it is unknown."""
+    if sigma_m is None or not math.isfinite(sigma_m):
+        return ""
+    if sigma_m < 0.01:
+        return f"± {max(1000 * sigma_m, 0.1):.1f} mm"
+    return f"± {100 * sigma_m:.1f} cm" if sigma_m < 1 else f"± {sigma_m:.1f} m"
+
+
+def _short_length(length_cm: float) -> str:
+    """A length without its sign, to a centimetre below ten metres."""
+    size = abs(length_cm)
+    return f"{size:.0f} cm" if size < 99.5 else f"{size / 100:.2f} m" if size < 1000 else f"{size / 100:.1f} m"

@@ -213,11 +213,7 @@ class App:
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Set up what a new browser has to itself, and tell the others of it."""
-        count = len(self._server.get_clients())
-        if count > 1:
-            self.notify(
-                "Another browser", f"{count} browsers show this page now; each sees what the others do.", "yellow", None
-            )
+        self._layout.strip.count_browsers(len(self._server.get_clients()))
         accept_values_only(client)
         uploads = self._uploads.attach(client)
         for panel in self._panels:
@@ -228,6 +224,7 @@ class App:
         self._uploads.detach(client)
         self._notices.forget(client)
         self._layout.settings.forget(client)
+        self._layout.strip.count_browsers(len(self._server.get_clients()))
 
     def _work(self, job: View | Frame | None) -> None:
         """Work on a view, on a frame, or show all of the newest frame."""

@@ -25,6 +25,7 @@ from dockpose.app.web.panels.sequence import SequencePanel
 from dockpose.app.web.panels.settings import Actions, SettingsPanel
 from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
+from dockpose.app.web.panels.strip import StripPanel
 from dockpose.app.web.panels.tank import ChipsPanel, TanksPanel
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
@@ -109,13 +110,14 @@ class Layout:
         gui = server.gui
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
+            self.strip = StripPanel(gui, parts.tanks)
             status = StatusPanel(gui)
-            chips = ChipsPanel(gui, parts.tanks, parts.change)
+            chips = ChipsPanel(gui, parts.change)
             self.picture = PicturePanel(gui, server.flush)
             result = ResultPanel(gui)
         with self.picture.compare_tab:
             compare = ComparePanel(gui, parts.change, parts.fail)
         self.panels.insert(0, self.picture)
-        self.panels += [status, chips, result, compare]
+        self.panels += [self.strip, status, chips, result, compare]
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

@@ -12,7 +12,6 @@ import viser
 from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES
-from dockpose.app.export.words import status_line
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.html import help_link, pose_name, result_cells, row, table, wide_row
 from dockpose.app.web.scene.scene import Scene3D
@@ -24,15 +23,6 @@ EXPLANATION = (
     "The dock's centre from the camera: x right, y down, z ahead. θx, θy: pitch and yaw of its face, 0 where it is "
     "square on. Error: how far off the lights are, root mean square."
 )
-# Along the bottom of the whole page, over whatever scrolls there; the panel at the left leaves STATUS_SPACE for it. The
-# panel at the right covers its end, so that long words break before it.
-_COVERED_PX = 385
-_LINE = (
-    "position: fixed; left: 0; right: 0; bottom: 0; z-index: 500; font-weight: 600; pointer-events: none; "
-    f"padding: 0.25em {_COVERED_PX}px 0.25em 0.75em; "
-    "background: var(--mantine-color-body); border-top: 1px solid rgba(128,128,128,0.5)"
-)
-STATUS_SPACE = '<div style="height: 2em"></div>'
 _JPEG_QUALITY = 90
 _TALLEST = 3 / 4  # height to width: a taller picture would push the table below it off a small screen
 _KEY = (
@@ -44,7 +34,7 @@ _KEY = (
 
 
 def status_html(analysis: Analysis) -> str:
-    """The picture's name, what was found in it and what to try, in words; and the line of numbers along the bottom."""
+    """The picture's name, what was found in it and what to try, in words."""
     found, trust = analysis.estimate, analysis.trust
     colour = TRUST_COLOURS[trust.colour]
     notes = analysis.view.notes[analysis.view.camera_of == "guess" :]  # of a guess the reasons tell already
@@ -54,7 +44,6 @@ def status_html(analysis: Analysis) -> str:
         f'<b id="trust" data-trust="{trust.colour}" style="border-left: 0.35em solid {colour}; padding-left: 0.4em">'
         f"{trust.verdict}</b> in "
         f"{escape(analysis.view.source)} ({found.width} × {found.height}). {escape(words)}"
-        f'<div id="status-line" style="{_LINE}; border-left: 0.6em solid {colour}">{escape(status_line(found))}</div>'
         "</div>"
     )
 
@@ -137,7 +126,6 @@ class ResultPanel(Panel):
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._table = gui.add_html("")
-        gui.add_html(STATUS_SPACE)
 
     def show(self, analysis: Analysis) -> None:
         """Fill the table."""

@@ -1,13 +1,11 @@
-"""My tank: always in view in a line, with buttons for what rules the next picture too; and the saved tanks."""
+"""Buttons for what rules the next picture too, and the saved tanks."""
 
 from __future__ import annotations
-
-from html import escape
 
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.chips import Chip, chips
-from dockpose.app.state.in_force import in_force_words, with_tank, with_these_as_mine
+from dockpose.app.state.in_force import with_tank, with_these_as_mine
 from dockpose.app.state.tank import Tanks, tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.notifications import Notify
@@ -16,38 +14,21 @@ from msgspec.structs import replace as changed
 
 NOT_SAVED = "(not saved)"
 _MOST_CHIPS = 8
-# At the top of the page between the two panels, over the 3D scene, whichever tabs are open.
-_LINE = (
-    "position: fixed; top: 0.4em; left: 570px; right: 385px; z-index: 5; pointer-events: none; padding: 0.3em 0.6em; "
-    "font-size: 0.85em; line-height: 1.35; background: var(--mantine-color-body); border-radius: 4px; "
-    "border: 1px solid rgba(128,128,128,0.5)"
-)
-
-
-def tank_html(view: View, is_saved: bool) -> str:
-    """Return the line on My tank, and whether it is in force on this picture."""
-    state = "" if is_saved or not view.tank.name else " (changed since it was saved)"
-    other = in_force_words(view)
-    below = f'<div id="in-force"><b>{escape(other)}</b></div>' if other else ""
-    return f'<div id="tank" style="{_LINE}">{escape(tank_words(view.tank))}{state}{below}</div>'
 
 
 class ChipsPanel(Panel):
-    """The line on My tank, and a button for each chip."""
+    """A button for each chip."""
 
-    def __init__(self, gui: viser.GuiApi, tanks: Tanks, change: Change) -> None:
-        self._tanks, self._change = tanks, change
-        self._line = gui.add_html("")
+    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
+        self._change = change
         self._buttons = [gui.add_button("", visible=False, color="gray") for _ in range(_MOST_CHIPS)]
         self._chips: list[Chip] = []
         for index, button in enumerate(self._buttons):
             on_click(button, lambda client, index=index: self._press(index, client))
 
     def show(self, analysis: Analysis) -> None:
-        """Show whose camera and dock are in force, and the chips."""
-        view = analysis.view
-        self._line.content = tank_html(view, self._tanks.is_saved(view.tank))
-        self._chips = chips(view, analysis.fitting_lights)[:_MOST_CHIPS]
+        """Show the chips."""
+        self._chips = chips(analysis.view, analysis.fitting_lights)[:_MOST_CHIPS]
         for index, button in enumerate(self._buttons):
             chip = self._chips[index] if index < len(self._chips) else None
             if chip is not None:

@@ -13,6 +13,7 @@ from dockpose.app.resources import static_path
 ROLES = ("steer", "view")
 FOR_VIEWERS = "?view"  # ends the name of a page that is another for who may only look
 _SCRIPT_TAGS = '<script src="/page.js" defer></script><script src="/connection.js" defer></script>'
+_STYLE_TAG = '<link rel="stylesheet" href="/page.css" />'
 _ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'
 
 
@@ -38,6 +39,7 @@ def own_pages(on_software_webgl: Callable[[], None]) -> dict[str, Page]:
         f"/index.html{FOR_VIEWERS}": viewing,
         "/page.js": Page(script, static_path("page.js").read_bytes()),
         "/connection.js": Page(script, static_path("connection.js").read_bytes()),
+        "/page.css": Page("text/css; charset=utf-8", static_path("page.css").read_bytes()),
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
         "/software-webgl": Page("text/plain; charset=utf-8", b"", on_software_webgl),
@@ -52,11 +54,11 @@ def help_body() -> str:
 
 
 def with_ours(html: str) -> str:
-    """Give viser's page our name, icon and scripts."""
+    """Give viser's page our name, icon, style and scripts."""
     html = re.sub(r"<title>[^<]*</title>", "<title>dockpose</title>", html, count=1)
     html = re.sub(r"<link\s+rel=\"icon\"[^>]*>", _ICON, html, count=1)
     place = html.index("</head>")
-    return f"{html[:place]}{_SCRIPT_TAGS}{html[place:]}"
+    return f"{html[:place]}{_STYLE_TAG}{_SCRIPT_TAGS}{html[place:]}"
 
 
 def _viser_page() -> str:

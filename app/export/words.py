@@ -32,14 +32,14 @@ def short_method(method: str) -> str:
 
 
 def status_line(found: Estimate) -> str:
-    """Return lights, level, pose and time in one line; without a pose, what to try instead.
+    """Return lights, level, pose and time in one line.
 
     As in: 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms.
     """
     parts = [count(found.lights_on_ring or 0, "light")]
     if found.threshold is not None:
         parts.append(f"{short_method(found.threshold.method)} {level_words(found.threshold)}")
-    parts += [_pose_words(found), f"{number(found.elapsed_ms)} ms", advice(found)]
+    parts += [_pose_words(found), f"{number(found.elapsed_ms)} ms"]
     return " | ".join(filter(None, parts))
 
 

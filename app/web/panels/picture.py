@@ -12,6 +12,7 @@ import viser
 from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES
+from dockpose.app.export.words import advice
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.html import help_link, pose_name, result_cells, row, table, wide_row
 from dockpose.app.web.scene.scene import Scene3D
@@ -38,7 +39,7 @@ def status_html(analysis: Analysis) -> str:
     found, trust = analysis.estimate, analysis.trust
     colour = TRUST_COLOURS[trust.colour]
     notes = analysis.view.notes[analysis.view.camera_of == "guess" :]  # of a guess the reasons tell already
-    words = " ".join(text for text in (*trust.reasons, found.message, *notes) if text)
+    words = " ".join(text for text in (*trust.reasons, found.message, *notes, advice(found)) if text)
     return (
         f'<div role="status" style="padding: 0.2em 0.75em 0.4em; line-height: 1.35; min-height: 3em">'
         f'<b id="trust" data-trust="{trust.colour}" style="border-left: 0.35em solid {colour}; padding-left: 0.4em">'

@@ -10,8 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from dockpose.lights.polygon import FIRST_POINTS, Polygon
 
 # Expected number of chance rings below which a ring is one: where it is all that there is, and where it is picked out
 # from among others, at two thresholds and from the brightest points first.
@@ -19,6 +21,7 @@ ACCEPTED, ACCEPTED_AMONG_OTHERS = 1e-2, 1e-3
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
+_THRESHOLDS = 2  # that a picture is searched with
 _LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 NUMBERS = range(4, 25)  # of lights that are tried where it is not known
 
@@ -40,6 +43,46 @@ class Neighbours:
 
 
 NONE_NEAR = Neighbours(0, 0)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A polygon that is more than chance, and how much more."""
+
+    polygon: Polygon
+    sides: int
+    log_chance: float
+
+    @property
+    def members(self) -> frozenset[int]:
+        """Numbers of the points on it."""
+        return frozenset(self.polygon.members.tolist())
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What rings are sought among.
+
+    Attributes
+    ----------
+    points_px : (N, 2) float array
+        The groups' centres, from the principal point.
+    brightness : (N,) float array
+        Of each.
+    area_px2, focal_px : float
+        Of the picture.
+    even : bool
+        Whether the dock's lights are evenly spaced.
+    numbers : int
+        How many numbers of lights are tried.
+    """
+
+    points_px: np.ndarray
+    brightness: np.ndarray
+    area_px2: float
+    focal_px: float
+    even: bool
+    numbers: int
 
 
 def neighbours(
@@ -81,6 +124,37 @@ def neighbours(
         Neighbours(int(around.sum()), int(beside.sum())),
         Neighbours(int((around & bright).sum()), int((beside & bright).sum())),
     )
+
+
+def accepted(polygon: Polygon, sides: int, scene: Scene) -> Candidate | None:
+    """Return a polygon as a candidate; None where chance may have made it."""
+    members = polygon.members
+    chance_among = partial(
+        log_chance_rings,
+        len(members),
+        sides,
+        even=scene.even,
+        squares_px2=polygon.squares_px2,
+        semi_axes_px=polygon.semi_axes_px,
+        area_px2=scene.area_px2,
+    )
+    most = math.log(_most_chance(len(scene.points_px), len(members)) / scene.numbers)
+    if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
+        return None  # others near it would only make it likelier
+    chance = chance_among(
+        near=neighbours(scene.points_px, scene.brightness, members, polygon.centre_px, polygon.semi_axes_px[0])
+    )
+    return Candidate(polygon, sides, chance + math.log(scene.numbers)) if chance < most else None
+
+
+def _most_chance(points: int, members: int) -> float:
+    """Expected number of chance rings below which one of so many lights, among so many points, is a ring.
+
+    Where all points are looked at at once, the two thresholds are all that is tried. Fewer than five lights are not
+    judged as a part of a crowd, and are held to more.
+    """
+    at_once = points <= FIRST_POINTS and members >= LEAST_CROWD
+    return ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS
 
 
 def log_chance_rings(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_PX, grow_all, stretch
+from dockpose.lights.nearest_pose import as_pose
 from dockpose.thresholds.compiled import compiled
 from scipy.spatial import KDTree
 
@@ -122,6 +123,29 @@ def find_polygons(
 def _polygon(corners: np.ndarray, squares_px2: float, mapping: np.ndarray) -> Polygon:
     major, minor = stretch(mapping)
     return Polygon(corners, squares_px2, (major, minor), (float(mapping[0, 2]), float(mapping[1, 2])), mapping)
+
+
+def without_worst(polygon: Polygon, points_px: np.ndarray, unit: np.ndarray, focal_px: float) -> Polygon:
+    """Return a polygon without the corner whose point lies farthest off, fitted to the others.
+
+    Parameters
+    ----------
+    polygon : Polygon
+        With at least five corners that have points.
+    points_px : (M, 2) float array
+        All points, in pixels from the principal point.
+    unit : (N, 2) float array
+        The dock's lights on the unit circle.
+    focal_px : float
+        Focal length.
+    """
+    places = np.column_stack([unit, np.ones(len(unit))]) @ polygon.mapping.T
+    off_px = np.hypot(*(points_px[polygon.corners] - places[:, :2] / places[:, 2:]).T)
+    corners = polygon.corners.copy()
+    corners[np.argmax(np.where(corners >= 0, off_px, -1.0))] = -1
+    points = np.ascontiguousarray(points_px, dtype=float)
+    squares_px2, mapping = as_pose(points, corners, unit, polygon.mapping, focal_px)
+    return _polygon(corners, float(squares_px2), mapping)
 
 
 def _more_steps(sides: int) -> np.ndarray:

@@ -4,32 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import (
-    ACCEPTED,
-    ACCEPTED_AMONG_OTHERS,
-    LEAST_CROWD,
-    NONE_NEAR,
-    NUMBERS,
-    log_chance_rings,
-    neighbours,
-)
+from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, NUMBERS, Candidate, Scene, accepted
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX
 from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons
+from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons, without_worst
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
 from scipy.spatial.distance import cdist
 from scipy.special import pdtrc
 
 # A large light's centre may lie this share of its diameter off the ellipse, see also TOLERANCE_OF_AXIS.
 TOLERANCE_OF_LIGHT = 0.15
-_THRESHOLDS = 2  # that a picture is searched with
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
 # What is said of groups that show no one ring.
@@ -67,19 +57,6 @@ class Ring:
     def found(self) -> bool:
         """Whether any lights were found."""
         return bool(self.on_ring.any())
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """A polygon that is more than chance, and how much more."""
-
-    polygon: Polygon
-    sides: int
-    log_chance: float
-
-    @property
-    def members(self) -> frozenset[int]:
-        return frozenset(self.polygon.members.tolist())
 
 
 def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float) -> Ring:
@@ -125,15 +102,17 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
         whole = Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.", ellipse, lights or None)
         if lights in (0, count) or log_chance_of_all(ellipse, count, density) < math.log(ACCEPTED):
             return whole
-    nearest_px = points_px - [camera.cx, camera.cy]
+    numbers = len(NUMBERS) if dock.lights is None else 1
+    focal_px = math.sqrt(camera.fx * camera.fy)
+    scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, not dock.angles_deg, numbers)
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
-    found: list[_Candidate] = []
+    found: list[Candidate] = []
     # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves.
     for most, of_more in ((FIRST_POINTS, 0), (FEW_POINTS, FEW_POINTS), (MAX_POINTS, FIRST_POINTS)):
         if not found and len(order) > of_more:
             chosen = np.sort(order[:most])
-            found = _candidates(nearest_px, brightness, chosen, dock, camera, area_px2, tolerance)
+            found = _candidates(scene, chosen, dock, tolerance)
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():
@@ -141,11 +120,12 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
             return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {_SEVERAL}")
         return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
     best = _best(found, brightness)
-    trouble = _trouble(best, found, dock, nearest_px, tolerance)
+    trouble = _trouble(best, found, dock, scene.points_px, tolerance)
     if trouble:
         return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
-    on_ring = _mask(count, best)
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
+    best = _without_outliers(best, dock, scene)
+    on_ring = _mask(count, best)
     return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, rivals)
 
 
@@ -176,45 +156,21 @@ def _reason(on_ring: np.ndarray, rivals: int) -> str:
     return f"{kept} of {count} groups lie on one ring; the other {count - kept} do not.{second}"
 
 
-def _mask(count: int, candidate: _Candidate) -> np.ndarray:
+def _mask(count: int, candidate: Candidate) -> np.ndarray:
     mask = np.zeros(count, dtype=bool)
     mask[candidate.polygon.members] = True
     return mask
 
 
-def _candidates(
-    points_px: np.ndarray,
-    brightness: np.ndarray,
-    chosen: np.ndarray,
-    dock: Dock,
-    camera: Camera,
-    area_px2: float,
-    tolerance: float,
-) -> list[_Candidate]:
-    """Polygons of the dock's lights that chance would hardly make, the surest first."""
-    focal_px = math.sqrt(camera.fx * camera.fy)
+def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
+    """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
     found = []
-    numbers = NUMBERS if dock.lights is None else (dock.lights,)
-    for sides in numbers:
+    for sides in NUMBERS if dock.lights is None else (dock.lights,):
         angles = _angles(sides, dock)
-        even = not dock.angles_deg
-        for polygon in find_polygons(points_px, angles, even, focal_px, tolerance, chosen):
-            members, centre, radius = polygon.members, polygon.centre_px, polygon.semi_axes_px[0]
-            chance_among = partial(
-                log_chance_rings,
-                len(members),
-                sides,
-                even=even,
-                squares_px2=polygon.squares_px2,
-                semi_axes_px=polygon.semi_axes_px,
-                area_px2=area_px2,
-            )
-            most = math.log(_accepted(len(points_px), len(members)) / len(numbers))
-            if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
-                continue  # others near it would only make it likelier
-            chance = chance_among(near=neighbours(points_px, brightness, members, centre, radius))
-            if chance < most:
-                found.append(_Candidate(polygon, sides, chance + math.log(len(numbers))))
+        for polygon in find_polygons(scene.points_px, angles, scene.even, scene.focal_px, tolerance, chosen):
+            candidate = accepted(polygon, sides, scene)
+            if candidate is not None:
+                found.append(candidate)
     return sorted(found, key=lambda candidate: candidate.log_chance)
 
 
@@ -225,17 +181,20 @@ def _angles(sides: int, dock: Dock) -> np.ndarray:
     return 2 * np.pi * np.arange(sides) / sides
 
 
-def _accepted(points: int, members: int) -> float:
-    """Expected number of chance rings below which one of so many lights, among so many points, is a ring.
+def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
+    """The ring without points that make it likelier to be chance, as where a bubble runs together with a light."""
+    angles = _angles(best.sides, dock)
+    unit = np.column_stack([np.cos(angles), np.sin(angles)])
+    polygon = best.polygon
+    while len(polygon.members) > LEAST_CROWD:
+        polygon = without_worst(polygon, scene.points_px, unit, scene.focal_px)
+        other = accepted(polygon, best.sides, scene)
+        if other is not None and other.log_chance < best.log_chance:
+            best = other
+    return best
 
-    Where all points are looked at at once, the two thresholds are all that is tried. Fewer than five lights are not
-    judged as a part of a crowd, and are held to more.
-    """
-    at_once = points <= FIRST_POINTS and members >= LEAST_CROWD
-    return ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS
 
-
-def _best(found: list[_Candidate], brightness: np.ndarray) -> _Candidate:
+def _best(found: list[Candidate], brightness: np.ndarray) -> Candidate:
     """The surest ring; of those apart from it and nearly as complete the brighter, of mirror images the lower."""
     best = found[0]
     for other in _apart_from(best, found):
@@ -248,14 +207,14 @@ def _best(found: list[_Candidate], brightness: np.ndarray) -> _Candidate:
     return best
 
 
-def _mirrors(one: _Candidate, other: _Candidate) -> bool:
+def _mirrors(one: Candidate, other: Candidate) -> bool:
     """Whether two rings stand above each other and are of one size, as a ring and its image in the surface."""
     (x, _), (other_x, _) = one.polygon.centre_px, other.polygon.centre_px
     radius, other_radius = one.polygon.semi_axes_px[0], other.polygon.semi_axes_px[0]
     return abs(x - other_x) < radius / 2 and abs(radius - other_radius) < radius / 4
 
 
-def _apart_from(best: _Candidate, found: list[_Candidate]) -> list[_Candidate]:
+def _apart_from(best: Candidate, found: list[Candidate]) -> list[Candidate]:
     """Rings that have no point in common with this, nor with each other."""
     used, apart = set(best.members), []
     for other in found:
@@ -266,7 +225,7 @@ def _apart_from(best: _Candidate, found: list[_Candidate]) -> list[_Candidate]:
 
 
 def _trouble(
-    best: _Candidate, found: list[_Candidate], dock: Dock, points_px: np.ndarray, tolerance: float
+    best: Candidate, found: list[Candidate], dock: Dock, points_px: np.ndarray, tolerance: float
 ) -> str | None:
     """Why it is open whether the best ring is the dock; None where it is not."""
     angles = _angles(best.sides, dock)
@@ -288,7 +247,7 @@ def _trouble(
     return None
 
 
-def _others_on(ring: _Candidate, points_px: np.ndarray, within_px: float) -> bool:
+def _others_on(ring: Candidate, points_px: np.ndarray, within_px: float) -> bool:
     """Whether an incomplete ring's ellipse runs through more other points than chance would put there.
 
     Of a ring of another number, some lights may come near enough to the places of the dock's.
@@ -311,7 +270,7 @@ def _others_on(ring: _Candidate, points_px: np.ndarray, within_px: float) -> boo
     return on > 0 and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
 
 
-def _is_same(one: _Candidate, other: _Candidate) -> bool:
+def _is_same(one: Candidate, other: Candidate) -> bool:
     """Whether two rings are one, but for lights that one of them misses."""
     size = max(one.polygon.semi_axes_px[0], other.polygon.semi_axes_px[0])
     return _on_same_ellipse(one.polygon, other.polygon, 0.25) and (

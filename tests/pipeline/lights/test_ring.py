@@ -213,3 +213,25 @@ def test_random_points_before_a_wide_lens_are_no_ring(count):
         points = np.random.default_rng([seed, count]).uniform([0, 0], [640, 480], (20 + seed, 2))
         found += find_ring(points, as_markers(points), camera, Dock(0.30, count), AREA_PX2).found
     assert found <= 1
+
+
+@pytest.mark.parametrize("count", [8, 12])
+@pytest.mark.parametrize("off_px", [3.0, 4.0])
+def test_a_light_that_runs_together_with_a_bubble_is_left_out(count, off_px):
+    """Its centre lies within what a light may be off, but without it the others lie exactly on a ring."""
+    rng = np.random.default_rng(count)
+    ring = lights(count) + rng.normal(0, 0.05, (count, 2))
+    middle = ring.mean(axis=0)
+    ring[3] += off_px * (ring[3] - middle) / np.hypot(*(ring[3] - middle))
+    strays = rng.uniform([0, 0], [640, 480], (12, 2))
+    found = ring_of(np.vstack([ring, strays[np.hypot(*(strays - middle).T) > 150]]), count)
+    assert not found.on_ring[3]
+    assert found.on_ring[:count].sum() == count - 1
+
+
+def test_noise_drops_no_light():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        ring = lights() + rng.normal(0, 0.3, (10, 2))
+        points = np.vstack([ring, [[20, 30], [600, 440], [610, 20]]])
+        assert ring_of(points).on_ring.tolist() == [True] * 10 + [False] * 3

@@ -54,6 +54,14 @@ def axes(pose: CirclePose, estimate: Estimate) -> np.ndarray:
     return np.array([estimate.camera.project(pair) for pair in ends])
 
 
+def dock_outline(pose: CirclePose, estimate: Estimate, points: int = 120) -> np.ndarray:
+    """Return so many points (N, 2) on the dock's circle by a pose; NaN for what is behind the camera."""
+    right, down = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad).T[:2]
+    angles = np.linspace(0, 2 * np.pi, points, endpoint=False)[:, None]
+    circle = pose.position_m + estimate.dock.radius * (np.cos(angles) * right + np.sin(angles) * down)
+    return estimate.camera.project(circle)
+
+
 def normal(pose: CirclePose, estimate: Estimate) -> np.ndarray:
     """Return the ends (2, 2) of the dock's normal, 1.3 radii long; NaN for what is behind the camera."""
     tip = pose.position_m + _NORMAL_RADII * estimate.dock.radius * pose.normal

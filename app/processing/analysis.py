@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 from dockpose import Dock, Estimate, estimate
-from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
-from dockpose.app.drawing.thresholded import threshold_picture
 from dockpose.app.processing.trajectory import Trajectory
 from dockpose.app.state.scene import rendered
 from dockpose.app.state.trust import Trust, trust_in
@@ -36,19 +34,9 @@ class Analysis:
     estimate: Estimate
     tracked_frame: TrackedFrame | None = None
 
-    @cached_property
-    def annotated(self) -> np.ndarray:
-        """The annotated picture (H, W, 3) uint8 BGR, drawn when first asked for: not every frame is shown."""
-        return annotate(self.view.image, self.estimate, headline=headline_of(self.trust))
-
-    @cached_property
-    def thresholded(self) -> np.ndarray:
-        """The picture (H, W, 3) uint8 BGR of what the threshold keeps."""
-        return threshold_picture(self.view.image, self.estimate)
-
     def prepare(self) -> None:
-        """Draw and judge now what is otherwise drawn and judged when first asked for."""
-        _ = self.annotated, self.thresholded
+        """Judge now what is otherwise judged when first asked for."""
+        _ = self.trust
 
     @cached_property
     def fitting_lights(self) -> int | None:

@@ -12,9 +12,11 @@ from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.processing.analysis import chosen_by_hand
 from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
+from dockpose.camera.image import to_grey
+from dockpose.lights.masks import hide
 from dockpose.paper.baselines import centres
 from dockpose.pose.known import pose_error
-from dockpose.thresholds import LEVELS, METHODS
+from dockpose.thresholds import LEVELS, METHODS, Histogram, Threshold, histogram_of
 
 COMPARED = tuple(name for name in METHODS if name != "fixed")  # somebody chose a fixed level: it is no method
 SWEPT_LEVELS = range(1, LEVELS)
@@ -49,6 +51,18 @@ def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
     """Estimate the view by each method; a pose that was chosen by hand stays chosen."""
     found = compare(view.image, view.camera, view.dock, view.settings, progress.over(COMPARED))
     return {name: _by_hand(one, view) for name, one in found.items()}
+
+
+def histogram_in(view: View, found: Estimate) -> Histogram:
+    """Return the histogram of the picture of an estimate, with its masks."""
+    return histogram_of(*hide(to_grey(view.image), found.settings.masks))
+
+
+def thresholds_by(histogram: Histogram, settings: Settings, methods: Iterable[str] = COMPARED) -> dict[str, Threshold]:
+    """Return the threshold of each method; none where the whole picture is masked."""
+    if not histogram.counts.any():
+        return {}
+    return {name: METHODS[name](histogram, settings.min_area_px, settings.level) for name in methods}
 
 
 def error_words(found: Estimate, view: View) -> str:

@@ -19,7 +19,7 @@ from dockpose.app.web.panels.compare import ComparePanel
 from dockpose.app.web.panels.detect import DetectPanel
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
-from dockpose.app.web.panels.picture import PicturePanel, ResultPanel, StatusPanel, ViewpointPanel
+from dockpose.app.web.panels.picture import ResultPanel, StatusPanel, ViewpointPanel
 from dockpose.app.web.panels.pose import PosePanel
 from dockpose.app.web.panels.sequence import SequencePanel
 from dockpose.app.web.panels.settings import Actions, SettingsPanel
@@ -27,6 +27,7 @@ from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.panels.strip import StripPanel
 from dockpose.app.web.panels.tank import ChipsPanel, TanksPanel
+from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.widgets import Change, Panel
@@ -113,11 +114,13 @@ class Layout:
             self.strip = StripPanel(gui, parts.tanks)
             status = StatusPanel(gui)
             chips = ChipsPanel(gui, parts.change)
-            self.picture = PicturePanel(gui, server.flush)
+            shown = gui.add_tab_group()
+            with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
+                picture = PicturePanel(gui, parts.change, server.flush, lambda: parts.sequence.is_playing)
+            with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
+                compare = ComparePanel(gui, parts.change, parts.fail)
             result = ResultPanel(gui)
-        with self.picture.compare_tab:
-            compare = ComparePanel(gui, parts.change, parts.fail)
-        self.panels.insert(0, self.picture)
+        self.panels.insert(0, picture)
         self.panels += [self.strip, status, chips, result, compare]
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

@@ -72,7 +72,10 @@ def page(opened):
     first = open_source(None, None, None)
     opened.app.change(lambda _: first, reload=True)
     opened.tab("Source")
-    opened.page.get_by_role("tab", name="Annotated").click()
+    opened.tab("Picture")
+    opened.page.locator("dockpose-picture .stage").press("Escape")  # lays a tool down
+    for button in ("annotated", "fit"):
+        opened.page.locator(f"dockpose-picture [data-do={button}]").click()
     opened.until(lambda: opened.app.wait_until_idle(0.1) and "Dock found in plain" in opened.status)
     opened.until(lambda: opened.box("Sample scene").input_value() == "plain")
     yield opened

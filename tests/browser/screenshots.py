@@ -38,7 +38,7 @@ def main() -> int:
             page.page.get_by_role("button", name="Compare all methods").click()
             page.until(lambda: app.wait_until_idle(0.1), 60)
             _shoot(page, "screenshot-compare.png")
-            page.page.get_by_role("tab", name="Annotated", exact=True).click()
+            page.page.get_by_role("tab", name="Picture", exact=True).click()
             page.tab("Sequence")
             page.choose("Sequence", "simulated approach")
             page.page.get_by_role("button", name="Play", exact=True).click()

@@ -26,14 +26,6 @@ def test_fits_a_small_laptop(page):
         assert place["y"] + place["height"] <= 768
 
 
-def test_original_picture_has_its_own_tab(page):
-    pictures = page.page.locator("img[src^=blob]")
-    page.until(lambda: pictures.first.is_visible())
-    annotated = pictures.first.get_attribute("src")
-    page.page.get_by_role("tab", name="Original").click()
-    page.until(lambda: any(one.is_visible() and one.get_attribute("src") != annotated for one in pictures.all()))
-
-
 def test_typed_diameter_changes_z(page):
     page.box("Diameter (cm)").fill("60")
     page.until(lambda: page.z_cm == pytest.approx(2 * true_z_cm("plain"), abs=0.5))

@@ -5,7 +5,7 @@ import pytest
 
 pytestmark = pytest.mark.browser
 RIGHT = ("Source", "Camera & dock", "Detect", "Pose", "Export", "Settings")
-LEFT = ("Annotated", "Threshold", "Compare", "Original")
+LEFT = ("Compare", "Picture")
 
 
 @pytest.fixture
@@ -42,11 +42,11 @@ def test_nothing_that_the_page_needs_is_refused(page):
         page.page.wait_for_timeout(100)
     page.page.locator("#candidates").wait_for()
     with page.page.expect_popup() as popup:
-        page.page.locator("a[href='/help#original']").click()
+        page.page.locator("a[href='/help#view']").click()
     errors = []
     popup.value.on("console", lambda message: errors.append(message.text))
     popup.value.reload()
-    popup.value.get_by_role("heading", name="Original").wait_for()
+    popup.value.get_by_role("heading", name="The picture and its histogram").wait_for()
     popup.value.close()
     assert errors == []
 

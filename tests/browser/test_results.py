@@ -3,7 +3,6 @@ import math
 import re
 import time
 import zipfile
-from itertools import pairwise
 
 import pytest
 from dockpose import estimate
@@ -38,42 +37,12 @@ def test_status_line_is_in_view_and_says_what_to_try(page):
         assert not page.page.locator(f"#{name}").evaluate(is_cut), name
 
 
-def test_threshold_tab_has_its_own_picture_and_pictures_can_be_enlarged(page):
-    pictures = page.page.locator("img[src^=blob]")
-    page.until(lambda: pictures.first.is_visible())
-    annotated = pictures.first.get_attribute("src")
-    page.tab("Threshold")
-    page.until(lambda: any(one.is_visible() and one.get_attribute("src") != annotated for one in pictures.all()))
-    page.page.get_by_text("Green in a circle").wait_for()
-    shown = page.page.locator("img[src^=blob]:visible").first
-    small = shown.bounding_box()["width"]
-    shown.hover()
-    shown.locator("xpath=..//button").click()
-    dialog = page.page.get_by_role("dialog").locator("img")
-    page.until(lambda: dialog.is_visible() and dialog.bounding_box()["width"] > small)
-    page.page.keyboard.press("Escape")
-    dialog.wait_for(state="hidden")
-
-
 def test_minimum_area_throws_small_groups_out_and_says_so(page):
     page.box("Level (0-255)").fill("150")
     page.until(lambda: page.app.view.settings.method == "fixed")
     page.box("Min. area (px)").fill("100")
     page.until(lambda: page.app.view.settings.min_area_px == 100)
     page.page.get_by_text("below 100 px ignored").wait_for(timeout=5000)
-
-
-def test_votes_stand_over_their_peaks(page):
-    page.tab("Detect")
-    labels = page.page.locator("#peaks [data-peak]")
-    labels.first.wait_for()
-    plot = page.page.locator(".u-over").first.bounding_box()
-    places = [one.bounding_box() for one in labels.all()]
-    for one, place in zip(labels.all(), places, strict=True):
-        middle = plot["x"] + plot["width"] * int(one.get_attribute("data-peak")) / 256
-        assert place["x"] + place["width"] / 2 == pytest.approx(middle, abs=2)
-    assert all(one["x"] >= next_to["x"] + next_to["width"] for one, next_to in pairwise(places))
-    assert "10" in labels.all_inner_texts()
 
 
 def test_kind_of_centre(page):
@@ -212,16 +181,14 @@ def test_rows_and_tiles_of_the_comparison_take_the_method_over(page):
 
 
 def test_every_tab_leads_to_its_part_of_the_help(page):
-    for tab in ("Annotated", "Threshold", "Compare", "Original"):
-        page.tab(tab)
-        link = page.page.locator(f"a[href='/help#{tab.lower()}']")
-        link.wait_for()
-        if tab == "Annotated":
-            with page.page.expect_popup() as popup:
-                link.click()
-            heading = popup.value.get_by_role("heading", name="Annotated")
-            heading.wait_for()
-            popup.value.close()
+    page.tab("Picture")
+    with page.page.expect_popup() as popup:
+        page.page.locator("a[href='/help#view']").click()
+    for name in ("The picture and its histogram", "Annotated", "Threshold", "Original"):
+        popup.value.get_by_role("heading", name=name, exact=True).wait_for()
+    popup.value.close()
+    page.tab("Compare")
+    page.page.locator("a[href='/help#compare']").wait_for()
     for tab in ("Source", "Camera & dock", "Detect", "Pose", "Export"):
         page.tab(tab)
         page.page.locator(f"a[href='/help#{tab.split()[0].lower()}']").wait_for()

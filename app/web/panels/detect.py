@@ -1,4 +1,4 @@
-"""Settings of the detection: the threshold method, its level, and the histogram behind it."""
+"""Settings of the detection: the threshold method, its level, the smallest group, and masks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from dockpose.app.state.detection import (
 )
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import View
-from dockpose.app.web.charts.histogram import HistogramChart
 from dockpose.app.web.html import SMALL
 from dockpose.app.web.widgets import Change, Panel, Slider, on_change, on_click
 from dockpose.thresholds import LEVELS, METHODS
@@ -33,10 +32,6 @@ _METHOD_NAMES = {
 }
 NO_MASK = "(no mask)"
 _CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
-_KEY = (
-    "Dots: peaks of the histogram; votes: how many groups a peak stands for (of peaks close together, the surest). "
-    "Dashed blue: groups that each level leaves, where they were counted."
-)
 
 
 def method_label(method: str) -> str:
@@ -71,7 +66,7 @@ def thrown_out_sentence(found: Estimate) -> str:
 
 
 class DetectPanel(Panel):
-    """Method, level, smallest group, kind of centre, the histogram with the threshold marked, and masks."""
+    """Method, level, smallest group, kind of centre, and masks."""
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
         self._labels = {method_label(method): method for method in METHODS}
@@ -87,7 +82,6 @@ class DetectPanel(Panel):
             tuple(_CENTROIDS),
             hint="Weighed by brightness is the more exact; the middle of the pixels kept is what the paper uses.",
         )
-        self._chart = HistogramChart(gui)
         self._sentence = gui.add_html("")
         with gui.add_folder("Masks: parts not looked at", expand_by_default=False):
             self._add_masks(gui, change)
@@ -107,16 +101,13 @@ class DetectPanel(Panel):
         self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
 
     def show(self, analysis: Analysis) -> None:
-        """Draw the histogram; let the level's slider follow a level that was found."""
+        """Say what was found; let the level's slider follow a level that was found."""
         found = analysis.estimate
         self._sentence.content = (
-            f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>'
-            f"{escape(thrown_out_sentence(found))}<br>"
-            f"{_KEY}</div>"
+            f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>{escape(thrown_out_sentence(found))}</div>'
         )
         if found.threshold is None:
             return
-        self._chart.show(found.threshold)
         # A result of before the slider was moved must not move it back.
         if "fixed" not in (analysis.view.settings.method, self._labels.get(self._method.value)):
             self._level.handle.value = min(found.threshold.level, LEVELS - 1)

@@ -1,4 +1,4 @@
-"""Web pages served beside viser's own: its front page with our script added, and the help."""
+"""Web pages served beside viser's own: its front page with our scripts added, and the help."""
 
 from __future__ import annotations
 
@@ -12,8 +12,16 @@ from dockpose.app.resources import static_path
 
 ROLES = ("steer", "view")
 FOR_VIEWERS = "?view"  # ends the name of a page that is another for who may only look
-_SCRIPT_TAGS = '<script src="/page.js" defer></script><script src="/connection.js" defer></script>'
-_STYLE_TAG = '<link rel="stylesheet" href="/page.css" />'
+_SCRIPTS = (
+    *("page.js", "connection.js", "link.js", "viewport.js", "overlay.js", "pixels.js", "tools.js"),
+    *("picture.js", "histogram.js"),
+)
+_STYLES = ("page.css", "view.css")
+_TAGS = (
+    '<script src="/page.js" defer></script><script src="/connection.js" defer></script>'
+    '<script type="module" src="/picture.js"></script><script type="module" src="/histogram.js"></script>'
+    '<link rel="stylesheet" href="/page.css" /><link rel="stylesheet" href="/view.css" />'
+)
 _ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'
 
 
@@ -37,9 +45,8 @@ def own_pages(on_software_webgl: Callable[[], None]) -> dict[str, Page]:
         "/index.html": steering,
         f"/{FOR_VIEWERS}": viewing,
         f"/index.html{FOR_VIEWERS}": viewing,
-        "/page.js": Page(script, static_path("page.js").read_bytes()),
-        "/connection.js": Page(script, static_path("connection.js").read_bytes()),
-        "/page.css": Page("text/css; charset=utf-8", static_path("page.css").read_bytes()),
+        **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in _SCRIPTS},
+        **{f"/{name}": Page("text/css; charset=utf-8", static_path(name).read_bytes()) for name in _STYLES},
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
         "/software-webgl": Page("text/plain; charset=utf-8", b"", on_software_webgl),
@@ -58,7 +65,7 @@ def with_ours(html: str) -> str:
     html = re.sub(r"<title>[^<]*</title>", "<title>dockpose</title>", html, count=1)
     html = re.sub(r"<link\s+rel=\"icon\"[^>]*>", _ICON, html, count=1)
     place = html.index("</head>")
-    return f"{html[:place]}{_STYLE_TAG}{_SCRIPT_TAGS}{html[place:]}"
+    return f"{html[:place]}{_TAGS}{html[place:]}"
 
 
 def _viser_page() -> str:

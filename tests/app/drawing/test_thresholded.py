@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-from dockpose.app.drawing.colours import DROPPED_COLOUR, LIGHT_COLOUR, bgr
-from dockpose.app.drawing.thresholded import counts, kept_pixels, threshold_picture
+from dockpose.app.drawing.thresholded import counts, kept_pixels
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.parameters import put
@@ -13,27 +12,22 @@ def view():
     return open_source(None, None, None)
 
 
-def pixels_of(picture, colour):
-    return (picture == np.array(bgr(colour))).all(axis=2)
-
-
-def test_lights_are_green_and_circled(view):
+def test_lights_are_kept_and_counted(view):
     found = analyse(view).estimate
-    picture = threshold_picture(view.image, found)
-    assert picture.shape == (480, 640, 3)
+    kept = kept_pixels(view.image, found)
+    assert kept.shape == (480, 640)
     assert counts(found) == (10, 0, 0)
     assert found.markers is not None
     for x, y in found.markers.points_px:
-        assert pixels_of(picture, LIGHT_COLOUR)[round(y), round(x)]
+        assert kept[round(y), round(x)]
 
 
-def test_thrown_out_groups_are_orange_and_masks_keep_nothing(view):
+def test_thrown_out_groups_are_counted_and_masks_keep_nothing(view):
     text = with_sample(view, "burnt_in_text")
     found = analyse(text).estimate
     on_ring, thrown_out, _ = counts(found)
     assert on_ring >= 5
     assert thrown_out > 0
-    assert pixels_of(threshold_picture(text.image, found), DROPPED_COLOUR).any()
     rows, columns = text.image.shape[:2]
     masked = with_mask(text, 0, 0, columns, rows / 2)
     assert not kept_pixels(text.image, analyse(masked).estimate)[: rows // 2].any()
@@ -49,7 +43,6 @@ def test_nothing_is_kept_above_every_pixel_and_all_at_level_0(view):
     everything = analyse(with_method(view, "fixed", 0)).estimate
     assert not kept_pixels(view.image, nothing).any()
     assert kept_pixels(view.image, everything).all()
-    threshold_picture(view.image, everything)
 
 
 def test_levels_of_their_own_keep_the_pixels_they_list(view):

@@ -1,13 +1,12 @@
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.dock import with_lights
 from dockpose.app.state.view import open_source
 from dockpose.app.web.html import result_cells
-from dockpose.app.web.panels.picture import COLUMNS, status_html, table_html, widen
+from dockpose.app.web.panels.picture import COLUMNS, status_html, table_html
 
 
 @pytest.fixture(scope="module")
@@ -56,11 +55,3 @@ def test_outside_text_is_escaped(analysis):
 
 def test_reading_without_known_lights_still_has_two_candidates(analysis):
     assert len(analyse(with_lights(analysis.view, 0)).estimate.candidates) == 2
-
-
-@pytest.mark.parametrize(("height", "width", "shown"), [(480, 640, 640), (90, 160, 160), (1280, 720, 1707), (4, 1, 6)])
-def test_tall_pictures_are_widened(height, width, shown):
-    picture = np.zeros((height, width, 3), np.uint8)
-    wide = widen(picture)
-    assert wide.shape == (height, shown, 3)
-    assert (wide == 0).sum() == picture.size

@@ -65,7 +65,7 @@ def test_printed_address_opens_the_page_and_leaves_a_cookie(app):
     assert "SameSite=Strict" in cookie
 
 
-@pytest.mark.parametrize("path", ["/", "/index.html", "/help", "/page.js"])
+@pytest.mark.parametrize("path", ["/", "/index.html", "/help", "/page.js", "/picture.js", "/histogram.js", "/view.css"])
 def test_cookie_is_enough_from_then_on(app, path):
     status, _, _ = ask(app, path, Cookie=f"other=1; {cookie_of(app)}")
     assert status == 200

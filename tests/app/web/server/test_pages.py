@@ -5,7 +5,7 @@ from dockpose.app.web.panels.source import forgotten_sentence
 from dockpose.app.web.server.pages import help_body
 
 SECTIONS = (
-    *("annotated", "threshold", "compare", "original"),
+    *("view", "annotated", "threshold", "compare", "original"),
     *("source", "camera", "detect", "pose", "sequence", "experiment", "export", "page"),
 )
 

@@ -1,0 +1,235 @@
+"""The picture, what was found in it, and its histogram, as numbers that static/picture.js and histogram.js draw."""
+
+from __future__ import annotations
+
+import base64
+import itertools
+import json
+import math
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+import cv2
+import msgspec
+import numpy as np
+import viser
+from dockpose import Estimate
+from dockpose.app.drawing import colours, overlay
+from dockpose.app.drawing.canvas import to_bgr8
+from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.numbers import length_words
+from dockpose.app.export.words import short_method
+from dockpose.app.processing.analysis import Analysis
+from dockpose.app.processing.comparison import histogram_in, thresholds_by
+from dockpose.app.state.detection import with_mask, with_method
+from dockpose.app.state.view import View
+from dockpose.app.web.charts.histogram import HistogramNumbers
+from dockpose.app.web.widgets import Change, Panel, on_person
+from dockpose.camera.image import to_levels
+from dockpose.thresholds import LEVELS
+
+_JPEG_QUALITY = 85
+_MOST_PIXELS = 24_000_000  # a larger picture is sent smaller
+_OUTLINE_STEP = 2  # of the points on the ellipse, every second: a hundredth of a pixel off
+_LONGEST_WISH = 300  # letters
+_COLOURS = {
+    "light": colours.LIGHT_COLOUR,
+    "dropped": colours.DROPPED_COLOUR,
+    "small": colours.NOISE_COLOUR,
+    "ellipse": colours.ELLIPSE_COLOUR,
+    "mask": colours.MASK_COLOUR,
+    "pose-a": colours.POSE_COLOURS[0],
+    "pose-b": colours.POSE_COLOURS[1],
+    "threshold": colours.THRESHOLD_COLOUR,
+    "peaks": colours.PEAKS_COLOUR,
+    "groups": colours.GROUPS_COLOUR,
+    "bars": colours.BARS_COLOUR,
+}
+
+
+class _Wish(msgspec.Struct, tag_field="do", forbid_unknown_fields=True, frozen=True):
+    """What the operator did in the picture or its histogram; ``number`` tells two equal ones apart."""
+
+    number: int
+
+
+class _Mask(_Wish, tag="mask", frozen=True):
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+class _Level(_Wish, tag="level", frozen=True):
+    level: int
+
+
+class _Methods(_Wish, tag="methods", frozen=True):
+    shown: bool
+
+
+_WISHES = msgspec.json.Decoder(_Mask | _Level | _Methods)
+
+
+class PicturePanel(Panel):
+    """The picture with its histogram.
+
+    ``flush`` sends queued messages at once, and ``is_playing`` says whether frames follow each other by themselves.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, change: Change, flush: Callable[[], None], is_playing: Callable[[], bool]
+    ) -> None:
+        self._change, self._flush, self._is_playing = change, flush, is_playing
+        self._serials, self._picture_serial = itertools.count(1), 0
+        self._sent: np.ndarray | None = None
+        self._is_exact = False
+        self._numbers = HistogramNumbers()
+        self._analysis: Analysis | None = None
+        self._last_wish = -1
+        self._wishes = gui.add_text("Done in the picture", "")
+        look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
+        gui.add_html(f'<dockpose-picture channel="{self._wishes._impl.uuid}" style="{look}"></dockpose-picture>')
+        gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
+        self._picture, self._overlay, self._histogram, self._methods = (gui.add_html("") for _ in range(4))
+        on_person(self._wishes.on_update, self._fulfil)
+
+    def show(self, analysis: Analysis) -> None:
+        """Send what was found, and the picture if it is another one; both at once, before the rest of the page."""
+        last, self._analysis = self._analysis, analysis
+        image, is_playing = analysis.view.image, self._is_playing()
+        if image is not self._sent or not (self._is_exact or is_playing):
+            self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)
+            self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))
+        numbers = overlay_numbers(analysis)
+        serials = {"serial": next(self._serials), "picture": self._picture_serial}
+        self._overlay.content = data_html("overlay", numbers | serials)
+        histogram = self._numbers.of(analysis, is_playing=is_playing)
+        if histogram is not None:
+            self._histogram.content = data_html("histogram", histogram)
+        if last is not None and _histogram_of(last) != _histogram_of(analysis):
+            self._show_methods(None)
+        self._flush()
+
+    def _fulfil(self, client: viser.ClientHandle) -> None:
+        """Do what the newest wish says; calls for wishes that were overtaken find none."""
+        text = self._wishes.value
+        try:
+            wish = _WISHES.decode(text if len(text) <= _LONGEST_WISH else "")
+        except msgspec.DecodeError:
+            return
+        if wish.number == self._last_wish:
+            return
+        self._last_wish = wish.number
+        if isinstance(wish, _Methods):
+            analysis = self._analysis
+            self._show_methods(analysis if wish.shown else None)
+        else:
+            self._change(lambda view: fulfilled(view, wish), client, reload=True)
+
+    def _show_methods(self, analysis: Analysis | None) -> None:
+        """Mark the level of every method, or none."""
+        levels = None
+        if analysis is not None:
+            found = thresholds_by(histogram_in(analysis.view, analysis.estimate), analysis.estimate.settings)
+            levels = [(short_method(name), one.level) for name, one in found.items() if one.level < LEVELS]
+        self._methods.content = data_html("methods", {"levels": levels})
+
+
+def fulfilled(view: View, wish: _Mask | _Level) -> View:
+    """Return the view with the mask that was drawn, or at the level to which the threshold was dragged."""
+    if isinstance(wish, _Level):
+        return with_method(view, "fixed", wish.level)
+    return with_mask(view, wish.x, wish.y, wish.width, wish.height)
+
+
+def data_html(name: str, data: dict[str, Any]) -> str:
+    """Return data for an element of static/, which reads it by that name."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    return f'<dockpose-data name="{name}" hidden>{escape(text, quote=False)}</dockpose-data>'
+
+
+def picture_data(image: np.ndarray, serial: int, is_exact: bool) -> dict[str, Any]:
+    """Return a picture as sent: without loss as a PNG where ``is_exact``, or else smaller and faster as a JPEG."""
+    pixels = to_levels(image)[0] if image.ndim == 2 else to_bgr8(image)
+    height, width = pixels.shape[:2]
+    step = math.ceil(math.sqrt(width * height / _MOST_PIXELS))
+    if step > 1:
+        pixels = cv2.resize(pixels, (-(-width // step), -(-height // step)), interpolation=cv2.INTER_AREA)
+    options = [] if is_exact else [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
+    data = cv2.imencode(".png" if is_exact else ".jpg", pixels, options)[1]
+    return {
+        "serial": serial,
+        "width": width,
+        "height": height,
+        "type": "image/png" if is_exact else "image/jpeg",
+        "isExact": is_exact and step == 1 and (image.ndim == 2 or image.dtype == np.uint8),
+        "data": base64.b64encode(data.tobytes()).decode(),
+    }
+
+
+def overlay_numbers(analysis: Analysis) -> dict[str, Any]:
+    """Return all that is drawn over the picture, in its pixels."""
+    found, tracked = analysis.estimate, analysis.tracked_frame
+    outline, (ellipse, centre), bar = overlay.outline(found), overlay.centres(found), overlay.scale_bar(found)
+    threshold = found.threshold
+    return {
+        "name": analysis.view.source,
+        "frame": None if tracked is None else tracked.frame.index + 1,
+        "level": LEVELS if threshold is None else threshold.level,
+        "kept": None if threshold is None or threshold.kept is None else runs(threshold.kept[0].index),
+        "groups": _groups(found),
+        "outline": None if outline is None else _points(outline[::_OUTLINE_STEP]),
+        "ellipse": None if ellipse is None else _points([ellipse])[0],
+        "centre": None if centre is None or not np.isfinite(centre).all() else _points([centre])[0],
+        "poses": [
+            {
+                "name": POSE_NAMES[index],
+                "chosen": pose is found.selected,
+                "outline": _points(overlay.dock_outline(pose, found)),
+                "axes": [_points(ends) for ends in overlay.axes(pose, found)],
+                "normal": _points(overlay.normal(pose, found)),
+            }
+            for index, pose in enumerate(found.candidates)
+        ],
+        "small": None if found.markers is None else [found.markers.dropped, found.settings.min_area_px],
+        "masks": [list(mask) for mask in found.settings.masks],
+        "cmPerPx": None if bar is None else 100 * bar[0] / bar[1],
+        "scale": None if bar is None else {"words": length_words(bar[0]), "px": bar[1]},
+    }
+
+
+def _groups(found: Estimate) -> list[dict[str, Any]]:
+    if found.markers is None:
+        return []
+    labels = {index: (label, outward) for index, label, outward in overlay.light_labels(found)}
+    radii = 2 * np.sqrt(found.markers.areas_px / math.pi)
+    parts = zip(found.markers.points_px, radii, overlay.on_ring(found), found.markers.boxes_px, strict=True)
+    groups = []
+    for index, (at, radius, is_light, box) in enumerate(parts):
+        label, outward = labels.get(index, ("", (0.0, 0.0)))
+        group = {"at": _points([at])[0], "radius": round(float(radius), 2), "onRing": bool(is_light)}
+        groups.append(group | {"label": label, "outward": _points([outward])[0], "box": [int(edge) for edge in box]})
+    return groups
+
+
+def runs(indices: np.ndarray) -> list[list[int]]:
+    """Return the first and the number of each run of consecutive numbers."""
+    numbers = np.sort(indices)
+    if len(numbers) == 0:
+        return []
+    pieces = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
+    return [[int(piece[0]), len(piece)] for piece in pieces]
+
+
+def _points(points: Any) -> list[list[float]]:
+    """Return points (N, 2) as lists, to a hundredth of a pixel; what is not finite is left out."""
+    array = np.asarray(points, dtype=float)
+    return np.round(array[np.isfinite(array).all(axis=1)], 2).tolist()
+
+
+def _histogram_of(analysis: Analysis) -> tuple[Any, ...]:
+    """Return what the level of every method follows from."""
+    settings = analysis.estimate.settings
+    return id(analysis.view.image), settings.masks, settings.min_area_px

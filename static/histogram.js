@@ -1,0 +1,229 @@
+// The histogram beneath the picture: pixels of each grey level, how many groups each level leaves, and the threshold,
+// which can be dragged.
+"use strict";
+import { follow, make, makeSvg, send } from "./link.js";
+
+const LEVELS = 256;
+const HEIGHT = 128;
+const [LEFT, RIGHT, TOP, BOTTOM] = [52, 34, 18, 20]; // around the plot: pixels, groups, votes, levels
+const ONE = 0.25; // of a decade: how high a single pixel stands, so that it is seen
+const LETTER_PX = 7;
+const GRIP_PX = 16; // to either side of the threshold's line
+
+class Histogram extends HTMLElement {
+  connectedCallback() {
+    if (this.plot === undefined) this.build();
+    this.resizes = new ResizeObserver(() => this.draw());
+    this.resizes.observe(this.plot);
+    this.ends = [follow("histogram", (data) => this.take(data)), follow("methods", (data) => this.takeMethods(data))];
+  }
+
+  disconnectedCallback() {
+    this.resizes.disconnect();
+    for (const end of this.ends) end();
+  }
+
+  build() {
+    [this.data, this.methods, this.dragged, this.hovered] = [null, null, null, null];
+    this.plot = makeSvg("svg", { class: "plot", height: HEIGHT, role: "img", "aria-label": "histogram of the picture" });
+    this.grip = make("div", { class: "grip", role: "slider", tabindex: "0", "aria-label": "Threshold level", "aria-valuemin": 0, "aria-valuemax": 255 });
+    this.grip.title = "Drag, or use the arrow keys: sets a fixed level";
+    this.readout = make("output", { class: "readout", "aria-label": "grey level under the pointer" });
+    this.button = make("button", { type: "button", "aria-pressed": "false", title: "Mark the level of every method" }, "Other methods");
+    this.button.addEventListener("click", () => this.askForMethods());
+    this.append(make("div", { class: "plots" }, this.plot, this.grip), make("div", { class: "below" }, this.readout, this.button));
+    this.grip.addEventListener("pointerdown", (event) => this.grasp(event));
+    this.grip.addEventListener("pointermove", (event) => this.dragged !== null && this.drag(event));
+    for (const name of ["pointerup", "pointercancel"]) this.grip.addEventListener(name, () => this.letGo());
+    this.grip.addEventListener("keydown", (event) => this.key(event));
+    this.addEventListener("pointermove", (event) => this.hover(event));
+    this.addEventListener("pointerleave", () => this.hover(null));
+  }
+
+  take(data) {
+    this.data = data;
+    if (this.grasped !== true && this.dragged !== null && data.level === this.dragged) this.dragged = null;
+    this.draw();
+  }
+
+  takeMethods(data) {
+    this.methods = data.levels;
+    this.button.setAttribute("aria-pressed", String(this.methods !== null));
+    this.draw();
+  }
+
+  askForMethods() {
+    send({ do: "methods", shown: this.methods === null });
+  }
+
+  // Left edge of a level's bar, and the level at a place; both across the plot.
+  x(level) {
+    return LEFT + (level * this.wide) / LEVELS;
+  }
+  levelAt(event) {
+    const x = event.clientX - this.plot.getBoundingClientRect().left;
+    return Math.min(Math.max(Math.floor(((x - LEFT) * LEVELS) / this.wide), 0), LEVELS - 1);
+  }
+
+  get level() {
+    return this.dragged ?? this.data.level;
+  }
+
+  grasp(event) {
+    if (event.button !== 0) return;
+    this.grip.setPointerCapture(event.pointerId);
+    [this.grasped, this.dragged] = [true, Math.min(this.data.level, LEVELS - 1)];
+    this.offset = this.levelAt(event) - this.dragged;
+  }
+  drag(event) {
+    if (this.grasped === true) this.set(this.levelAt(event) - this.offset);
+  }
+  letGo() {
+    this.grasped = false;
+    if (this.dragged === this.data.level) this.dragged = null;
+  }
+
+  // Choose a level: drawn at once, and told to the program, whose answer draws it again.
+  set(level) {
+    const chosen = Math.min(Math.max(level, 0), LEVELS - 1);
+    if (chosen === this.level) return;
+    this.dragged = chosen;
+    send({ do: "level", level: chosen });
+    this.draw();
+  }
+
+  key(event) {
+    const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10, Home: -LEVELS, End: LEVELS };
+    if (!(event.key in steps) || event.ctrlKey || event.altKey || event.metaKey) return;
+    this.set(Math.min(this.level, LEVELS - 1) + steps[event.key]);
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  hover(event) {
+    if (this.data === null) return;
+    const x = event === null ? -1 : event.clientX - this.plot.getBoundingClientRect().left;
+    this.hovered = event !== null && x >= LEFT && x <= LEFT + this.wide ? this.levelAt(event) : null;
+    this.tell();
+    const place = this.hovered === null ? -10 : this.x(this.hovered + 0.5);
+    this.pointer?.setAttribute("transform", `translate(${place} 0)`);
+  }
+
+  // The pixels of the level under the pointer, or else all that the threshold keeps.
+  tell() {
+    const { hovered, data } = this;
+    const count = (number, noun) => `${number} ${noun}${number === 1 ? "" : "s"}`;
+    const level = hovered ?? this.level;
+    const groups = (data.groups[level] ?? -1) < 0 ? "" : count(data.groups[level], "group");
+    if (hovered !== null) {
+      this.readout.textContent = `Level ${level}: ${count(data.counts[level], "pixel")}${groups && `; as threshold ${groups}`}`;
+    } else {
+      const kept = data.counts.slice(level).reduce((sum, one) => sum + one, 0);
+      this.readout.textContent = `Threshold ${level}: keeps ${count(kept, "pixel")}${groups && ` in ${groups}`}`;
+    }
+  }
+
+  draw() {
+    const width = this.plot.clientWidth;
+    if (this.data === null || width === 0) return;
+    this.wide = width - LEFT - RIGHT;
+    const most = Math.max(...this.data.counts, 1);
+    this.decades = Math.ceil(2 * Math.log10(most) + 0.2) / 2; // in halves, so that it seldom moves
+    this.groupsTop = this.data.groupsTop;
+    this.pointer = makeSvg("path", { d: `M0 ${TOP}V${HEIGHT - BOTTOM}`, class: "pointer", transform: "translate(-10 0)" });
+    this.plot.replaceChildren(...this.axes(), this.bars(), this.groups(), ...this.votes(), ...this.marks(), this.pointer, ...this.line());
+    this.grip.style.left = `${this.x(Math.min(this.level, LEVELS - 1) + 0.5) - GRIP_PX}px`;
+    this.grip.setAttribute("aria-valuenow", this.level);
+    this.tell();
+  }
+
+  // Height of a number of pixels, by decades; of a number of groups, evenly.
+  y(count) {
+    const share = count <= 0 ? 0 : (Math.log10(count) + ONE) / (this.decades + ONE);
+    return HEIGHT - BOTTOM - share * (HEIGHT - TOP - BOTTOM);
+  }
+  yOfGroups(groups) {
+    return HEIGHT - BOTTOM - Math.min(groups / this.groupsTop, 1) * (HEIGHT - TOP - BOTTOM);
+  }
+
+  axes() {
+    const parts = [];
+    const step = Math.ceil((14 * (this.decades + ONE)) / (HEIGHT - TOP - BOTTOM)); // decades between two labels
+    for (let power = 0; power <= this.decades; power += step) {
+      const y = this.y(10 ** power);
+      parts.push(makeSvg("path", { d: `M${LEFT} ${y}h${this.wide}`, class: "rule" }), label(String(10 ** power), LEFT - 5, y + 4, "end"));
+    }
+    for (const groups of [0, this.groupsTop / 2, this.groupsTop]) {
+      parts.push(label(String(groups), LEFT + this.wide + 5, this.yOfGroups(groups) + 4, "start", "groups"));
+    }
+    for (let level = 0; level <= 200; level += 50) parts.push(label(String(level), this.x(level + 0.5), HEIGHT - 5));
+    parts.push(label("255", this.x(255.5), HEIGHT - 5));
+    return parts;
+  }
+
+  bars() {
+    const base = HEIGHT - BOTTOM;
+    const tops = this.data.counts.map((count, level) => `L${this.x(level).toFixed(1)} ${this.y(count).toFixed(1)}H${this.x(level + 1).toFixed(1)}`);
+    return makeSvg("path", { d: `M${LEFT} ${base}${tops.join("")}V${base}Z`, class: "bars" });
+  }
+
+  groups() {
+    let d = "";
+    this.data.groups.forEach((groups, level) => {
+      if (groups < 0) return;
+      const isFirst = level === 0 || this.data.groups[level - 1] < 0;
+      d += `${isFirst ? "M" : "L"}${this.x(level).toFixed(1)} ${this.yOfGroups(groups).toFixed(1)}H${this.x(level + 1).toFixed(1)}`;
+    });
+    return makeSvg("path", { d, class: "groups" });
+  }
+
+  // How many groups each peak stands for, above it; where two would touch, the surer one is told.
+  votes() {
+    const told = [];
+    for (const peak of [...this.data.peaks].sort((one, other) => other.votes - one.votes || other.level - one.level)) {
+      const half = (String(peak.groups).length * LETTER_PX) / 2 + 4;
+      const x = this.x(peak.level + 0.5);
+      if (told.every((other) => Math.abs(other.x - x) > other.half + half)) told.push({ ...peak, x, half });
+    }
+    const dots = this.data.peaks.map(({ level }) => makeSvg("circle", { cx: this.x(level + 0.5), cy: this.y(this.data.counts[level]), r: 3, class: "peak" }));
+    const labels = told.map((peak) => {
+      const text = label(String(peak.groups), peak.x, 12, "middle", "vote");
+      text.setAttribute("data-peak", peak.level);
+      text.append(makeSvg("title", {}, `peak at level ${peak.level}: votes for ${peak.groups} groups`));
+      return text;
+    });
+    return [...dots, ...(labels.length > 0 ? [label("votes", LEFT - 5, 12, "end")] : []), ...labels];
+  }
+
+  // The level of every method, on demand; names in rows, so that none touches another.
+  marks() {
+    const rows = [];
+    const parts = [];
+    for (const [name, level] of this.methods ?? []) {
+      const x = this.x(level + 0.5);
+      const wide = name.length * LETTER_PX + 6;
+      const isLeft = x + wide > LEFT + this.wide;
+      const [from, to] = isLeft ? [x - wide, x] : [x, x + wide];
+      let row = rows.findIndex((taken) => taken.every(([start, end]) => to < start || from > end));
+      if (row < 0) row = rows.push([]) - 1;
+      rows[row].push([from, to]);
+      const y = TOP + 14 + 14 * row;
+      const mark = makeSvg("g", { "data-method": name, class: "method" }, makeSvg("path", { d: `M${x} ${TOP}V${HEIGHT - BOTTOM}` }));
+      mark.append(label(name, isLeft ? x - 3 : x + 3, y, isLeft ? "end" : "start"), makeSvg("title", {}, `${name}: level ${level}`));
+      parts.push(mark);
+    }
+    return parts;
+  }
+
+  line() {
+    if (this.level >= LEVELS) return [];
+    const x = this.x(this.level + 0.5);
+    return [makeSvg("path", { d: `M${x} ${TOP - 4}V${HEIGHT - BOTTOM}`, class: "threshold" }), makeSvg("path", { d: `M${x - 6} ${TOP - 4}h12l-6 8Z`, class: "handle" })];
+  }
+}
+
+function label(text, x, y, anchor = "middle", name = "") {
+  return makeSvg("text", { x, y, "text-anchor": anchor, class: name }, text);
+}
+
+customElements.define("dockpose-histogram", Histogram);

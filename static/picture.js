@@ -1,0 +1,230 @@
+// The picture on the page: as it was sent, with what was found drawn over it. To zoom, pan, mask and measure.
+"use strict";
+import { follow, make, makeSvg, sendThrough } from "./link.js";
+import { drawOverlay } from "./overlay.js";
+import { greyOf, keptPixels, paintKept, stretch } from "./pixels.js";
+import { Tools } from "./tools.js";
+import { Viewport } from "./viewport.js";
+
+const ZOOM = 1.5;
+const RING_MARGIN = 0.2; // of its size, at each side
+const SHARP_FROM = 2; // screen pixels in a pixel of the picture, from which each is a sharp square
+const KINDS = {
+  annotated: ["Annotated", "The picture with all that was found in it. Key: A"],
+  thresholded: ["Threshold", "The pixels that the threshold keeps. Key: S"],
+  original: ["Original", "The picture as received. Key: O"],
+};
+
+class Picture extends HTMLElement {
+  connectedCallback() {
+    if (this.stage === undefined) this.build();
+    sendThrough(this.getAttribute("channel"));
+    this.resizes = new ResizeObserver(() => this.resize());
+    this.resizes.observe(this.stage);
+    this.ends = [follow("picture", (picture) => this.takePicture(picture)), follow("overlay", (overlay) => this.take(overlay))];
+  }
+
+  disconnectedCallback() {
+    this.resizes.disconnect();
+    for (const end of this.ends) end();
+  }
+
+  build() {
+    [this.shown, this.isStretched] = ["annotated", false];
+    [this.overlay, this.waiting, this.bitmap, this.grey, this.painted] = [null, null, null, null, ""];
+    this.viewport = new Viewport();
+    this.canvas = make("canvas", { "aria-hidden": "true" });
+    this.canvas.getContext("2d", { willReadFrequently: true });
+    this.svg = makeSvg("svg", { class: "found", role: "img", "aria-label": "what was found in the picture" });
+    this.drafts = makeSvg("svg", { class: "draft", "aria-hidden": "true" });
+    this.readout = make("output", { class: "readout", "aria-label": "pixel under the pointer" });
+    this.frameLabel = make("span", { class: "frame" });
+    this.stage = make("div", { class: "stage", tabindex: "0", role: "application" }, this.canvas, this.svg, this.drafts, this.frameLabel, this.readout);
+    this.stage.setAttribute("aria-label", "Picture. Arrows: pan. Plus, minus: zoom. F: fit. R: ring. 1: one to one.");
+    const show = (kind) => () => this.show(kind);
+    this.buttons = {};
+    for (const [kind, [text, hint]] of Object.entries(KINDS)) this.addButton(kind, text, hint, show(kind));
+    this.addButton("contrast", "Contrast", "Stretch the contrast, to see what is dim. Key: C", () => this.toggleContrast());
+    this.addButton("mask", "Mask", "Draw a rectangle that is not looked at. Key: M", () => this.toggleTool("mask"));
+    this.addButton("ruler", "Ruler", "Measure between two points. Key: L", () => this.toggleTool("ruler"));
+    this.addButton("in", "+", "Zoom in. Key: +", () => this.zoom(ZOOM));
+    this.addButton("out", "−", "Zoom out. Key: -", () => this.zoom(1 / ZOOM));
+    this.addButton("fit", "Fit", "Show the whole picture. Key: F", () => this.fit());
+    this.addButton("ring", "Ring", "Zoom to the ring of lights. Key: R", () => this.zoomToRing());
+    this.addButton("same", "1:1", "A pixel of the picture is one of the screen. Key: 1", () => this.zoom(1 / this.viewport.scale));
+    const of = (...names) => names.map((name) => this.buttons[name]);
+    const kinds = make("div", { class: "group", role: "group", "aria-label": "What is shown" }, ...of(...Object.keys(KINDS)));
+    const tools = make("div", { class: "group", role: "group", "aria-label": "Tools" }, ...of("contrast", "mask", "ruler"));
+    const zoom = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" }, ...of("in", "out", "fit", "ring", "same"));
+    const help = make("a", { href: "/help#view", target: "_blank", rel: "noopener" }, "Help");
+    this.append(make("div", { class: "tools" }, kinds, tools, help), make("div", { class: "middle" }, this.stage, zoom));
+    this.tools = new Tools(this);
+    this.keys = this.keysOfButtons();
+    this.addEventListener("keydown", (event) => event.key !== "Tab" && event.target !== this.stage && this.keyOnButton(event));
+    this.show("annotated");
+  }
+
+  addButton(name, text, hint, act) {
+    const button = make("button", { type: "button", title: hint, "aria-label": `${text}: ${hint}`, "data-do": name }, text);
+    if (name.length > 4 || name === "mask") button.setAttribute("aria-pressed", "false");
+    button.addEventListener("click", act);
+    this.buttons[name] = button;
+  }
+
+  keysOfButtons() {
+    const names = { a: "annotated", s: "thresholded", o: "original", c: "contrast", m: "mask", l: "ruler" };
+    Object.assign(names, { "+": "in", "=": "in", "-": "out", f: "fit", 0: "fit", r: "ring", 1: "same" });
+    return Object.fromEntries(Object.entries(names).map(([key, name]) => [key, () => this.buttons[name].click()]));
+  }
+
+  // On a button, Enter and Space press it; they must not reach the page's own hotkeys.
+  keyOnButton(event) {
+    if (["Enter", " "].includes(event.key)) event.stopPropagation();
+  }
+
+  // A new picture; the overlay that belongs to it is drawn with it, once it is decoded.
+  async takePicture(picture) {
+    const bytes = Uint8Array.from(atob(picture.data), (letter) => letter.charCodeAt(0));
+    const blob = new Blob([bytes], { type: picture.type });
+    const bitmap = await createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
+    if (this.newest !== undefined && picture.serial < this.newest.serial) return; // decoded late
+    [this.newest, this.bitmap, this.grey] = [picture, bitmap, null];
+    this.viewport.setPicture(picture.width, picture.height);
+    if (this.waiting?.picture === picture.serial) this.take(this.waiting);
+  }
+
+  take(overlay) {
+    this.waiting = overlay;
+    if (overlay.picture !== this.newest?.serial) return;
+    this.overlay = overlay;
+    this.paint();
+    this.draw();
+    this.dataset.frame = overlay.frame;
+    this.dataset.drawn = overlay.serial; // of the picture and overlay that are to be seen now
+  }
+
+  show(kind) {
+    this.shown = kind;
+    for (const name of Object.keys(KINDS)) this.buttons[name].setAttribute("aria-pressed", String(name === kind));
+    this.paint();
+    this.draw();
+  }
+
+  // Above the picture: its name; beside it, under Threshold, what the colours mean.
+  label() {
+    const { groups, small, name } = this.overlay;
+    const lights = groups.filter((group) => group.onRing).length;
+    const parts = [["light", `○ ${lights} on the ring`], ["dropped", `✕ ${groups.length - lights} thrown out`]];
+    if (small !== null) parts.push(["small", `${small[0]} below ${small[1]} px`]);
+    const colours = parts.map(([kind, text]) => make("span", { class: kind }, text));
+    this.frameLabel.replaceChildren(name, ...(this.shown === "thresholded" ? colours : []));
+  }
+
+  toggleContrast() {
+    this.isStretched = !this.isStretched;
+    this.buttons.contrast.setAttribute("aria-pressed", String(this.isStretched));
+    this.paint();
+  }
+
+  toggleTool(tool) {
+    this.tools.take(this.tools.tool === tool ? null : tool);
+    this.stage.focus();
+  }
+
+  onTool(tool) {
+    for (const name of ["mask", "ruler"]) this.buttons[name].setAttribute("aria-pressed", String(name === tool));
+    this.stage.dataset.tool = tool ?? "";
+    this.drawDraft();
+  }
+
+  zoom(factor) {
+    this.viewport.zoom(factor);
+    this.draw();
+  }
+
+  fit() {
+    this.viewport.fit();
+    this.draw();
+  }
+
+  zoomToRing() {
+    const lights = this.overlay?.groups.filter((group) => group.onRing).map((group) => group.at) ?? [];
+    const points = [...lights, ...(this.overlay?.outline ?? [])];
+    if (points.length === 0) return;
+    const [xs, ys] = [0, 1].map((part) => points.map((point) => point[part]));
+    this.viewport.show([Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)], RING_MARGIN);
+    this.draw();
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.stage;
+    if (clientWidth === 0) return; // its tab is closed
+    this.viewport.setStage(clientWidth, clientHeight);
+    this.draw();
+  }
+
+  // The grey of each pixel, read once a picture and only where it is needed.
+  greys() {
+    if (this.grey === null) {
+      const whole = make("canvas", { width: this.bitmap.width, height: this.bitmap.height });
+      whole.getContext("2d", { willReadFrequently: true }).drawImage(this.bitmap, 0, 0);
+      this.grey = greyOf(whole);
+    }
+    return this.grey;
+  }
+
+  // Paint the picture's pixels, unless they are there already.
+  paint() {
+    if (this.overlay === null) return;
+    const { canvas, bitmap, overlay } = this;
+    const isThresholded = this.shown === "thresholded";
+    const now = `${this.newest.serial} ${isThresholded ? overlay.serial : ""} ${this.isStretched}`;
+    if (now === this.painted) return;
+    this.painted = now;
+    [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
+    if (isThresholded) {
+      const style = getComputedStyle(this);
+      const colour = (name) => style.getPropertyValue(`--${name}`).trim();
+      const colours = { small: colour("small"), light: colour("light"), dropped: colour("dropped") };
+      paintKept(canvas, keptPixels(this.greys(), bitmap.width, overlay), overlay, colours);
+      return;
+    }
+    canvas.getContext("2d").drawImage(bitmap, 0, 0);
+    if (this.isStretched) stretch(canvas, this.greys());
+  }
+
+  // Lay the picture where the viewport has it, and draw the overlay there.
+  draw() {
+    if (this.overlay === null) return;
+    const { viewport, canvas } = this;
+    const scale = (viewport.scale * viewport.width) / canvas.width; // a very large picture is sent smaller
+    canvas.style.transform = `translate(${viewport.left}px, ${viewport.top}px) scale(${scale})`;
+    canvas.style.imageRendering = scale >= SHARP_FROM ? "pixelated" : "auto";
+    drawOverlay(this.svg, this.overlay, viewport, this.shown);
+    this.label();
+    this.drawDraft();
+  }
+
+  drawDraft() {
+    this.drafts.replaceChildren(...this.tools.draft(this.overlay));
+  }
+
+  // Tell place and grey of the pixel at a point; null where the pointer left.
+  tell(point) {
+    if (point === null || this.overlay === null) {
+      this.readout.textContent = "";
+      return;
+    }
+    const [x, y] = point.map(Math.round);
+    const { width, height } = this.viewport;
+    if (x < 0 || y < 0 || x >= width || y >= height) {
+      this.readout.textContent = "";
+      return;
+    }
+    const step = width / this.bitmap.width;
+    const grey = this.greys()[Math.floor(y / step) * this.bitmap.width + Math.floor(x / step)];
+    this.readout.textContent = `x ${x}, y ${y}: ${this.newest.isExact ? "" : "about "}grey ${grey}`;
+  }
+}
+
+customElements.define("dockpose-picture", Picture);

@@ -1,0 +1,134 @@
+import base64
+import json
+import re
+from dataclasses import replace
+from html import unescape
+
+import cv2
+import numpy as np
+import pytest
+from dockpose.app.drawing import overlay
+from dockpose.app.drawing.thresholded import kept_pixels
+from dockpose.app.errors import UserError
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.detection import with_mask, with_method
+from dockpose.app.state.parameters import put
+from dockpose.app.state.view import open_source
+from dockpose.app.web.panels.view import _WISHES, data_html, fulfilled, overlay_numbers, picture_data, runs
+from msgspec import DecodeError
+
+
+@pytest.fixture(scope="module")
+def analysis():
+    return analyse(open_source("sample_images/tilted.png", None, None))
+
+
+def decoded(data):
+    return cv2.imdecode(np.frombuffer(base64.b64decode(data["data"]), np.uint8), cv2.IMREAD_UNCHANGED)
+
+
+def test_overlay_has_what_was_found(analysis):
+    found, numbers = analysis.estimate, overlay_numbers(analysis)
+    lights = [group for group in numbers["groups"] if group["onRing"]]
+    assert sorted(int(group["label"]) for group in lights) == list(range(1, 11))
+    np.testing.assert_allclose([group["at"] for group in numbers["groups"]], found.markers.points_px, atol=0.006)
+    assert [(pose["name"], pose["chosen"]) for pose in numbers["poses"]] == [("A", True), ("B", False)]
+    np.testing.assert_allclose(numbers["centre"], overlay.centres(found)[1], atol=0.006)
+    assert numbers["level"] == found.threshold.level
+    assert numbers["kept"] is None
+    assert len(data_html("overlay", numbers)) < 16_000
+
+
+def test_outline_of_the_chosen_dock_runs_through_its_lights(analysis):
+    numbers = overlay_numbers(analysis)
+    outline = np.array(numbers["poses"][0]["outline"])
+    for group in numbers["groups"]:
+        # The outline has 120 points, so that none is nearer than half a step from some light.
+        assert np.linalg.norm(outline - group["at"], axis=1).min() < 3.5
+
+
+def test_length_at_the_dock_is_that_of_its_diameter(analysis):
+    """Seen squarely a dock of 30 cm is fx 0.30 / z pixels wide."""
+    pose = analysis.estimate.selected
+    pixels = analysis.view.camera.fx * 0.30 / pose.position_m[2]
+    assert pixels * overlay_numbers(analysis)["cmPerPx"] == pytest.approx(30, rel=0.01)
+
+
+def test_nothing_found_is_sent_as_such(analysis):
+    numbers = overlay_numbers(analyse(put(analysis.view, "min_area_px", 1000)))
+    assert numbers["poses"] == []
+    assert (numbers["outline"], numbers["centre"], numbers["cmPerPx"]) == (None, None, None)
+    json.dumps(numbers, allow_nan=False)
+
+
+def test_level_per_light_sends_the_pixels_that_are_kept(analysis):
+    found = analyse(with_method(analysis.view, "hats_local"))
+    kept = np.zeros(analysis.view.image.shape[:2], bool).ravel()
+    for first, number in overlay_numbers(found)["kept"]:
+        kept[first : first + number] = True
+    np.testing.assert_array_equal(kept, kept_pixels(analysis.view.image, found.estimate).ravel())
+
+
+def test_runs_of_consecutive_numbers():
+    assert runs(np.array([7, 3, 4, 5, 9, 8])) == [[3, 3], [7, 3]]
+    assert runs(np.array([], int)) == []
+
+
+def test_exact_picture_has_each_pixel(analysis):
+    grey = analysis.view.image
+    sent = picture_data(grey, 1, True)
+    assert (sent["isExact"], sent["type"], sent["width"], sent["height"]) == (True, "image/png", 640, 480)
+    np.testing.assert_array_equal(decoded(sent), grey)
+
+
+def test_picture_of_16_bits_is_sent_on_the_scale_of_the_levels():
+    deep = np.array([[0, 1000, 4095]], np.uint16)  # 12 bits are in use: 16 steps are a level
+    np.testing.assert_array_equal(decoded(picture_data(deep, 1, True)), [[0, 62, 255]])
+
+
+def test_quick_and_huge_pictures_say_that_they_are_not_exact(analysis):
+    quick = picture_data(analysis.view.image, 1, False)
+    assert (quick["type"], quick["isExact"]) == ("image/jpeg", False)
+    huge = picture_data(np.zeros((4000, 8000), np.uint8), 1, True)
+    assert (huge["width"], huge["height"], huge["isExact"]) == (8000, 4000, False)
+    assert decoded(huge).shape == (2000, 4000)
+
+
+def test_outside_text_is_escaped(analysis):
+    numbers = overlay_numbers(replace(analysis, view=replace(analysis.view, source="<img src=x>")))
+    html = data_html("overlay", numbers)
+    assert "<img" not in html
+    text = re.fullmatch(r"<dockpose-data[^>]*>(.*)</dockpose-data>", html)
+    assert json.loads(unescape(text[1]))["name"] == "<img src=x>"
+
+
+def test_wishes_are_carried_out(analysis):
+    level = _WISHES.decode('{"do":"level","number":1,"level":77}')
+    settings = fulfilled(analysis.view, level).settings
+    assert (settings.method, settings.level) == ("fixed", 77)
+    mask = _WISHES.decode('{"do":"mask","number":2,"x":-5,"y":10,"width":25,"height":30}')
+    assert fulfilled(analysis.view, mask).settings.masks == with_mask(analysis.view, -5, 10, 25, 30).settings.masks
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        '{"do":"level","level":77}',
+        '{"do":"level","number":1,"level":"77"}',
+        '{"do":"level","number":1,"level":1e999}',
+        '{"do":"run","number":1}',
+        '{"do":"mask","number":1,"x":0,"y":0,"width":null,"height":1}',
+        '{"do":"level","number":1,"level":77,"more":1}',
+    ],
+)
+def test_other_wishes_are_refused(text):
+    with pytest.raises(DecodeError):
+        _WISHES.decode(text)
+
+
+def test_mask_off_the_picture_and_level_out_of_range_are_refused_or_clamped(analysis):
+    with pytest.raises(UserError, match="covers nothing"):
+        fulfilled(analysis.view, _WISHES.decode('{"do":"mask","number":1,"x":900,"y":0,"width":5,"height":5}'))
+    assert fulfilled(analysis.view, _WISHES.decode('{"do":"level","number":1,"level":9999}')).settings.level == 255

@@ -24,7 +24,7 @@ def analysis():
 
 
 def decoded(data):
-    return cv2.imdecode(np.frombuffer(base64.b64decode(data["data"]), np.uint8), cv2.IMREAD_UNCHANGED)
+    return np.asarray(cv2.imdecode(np.frombuffer(base64.b64decode(data["data"]), np.uint8), cv2.IMREAD_UNCHANGED))
 
 
 def test_overlay_has_what_was_found(analysis):
@@ -33,7 +33,7 @@ def test_overlay_has_what_was_found(analysis):
     assert sorted(int(group["label"]) for group in lights) == list(range(1, 11))
     np.testing.assert_allclose([group["at"] for group in numbers["groups"]], found.markers.points_px, atol=0.006)
     assert [(pose["name"], pose["chosen"]) for pose in numbers["poses"]] == [("A", True), ("B", False)]
-    np.testing.assert_allclose(numbers["centre"], overlay.centres(found)[1], atol=0.006)
+    np.testing.assert_allclose(numbers["centre"], np.asarray(overlay.centres(found)[1]), atol=0.006)
     assert numbers["level"] == found.threshold.level
     assert numbers["kept"] is None
     assert len(data_html("overlay", numbers)) < 16_000
@@ -99,6 +99,7 @@ def test_outside_text_is_escaped(analysis):
     html = data_html("overlay", numbers)
     assert "<img" not in html
     text = re.fullmatch(r"<dockpose-data[^>]*>(.*)</dockpose-data>", html)
+    assert text is not None
     assert json.loads(unescape(text[1]))["name"] == "<img src=x>"
 
 

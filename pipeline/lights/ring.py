@@ -169,6 +169,10 @@ def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) 
         angles = _angles(sides, dock)
         for polygon in find_polygons(scene.points_px, angles, scene.even, scene.focal_px, tolerance, chosen):
             candidate = accepted(polygon, sides, scene)
+            if candidate is None and len(polygon.members) > LEAST_CROWD:
+                # One of its points may be no light of it.
+                unit = np.column_stack([np.cos(angles), np.sin(angles)])
+                candidate = accepted(without_worst(polygon, scene.points_px, unit, scene.focal_px), sides, scene)
             if candidate is not None:
                 found.append(candidate)
     return sorted(found, key=lambda candidate: candidate.log_chance)

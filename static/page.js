@@ -149,3 +149,9 @@ function drawsInSoftware() {
   return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(renderer);
 }
 if (drawsInSoftware()) fetch("/software-webgl");
+
+// The page follows the system's light or dark until somebody chooses in the Settings.
+const prefersDark = matchMedia("(prefers-color-scheme: dark)");
+const tellColours = () => fetch(prefersDark.matches ? "/prefers-dark" : "/prefers-light");
+prefersDark.addEventListener("change", tellColours);
+tellColours();

@@ -35,11 +35,12 @@ class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Remembered(msgspec.Struct, frozen=True):
     """What the next start restores; ``shows_first_card`` until the card was dismissed.
 
+    ``dark`` is None as long as the page follows the browser's system.
     The last picture is the sample scene of a name, or the uploaded picture of a name, whose pixels are kept beside.
     """
 
     settings: Settings = Settings()
-    dark: bool = False
+    dark: bool | None = None
     shows_first_card: bool = True
     tank: Tank = Tank()
     sample: str | None = None

@@ -104,9 +104,16 @@ class App:
         view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
         guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
         draws_slowly = threading.Event()
-        server = open_server(host, port, guard, draws_slowly.set)
+        running: list[App] = []
+        reports = {
+            "/software-webgl": draws_slowly.set,
+            "/prefers-dark": lambda: [app._layout.settings.follow(True) for app in running],
+            "/prefers-light": lambda: [app._layout.settings.follow(False) for app in running],
+        }
+        server = open_server(host, port, guard, reports)
         beside = None if picture is None else picture.resolve().parent
         app = cls(server, guard, view, memory, options, draws_slowly, sequence, beside)
+        running.append(app)
         try:
             app._sequence.open_given()
         except ValueError:

@@ -10,7 +10,7 @@ from dockpose.app.state.measured import MeasuredPose
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 
-SMALL = "padding: 0 0.75em 0.5em; font-size: 0.8em; line-height: 1.35"
+SMALL = "padding: 0 0.75em 0.5em; font-size: max(0.8em, 12px); line-height: 1.35"
 NUMBERS = "padding: 0.15em 0.3em; text-align: right; font-variant-numeric: tabular-nums"
 
 

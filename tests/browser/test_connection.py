@@ -72,3 +72,24 @@ def test_viewers_see_everything_and_change_nothing(browser):
     finally:
         context.close()
         running.stop()
+
+
+def test_the_page_follows_the_systems_dark_mode_until_somebody_chooses(browser):
+    running = App.build(port=0)
+    context = browser.new_context(viewport={"width": 1366, "height": 768}, color_scheme="dark")
+    scheme = "() => document.documentElement.dataset.mantineColorScheme"
+    try:
+        page = Page(context.new_page(), running)
+        page.open()
+        page.until(lambda: page.page.evaluate(scheme) == "dark")
+        page.page.emulate_media(color_scheme="light")
+        page.until(lambda: page.page.evaluate(scheme) == "light")
+        page.page.keyboard.press("d")
+        page.until(lambda: page.page.evaluate(scheme) == "dark")
+        page.page.emulate_media(color_scheme="dark")
+        page.page.emulate_media(color_scheme="light")
+        page.page.wait_for_timeout(1000)
+        assert page.page.evaluate(scheme) == "dark"
+    finally:
+        context.close()
+        running.stop()

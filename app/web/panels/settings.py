@@ -42,7 +42,9 @@ class SettingsPanel(Panel):
         self._area = gui.add_folder("Settings and help")
         with self._area:
             back = gui.add_button_group("Changes", ("Undo", "Redo"), hint="Keys: Ctrl+Z and Ctrl+Shift+Z.")
-            self._dark = gui.add_checkbox("Dark mode (D)", memory.now.dark, hint="For dark rooms; all browsers change.")
+            self._dark = gui.add_checkbox(
+                "Dark mode (D)", bool(memory.now.dark), hint="For dark rooms; all browsers change."
+            )
             save = gui.add_button(
                 "Save the settings", icon=viser.Icon.DOWNLOAD, hint="Camera, dock and how to search, as a YAML file."
             )
@@ -55,7 +57,7 @@ class SettingsPanel(Panel):
         on_click(card, self.show_first_card)
         on_person(self._dark.on_update, lambda client: self._set_dark(self._dark.value))
         self._add_commands(actions)
-        self._set_dark(memory.now.dark)
+        self._paint(bool(memory.now.dark))
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load settings, and the first card if it is still to be seen."""
@@ -105,17 +107,25 @@ class SettingsPanel(Panel):
         if card is not None:
             card.close()
 
+    def follow(self, is_dark: bool) -> None:
+        """Take the colours of a browser's system, unless somebody chose them here."""
+        if self._memory.now.dark is None:
+            self._paint(is_dark)
+
     def _set_dark(self, is_dark: bool) -> None:
+        self._memory.change(dark=bool(is_dark))
+        self._paint(is_dark)
+
+    def _paint(self, is_dark: bool) -> None:
         self._server.gui.configure_theme(dark_mode=bool(is_dark), show_logo=False, show_share_button=False)
         self._dark.value = bool(is_dark)
-        self._memory.change(dark=bool(is_dark))
 
     def _add_commands(self, actions: Actions) -> None:
         key, with_shift = "cmd/ctrl", "cmd/ctrl+shift"
         self._add_command("Undo", "The last change of a setting.", "Z", key, actions.undo)
         self._add_command("Redo", "What was undone last.", "Z", with_shift, actions.redo)
-        self._add_command("Next picture", "Of the list it is from.", "N", None, lambda client: actions.turn(1, client))
-        self._add_command("Previous picture", "Of its list.", "P", None, lambda client: actions.turn(-1, client))
+        self._add_command("Next picture", "In its list.", "N", None, lambda client: actions.turn(1, client))
+        self._add_command("Previous picture", "In its list.", "P", None, lambda client: actions.turn(-1, client))
         self._add_command("Play or pause", "The sequence that is open.", "K", None, actions.play)
         self._add_command("Dark mode", "On or off.", "D", None, lambda client: self._set_dark(not self._dark.value))
         self._add_command("Help", "What the numbers mean.", "H", None, self.show_help)

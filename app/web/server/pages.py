@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,8 +34,8 @@ class Page:
     on_request: Callable[[], None] | None = None
 
 
-def own_pages(on_software_webgl: Callable[[], None]) -> dict[str, Page]:
-    """Pages by path; ``on_software_webgl`` is called when a browser reports that it has no graphics card."""
+def own_pages(reports: Mapping[str, Callable[[], None]]) -> dict[str, Page]:
+    """Pages by path; ``reports`` are paths by which a browser tells something about itself, and what to call then."""
     html = "text/html; charset=utf-8"
     script = "application/javascript; charset=utf-8"
     front = with_ours(_viser_page())
@@ -49,8 +49,8 @@ def own_pages(on_software_webgl: Callable[[], None]) -> dict[str, Page]:
         **{f"/{name}": Page("text/css; charset=utf-8", static_path(name).read_bytes()) for name in _STYLES},
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
-        "/software-webgl": Page("text/plain; charset=utf-8", b"", on_software_webgl),
         "/help": Page(html, static_path("help.html").read_bytes()),
+        **{path: Page("text/plain; charset=utf-8", b"", report) for path, report in reports.items()},
     }
 
 

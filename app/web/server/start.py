@@ -6,7 +6,7 @@ import contextlib
 import io
 import os
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import viser
 from dockpose.app.web.server.guard import Guard, accept_values_only, guarded
@@ -20,7 +20,7 @@ class PortBusyError(OSError):
     """The port cannot be had; the text names it and says why."""
 
 
-def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[[], None]) -> viser.ViserServer:
+def open_server(host: str, port: int, guard: Guard, reports: Mapping[str, Callable[[], None]]) -> viser.ViserServer:
     """Start serving.
 
     Parameters
@@ -29,8 +29,8 @@ def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[
         Where to listen; port 0 takes any free one.
     guard : Guard
         Decides who may talk to the page.
-    on_software_webgl : callable
-        Called when a browser says that it draws the 3D scene without a graphics card.
+    reports : mapping of str to callable
+        Paths by which a browser tells something about itself, as that it has no graphics card, and what to call then.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def open_server(host: str, port: int, guard: Guard, on_software_webgl: Callable[
     """
     check_names()
     check_port_is_free(host, port)
-    with silence(), guarded(guard, own_pages(on_software_webgl)):
+    with silence(), guarded(guard, own_pages(reports)):
         server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
     try:
         if port not in (0, server.get_port()):  # taken between the check and viser's own attempt

@@ -113,6 +113,18 @@ function takeOver(method) {
   [...document.querySelectorAll("button")].find((one) => isBelow(one) && one.textContent.trim() === method)?.click();
 }
 
+// Opening the tab compares at once, unless what is shown there is of the present picture and settings.
+document.addEventListener("click", async (event) => {
+  if (event.target.closest?.("[role=tab]")?.textContent.trim() !== "Compare") return;
+  for (let waited = 0; waited < 40; waited += 1) {
+    await new Promise((next) => setTimeout(next, 100));
+    const start = [...document.querySelectorAll("button")].find((one) => one.textContent.trim() === "Compare all methods");
+    if (start === undefined) continue;
+    if (document.getElementById("methods") === null || document.getElementById("outdated") !== null) start.click();
+    return;
+  }
+});
+
 // The pictures are tiles of one image, in the order of the rows, in as many columns as keep it nearly square.
 function methodOfTile(image, event) {
   const methods = [...document.querySelectorAll("#methods [data-method]")].map((row) => row.dataset.method);

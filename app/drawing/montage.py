@@ -22,10 +22,15 @@ _WHITE, _GREY = (255, 255, 255), (200, 200, 200)
 # Bluish green and vermillion in BGR, lightened to be read on the dark strip; the words say the same.
 _RIGHT, _WRONG = (170, 215, 90), (90, 160, 245)
 
+_AROUND, _LEAST_HALF_PX = 1.6, 60.0  # of a ring's radius: what is shown around its middle
+
+Part = tuple[int, int, int, int]
 Line = tuple[str, tuple[int, int, int]]
 
 
-def montage(image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None) -> np.ndarray:
+def montage(
+    image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None, part: Part | None = None
+) -> np.ndarray:
     """Put side by side what every method found in a picture.
 
     Parameters
@@ -36,6 +41,8 @@ def montage(image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | No
         What each method found in it, by the method's name; at least one.
     truth : KnownPose or None
         The known pose, against which each pose is judged; None where there is none.
+    part : tuple of int, optional
+        Left, top, right and bottom of what is shown of the picture, see :func:`around_ring`; None shows all of it.
 
     Returns
     -------
@@ -53,7 +60,7 @@ def montage(image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | No
     columns = math.ceil(math.sqrt(len(estimates)))
     rows = math.ceil(len(estimates) / columns)
     width = (WIDTH_PX - (columns + 1) * _GAP_PX) // columns
-    tiles = [_tile(image, name, found, truth, width) for name, found in estimates.items()]
+    tiles = [_tile(image, name, found, truth, width, part) for name, found in estimates.items()]
     height = len(tiles[0])
     sheet = np.full((rows * (height + _GAP_PX) + _GAP_PX, WIDTH_PX, 3), _PAPER, dtype=np.uint8)
     for index, tile in enumerate(tiles):
@@ -81,8 +88,23 @@ def caption(name: str, found: Estimate, truth: KnownPose | None = None) -> list[
     return lines
 
 
-def _tile(image: Any, name: str, found: Estimate, truth: KnownPose | None, width: int) -> np.ndarray:
-    picture = _fitted(annotate(image, found, words=False), width)
+def around_ring(found: Estimate) -> Part | None:
+    """Return the part of a picture that shows a ring with a margin, 4 to 3; None where no ring was found."""
+    if found.ellipse is None:
+        return None
+    x, y = found.ellipse.centre_px
+    half = max(_AROUND * found.ellipse.semi_axes_px[0], _LEAST_HALF_PX)
+    left, right = max(0, round(x - half * 4 / 3)), min(found.width, round(x + half * 4 / 3))
+    top, bottom = max(0, round(y - half)), min(found.height, round(y + half))
+    return (left, top, right, bottom) if left < right and top < bottom else None
+
+
+def _tile(image: Any, name: str, found: Estimate, truth: KnownPose | None, width: int, part: Part | None) -> np.ndarray:
+    picture = annotate(image, found, words=False)
+    if part is not None:
+        left, top, right, bottom = part
+        picture = picture[top:bottom, left:right]
+    picture = _fitted(picture, width)
     strip = np.full((_LINES * _STEP_PX + _MARGIN_PX, width, 3), _STRIP, dtype=np.uint8)
     wrapped = [piece for line in caption(name, found, truth) for piece in _wrap(line, width - 2 * _MARGIN_PX)]
     for row, (text, colour) in enumerate(wrapped[:_LINES]):

@@ -109,13 +109,11 @@ def test_coloured_lights_are_also_solved_point_by_point(page):
     assert "EPnP" in page.page.locator("#peers").inner_text()
 
 
-def test_methods_are_compared_when_asked_and_one_taken_over(page):
+def test_methods_are_compared_and_one_taken_over(page):
     page.tab("Compare")
-    page.page.get_by_text("This does not run while sliders move").wait_for()
-    press(page, "Compare all methods")
     rows = page.page.locator("#methods tbody tr")
     page.until(lambda: rows.count() == len(COMPARED))
-    assert rows.first.locator("td").first.inner_text() == "HATS"
+    assert rows.first.locator("td").first.inner_text() == "HATS, in use"
     assert "cm" in rows.first.locator("td").last.inner_text()
     press(page, "Otsu")
     page.until(lambda: page.app.view.settings.method == "otsu")
@@ -160,7 +158,7 @@ def test_scene_is_seen_from_the_side_and_fitted_again(page):
     page.until(lambda: client.camera.position[0] > 0.5)
     page.page.wait_for_timeout(500)  # what the browser still says of the viewpoint before would undo the next
     side = client.camera.position.copy()
-    page.page.get_by_text("Fit", exact=True).click()
+    page.page.get_by_test_id("floating-panel").get_by_text("Fit", exact=True).click()
     page.until(lambda: abs(client.camera.position - side).max() > 0.2)
 
 
@@ -192,3 +190,21 @@ def test_every_tab_leads_to_its_part_of_the_help(page):
     for tab in ("Source", "Camera & dock", "Detect", "Pose", "Export"):
         page.tab(tab)
         page.page.locator(f"a[href='/help#{tab.split()[0].lower()}']").wait_for()
+
+
+def test_one_click_compares_the_methods_and_marks_the_one_in_use(page):
+    page.tab("Compare")
+    page.page.locator("#methods tbody tr").first.wait_for(timeout=30_000)
+    rows = page.page.locator("#methods tbody tr").all_inner_texts()
+    assert [row.startswith("HATS, in use") for row in rows].count(True) == 1
+    page.until(lambda: page.page.locator("#outdated").count() == 0)
+    page.choose("Sample scene", "tilted")
+    page.page.locator("#outdated").wait_for(state="attached")
+    assert float(page.page.locator("#methods").evaluate("one => getComputedStyle(one).opacity")) < 0.6
+    page.tab("Picture")
+
+
+def test_the_button_for_rows_is_large(page):
+    page.tab("Experiment")
+    take = page.page.get_by_role("button", name="Take this frame (T)")
+    page.until(lambda: take.bounding_box()["height"] >= 48)

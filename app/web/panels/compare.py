@@ -9,7 +9,7 @@ from html import escape
 import numpy as np
 import viser
 from dockpose import Estimate
-from dockpose.app.drawing.montage import montage
+from dockpose.app.drawing.montage import around_ring, montage
 from dockpose.app.drawing.numbers import MISSING, number, pose_cells, status_words
 from dockpose.app.export.words import short_method
 from dockpose.app.processing.analysis import Analysis
@@ -24,20 +24,25 @@ from dockpose.thresholds import LEVELS
 
 COLUMNS = ("level", "groups", "lights", "centre x, y (px)", "z (cm)", "θx (°)", "θy (°)", "time (ms)", "off by")
 _IN_A_ROW = 5
-_ASK = "Press the button to try every method on this picture. This does not run while sliders move."
+_ASK = "Every method is tried on this picture when this tab is opened, and not while sliders move."
 _TABLE_NOTE = (
     "Off by: distance and angle from the truth, or else from the measured pose. Click a row, or a picture below, to "
     "use its method."
 )
 # static/page.js presses the button of that name; with the keyboard Enter does.
 _PRESSED = 'role="button" tabindex="0" data-method="{name}" title="Use {name}"'
-_OLD = "The picture or the settings have changed since these results: press the button again."
+_OLD = "<b>Outdated:</b> the picture or the settings have changed since these results. Press the button again."
 
 
 def compare_html(found: Mapping[str, Estimate], view: View) -> str:
     """Return a row a method: what it found, how long it took, and its error where the pose is known."""
     rows = [
-        row(short_method(name), method_cells(one, view), attributes=_PRESSED.format(name=short_method(name)))
+        row(
+            f"{short_method(name)}{', in use' if name == view.settings.method else ''}",
+            method_cells(one, view),
+            bold=name == view.settings.method,
+            attributes=_PRESSED.format(name=short_method(name)),
+        )
         for name, one in found.items()
     ]
     return table("methods", COLUMNS, rows, _TABLE_NOTE)
@@ -114,12 +119,12 @@ class ComparePanel(Panel):
         """Say whether a result shown here is of an earlier view."""
         present = None if self._analysis is None else self._analysis.view
         is_old = any(view is not present for view in self._worked_on.values())
-        self._note.content = small(_OLD if is_old else "")
+        self._note.content = small(_OLD if is_old else "", 'id="outdated"' if is_old else "")
 
     def _do_compare(self, analysis: Analysis, progress: Progress) -> None:
         view = analysis.view
         found = compare_view(view, progress)
-        self._montage.image = montage(view.image, found, view.known_pose)[:, :, ::-1]
+        self._montage.image = montage(view.image, found, view.known_pose, around_ring(analysis.estimate))[:, :, ::-1]
         self._table.content = compare_html(found, view)
         for handle in (self._montage, *self._take_over):
             handle.visible = True

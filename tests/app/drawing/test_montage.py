@@ -4,7 +4,7 @@ import pytest
 from dockpose import Estimate, Settings, estimate
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.colours import MASK_COLOUR, bgr
-from dockpose.app.drawing.montage import WIDTH_PX, caption, montage
+from dockpose.app.drawing.montage import WIDTH_PX, around_ring, caption, montage
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
 
@@ -96,3 +96,19 @@ def test_a_mask_is_outlined_and_hatched():
     assert (drawn[:200] == 10).all()
     assert (drawn[200:250, :300] == 10).all()
     assert (drawn[252:275, 290:400] != 10).any()  # the word
+
+
+def test_a_part_around_the_ring_fills_the_tiles(scene):
+    image, hats, none = scene
+    left, top, right, bottom = part = around_ring(hats)
+    ring = hats.markers.points_px[hats.ring.on_ring]
+    assert (ring > [left, top]).all()
+    assert (ring < [right, bottom]).all()
+    assert around_ring(none) is None
+    sheet = montage(image, {"hats": hats}, part=part)
+    # One column of 1584 pixels; the part is as wide as 4 to 3, so that its picture is 1188 high, give or take a pixel.
+    height = round(1584 * (bottom - top) / (right - left))
+    expected = cv2.resize(
+        annotate(image, hats, words=False)[top:bottom, left:right], (1584, height), interpolation=cv2.INTER_LINEAR
+    )
+    np.testing.assert_array_equal(sheet[8 : 8 + height, 8 : 8 + 1584], expected)

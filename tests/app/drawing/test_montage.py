@@ -100,7 +100,9 @@ def test_a_mask_is_outlined_and_hatched():
 
 def test_a_part_around_the_ring_fills_the_tiles(scene):
     image, hats, none = scene
-    left, top, right, bottom = part = around_ring(hats)
+    part = around_ring(hats)
+    assert part is not None
+    left, top, right, bottom = part
     ring = hats.markers.points_px[hats.ring.on_ring]
     assert (ring > [left, top]).all()
     assert (ring < [right, bottom]).all()

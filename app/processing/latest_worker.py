@@ -15,7 +15,7 @@ class LatestWorker(Generic[Job]):
 
     Dragging a slider asks for seventy results, of which only the last matters. ``work`` is called with each job in the
     worker's own thread, ``on_error`` with whatever it raised, and ``rest_s`` after each job for the seconds that the
-    next one must wait.
+    next one must wait. A job waits until for ``quiet_s()`` seconds no newer one came.
     """
 
     def __init__(
@@ -23,10 +23,11 @@ class LatestWorker(Generic[Job]):
         work: Callable[[Job], None],
         on_error: Callable[[Exception], None],
         rest_s: Callable[[], float] = lambda: 0.0,
+        quiet_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self._work = work
         self._on_error = on_error
-        self._rest_s = rest_s
+        self._rest_s, self._quiet_s = rest_s, quiet_s
         self._rested_at_s = time.monotonic()
         self._changed = threading.Condition()
         self._waiting: list[Job] = []
@@ -39,6 +40,7 @@ class LatestWorker(Generic[Job]):
         """Work on this job next, replacing any that waits."""
         with self._changed:
             self._waiting = [job]
+            self._rested_at_s = max(self._rested_at_s, time.monotonic() + self._quiet_s())
             self._changed.notify_all()
 
     def wait_until_idle(self, timeout_s: float) -> bool:
@@ -59,8 +61,8 @@ class LatestWorker(Generic[Job]):
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._waiting or self._is_closed)
-                rest_s = max(0.0, self._rested_at_s - time.monotonic())
-                self._changed.wait_for(lambda: self._is_closed, rest_s)
+                while not self._is_closed and (rest_s := self._rested_at_s - time.monotonic()) > 0:
+                    self._changed.wait(rest_s)
                 if self._is_closed:
                     return
                 job = self._waiting.pop()

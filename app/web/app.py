@@ -72,7 +72,9 @@ class App:
             panel.load(view)
         self._current: Analysis | None = None
         self._drawing, self._scene_rests = threading.Lock(), False
-        self._scene_worker = LatestWorker(self._draw, self.fail, self._pacing.drawing_rest_s)
+        self._scene_worker = LatestWorker(
+            self._draw, self.fail, self._pacing.drawing_rest_s, self._pacing.drawing_quiet_s
+        )
         self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)

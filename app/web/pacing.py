@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 
 FRAME_EVERY_S = 0.03
+DRAWING_QUIET_S = 0.4  # a slider that moves gives a new result more often than that
 DRAWING_REST_S = 0.7  # a browser goes on drawing for 0.25 s after each change of the 3D scene
 
 
@@ -41,3 +42,7 @@ class UpdatePacing:
     def drawing_rest_s(self) -> float:
         """Seconds for which the 3D scene rests after it was drawn."""
         return DRAWING_REST_S if self._draws_slowly.is_set() else 0.0
+
+    def drawing_quiet_s(self) -> float:
+        """Seconds without a newer result after which the 3D scene is drawn."""
+        return DRAWING_QUIET_S if self._draws_slowly.is_set() else 0.0

@@ -114,3 +114,14 @@ def test_closing_does_not_wait_for_the_rest(record):
     resting.close()
     assert not resting._thread.is_alive()
     assert record.done == ["first"]
+
+
+def test_job_waits_until_no_newer_one_comes(record):
+    waiting = LatestWorker(record, record.errors.append, quiet_s=lambda: 0.3)
+    for job in range(5):
+        waiting.submit(job)
+        assert not waiting.wait_until_idle(0.1)
+    assert record.done == []
+    assert waiting.wait_until_idle(5)
+    assert record.done == [4]
+    waiting.close()

@@ -15,7 +15,7 @@ class Histogram extends HTMLElement {
     if (this.plot === undefined) this.build();
     this.resizes = new ResizeObserver(() => this.draw());
     this.resizes.observe(this.plot);
-    this.ends = [follow("histogram", (data) => this.take(data)), follow("methods", (data) => this.takeMethods(data))];
+    this.ends = [follow("histogram", (data) => this.take(data)), follow("overlay", (overlay) => this.takeLevel(overlay.level)), follow("methods", (data) => this.takeMethods(data))];
   }
 
   disconnectedCallback() {
@@ -24,7 +24,8 @@ class Histogram extends HTMLElement {
   }
 
   build() {
-    [this.data, this.methods, this.dragged, this.hovered] = [null, null, null, null];
+    [this.data, this.methods, this.dragged, this.hovered, this.found] = [null, null, null, null, LEVELS];
+    this.moving = makeSvg("g"); // the threshold, so that a step of it draws nothing else anew
     this.plot = makeSvg("svg", { class: "plot", height: HEIGHT, role: "img", "aria-label": "histogram of the picture" });
     this.grip = make("div", { class: "grip", role: "slider", tabindex: "0", "aria-label": "Threshold level", "aria-valuemin": 0, "aria-valuemax": 255 });
     this.grip.title = "Drag, or use the arrow keys: sets a fixed level";
@@ -42,8 +43,13 @@ class Histogram extends HTMLElement {
 
   take(data) {
     this.data = data;
-    if (this.grasped !== true && this.dragged !== null && data.level === this.dragged) this.dragged = null;
     this.draw();
+  }
+
+  takeLevel(level) {
+    this.found = level;
+    if (this.grasped !== true && level === this.dragged) this.dragged = null;
+    this.drawLine();
   }
 
   takeMethods(data) {
@@ -66,13 +72,13 @@ class Histogram extends HTMLElement {
   }
 
   get level() {
-    return this.dragged ?? this.data.level;
+    return this.dragged ?? this.found;
   }
 
   grasp(event) {
     if (event.button !== 0) return;
     this.grip.setPointerCapture(event.pointerId);
-    [this.grasped, this.dragged] = [true, Math.min(this.data.level, LEVELS - 1)];
+    [this.grasped, this.dragged] = [true, Math.min(this.found, LEVELS - 1)];
     this.offset = this.levelAt(event) - this.dragged;
   }
   drag(event) {
@@ -80,7 +86,7 @@ class Histogram extends HTMLElement {
   }
   letGo() {
     this.grasped = false;
-    if (this.dragged === this.data.level) this.dragged = null;
+    if (this.dragged === this.found) this.dragged = null;
   }
 
   // Choose a level: drawn at once, and told to the program, whose answer draws it again.
@@ -89,7 +95,7 @@ class Histogram extends HTMLElement {
     if (chosen === this.level) return;
     this.dragged = chosen;
     send({ do: "level", level: chosen });
-    this.draw();
+    this.drawLine();
   }
 
   key(event) {
@@ -131,7 +137,13 @@ class Histogram extends HTMLElement {
     this.decades = Math.ceil(2 * Math.log10(most) + 0.2) / 2; // in halves, so that it seldom moves
     this.groupsTop = this.data.groupsTop;
     this.pointer = makeSvg("path", { d: `M0 ${TOP}V${HEIGHT - BOTTOM}`, class: "pointer", transform: "translate(-10 0)" });
-    this.plot.replaceChildren(...this.axes(), this.bars(), this.groups(), ...this.votes(), ...this.marks(), this.pointer, ...this.line());
+    this.plot.replaceChildren(...this.axes(), this.bars(), this.groups(), ...this.votes(), ...this.marks(), this.pointer, this.moving);
+    this.drawLine();
+  }
+
+  drawLine() {
+    if (this.data === null || this.wide === undefined) return;
+    this.moving.replaceChildren(...this.line());
     this.grip.style.left = `${this.x(Math.min(this.level, LEVELS - 1) + 0.5) - GRIP_PX}px`;
     this.grip.setAttribute("aria-valuenow", this.level);
     this.tell();

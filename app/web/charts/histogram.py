@@ -37,14 +37,13 @@ class HistogramNumbers:
             self._curve = threshold
         elif self._curve is None and not is_playing:
             self._curve = thresholds_by(self._histogram, settings, ["hats"]).get("hats")
-        return histogram_numbers(threshold.level, self._histogram.counts, self._curve)
+        return histogram_numbers(self._histogram.counts, self._curve)
 
 
-def histogram_numbers(level: int, counts: np.ndarray, curve: Threshold | None) -> dict[str, Any]:
-    """Return the level, the pixels of each, and what ``curve`` says of the groups each leaves, -1 where unknown."""
+def histogram_numbers(counts: np.ndarray, curve: Threshold | None) -> dict[str, Any]:
+    """Return the pixels of each level, and what ``curve`` says of the groups that each leaves, -1 where unknown."""
     peaks = () if curve is None else curve.peaks
     return {
-        "level": level,
         "counts": counts.tolist(),
         "groups": [-1] * LEVELS if curve is None else curve.groups_at_level.tolist(),
         "groupsTop": groups_top(curve),

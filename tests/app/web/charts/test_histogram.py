@@ -23,7 +23,6 @@ def numbers_of(analysis):
 
 def test_numbers_are_those_of_the_threshold(analysis):
     threshold, numbers = analysis.estimate.threshold, numbers_of(analysis)
-    assert numbers["level"] == threshold.level
     assert numbers["counts"] == np.bincount(analysis.view.image.ravel(), minlength=256).tolist()
     assert len(numbers["counts"]) == len(numbers["groups"]) == 256
     assert numbers["groups"][threshold.level] == 10
@@ -34,8 +33,8 @@ def test_numbers_are_those_of_the_threshold(analysis):
 
 def test_threshold_that_keeps_nothing(analysis):
     threshold = replace(analysis.estimate.threshold, level=256)
-    numbers = histogram_numbers(256, threshold.histogram, threshold)
-    assert (numbers["level"], numbers["peaks"], numbers["groupsTop"]) == (256, [], 10)
+    numbers = histogram_numbers(threshold.histogram, threshold)
+    assert (numbers["peaks"], numbers["groupsTop"]) == ([], 10)
     assert "above 255" in threshold_sentence(replace(analysis.estimate, threshold=threshold))
 
 
@@ -46,7 +45,7 @@ def test_peaks_with_what_they_vote_for():
     groups = np.full(256, -1)
     groups[50:101], groups[101:185], groups[185:191], groups[191:] = 4, 3, 1, 0
     threshold = Threshold("hats", 100, 100, counts, "", groups, floor=50)
-    votes = {peak["level"]: peak["groups"] for peak in histogram_numbers(100, counts, threshold)["peaks"]}
+    votes = {peak["level"]: peak["groups"] for peak in histogram_numbers(counts, threshold)["peaks"]}
     assert votes == {190: 1, 180: 3, 100: 4}
     assert groups_top(threshold) == 10
 
@@ -56,7 +55,7 @@ def test_level_set_by_hand_keeps_the_curve(analysis):
     numbers, before = HistogramNumbers(), numbers_of(analysis)
     for level, one in zip((40, 150), by_hand, strict=True):
         now = numbers.of(one, is_playing=False) or {}
-        assert now["level"] == level
+        assert one.view.settings.level == level
         for part in ("groups", "groupsTop", "peaks"):
             assert now[part] == before[part]
     masked = analyse(with_mask(by_hand[0].view, 0, 0, 320, 480))

@@ -24,6 +24,7 @@ TOLERANCE_OF_LIGHT = 0.15
 _AS_CONVINCING = 0.6
 # What is said of groups that show no one ring.
 _SEVERAL = "Several rings can be laid through the same groups; which is the dock cannot be told."
+_UNEXPLAINED = 0.25  # other points on a ring, per light: of more it is no explanation
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
@@ -120,7 +121,7 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
             return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {_SEVERAL}")
         return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
     best = _best(found, brightness)
-    trouble = _trouble(best, found, dock, scene.points_px, tolerance)
+    trouble = _trouble(best, found, dock, scene, tolerance)
     if trouble:
         return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
@@ -228,16 +229,14 @@ def _apart_from(best: Candidate, found: list[Candidate]) -> list[Candidate]:
     return apart
 
 
-def _trouble(
-    best: Candidate, found: list[Candidate], dock: Dock, points_px: np.ndarray, tolerance: float
-) -> str | None:
+def _trouble(best: Candidate, found: list[Candidate], dock: Dock, scene: Scene, tolerance: float) -> str | None:
     """Why it is open whether the best ring is the dock; None where it is not."""
     angles = _angles(best.sides, dock)
     unit = np.column_stack([np.cos(angles), np.sin(angles)])
     within = max(tolerance, TOLERANCE_OF_RADIUS * best.polygon.semi_axes_px[1])
-    if goes_on(best.polygon, unit, points_px, within):
+    if goes_on(best.polygon, unit, scene.points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"
-    if _others_on(best, points_px, within):
+    if _others_on(best, _without_outliers(best, dock, scene), scene.points_px, within):
         return f"More lights lie on one ring than a part of {best.sides}, so that it is another one than the dock's."
     for other in found:
         if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
@@ -251,27 +250,31 @@ def _trouble(
     return None
 
 
-def _others_on(ring: Candidate, points_px: np.ndarray, within_px: float) -> bool:
+def _others_on(best: Candidate, exact: Candidate, points_px: np.ndarray, within_px: float) -> bool:
     """Whether an incomplete ring's ellipse runs through more other points than chance would put there.
 
-    Of a ring of another number, some lights may come near enough to the places of the dock's.
+    Of a ring of another number, some lights may come near enough to the places of the dock's. Lights that run together
+    lie on it too, between their places; but a ring that is right explains most of what is on it. ``exact`` is the best
+    ring without its outliers.
     """
-    members, polygon = ring.polygon.members, ring.polygon
-    if not MIN_POINTS <= len(members) < ring.sides:
+    members, polygon = exact.polygon.members, exact.polygon
+    if not MIN_POINTS <= len(members) < exact.sides:
         return False
     try:
         ellipse = fit_ellipse(points_px[members])
     except NoEllipseError:
         return False
-    others = np.delete(points_px, members, axis=0)
-    others = others[cdist(others, points_px[members]).min(axis=1) > 2 * within_px]  # else parts of its lights
+    # What is near a light is a part of it.
+    others = np.delete(points_px, best.polygon.members, axis=0)
+    others = others[cdist(others, points_px[best.polygon.members]).min(axis=1) > 2 * within_px]
+    others = np.vstack([others, points_px[np.setdiff1d(best.polygon.members, members)]])
     distances = ellipse.distances(others)
     radius = polygon.semi_axes_px[0]
     near = np.hypot(*(others - polygon.centre_px).T) < 2 * radius
     on = int((near & (distances < within_px)).sum())
     # The band along the ellipse, of the disc in which the others are counted.
     expected = float(near.sum() - on) * min(1.0, within_px / radius)
-    return on > 0 and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
+    return on > _UNEXPLAINED * len(members) and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
 
 
 def _is_same(one: Candidate, other: Candidate) -> bool:

@@ -31,7 +31,7 @@ class Picture extends HTMLElement {
 
   build() {
     [this.shown, this.isStretched] = ["annotated", false];
-    [this.overlay, this.waiting, this.bitmap, this.grey, this.painted] = [null, null, null, null, ""];
+    [this.overlay, this.waiting, this.bitmap, this.grey, this.painted] = [null, new Map(), null, null, ""];
     this.viewport = new Viewport();
     this.canvas = make("canvas", { "aria-hidden": "true" });
     this.canvas.getContext("2d", { willReadFrequently: true });
@@ -82,20 +82,34 @@ class Picture extends HTMLElement {
     if (["Enter", " "].includes(event.key)) event.stopPropagation();
   }
 
-  // A new picture; the overlay that belongs to it is drawn with it, once it is decoded.
+  // Decode the newest picture; those that come meanwhile wait, and of them only the newest is decoded.
   async takePicture(picture) {
-    const bytes = Uint8Array.from(atob(picture.data), (letter) => letter.charCodeAt(0));
-    const blob = new Blob([bytes], { type: picture.type });
-    const bitmap = await createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
-    if (this.newest !== undefined && picture.serial < this.newest.serial) return; // decoded late
+    this.next = picture;
+    if (this.isDecoding) return;
+    this.isDecoding = true;
+    while (this.next !== null) {
+      const taken = this.next;
+      this.next = null;
+      await this.decode(taken).catch((error) => console.error(error));
+    }
+    this.isDecoding = false;
+  }
+
+  // The overlay that belongs to a picture is drawn with it.
+  async decode(picture) {
+    const bitmap = new Image(); // from the text itself: a blob's bytes would wait behind all other messages
+    bitmap.src = `data:${picture.type};base64,${picture.data}`;
+    await bitmap.decode();
     [this.newest, this.bitmap, this.grey] = [picture, bitmap, null];
     this.viewport.setPicture(picture.width, picture.height);
-    if (this.waiting?.picture === picture.serial) this.take(this.waiting);
+    const overlay = this.waiting.get(picture.serial);
+    if (overlay !== undefined) this.take(overlay);
   }
 
   take(overlay) {
-    this.waiting = overlay;
+    this.waiting.set(overlay.picture, overlay); // while playing, newer ones come before a picture is decoded
     if (overlay.picture !== this.newest?.serial) return;
+    for (const serial of this.waiting.keys()) if (serial < overlay.picture) this.waiting.delete(serial);
     this.overlay = overlay;
     this.paint();
     this.draw();

@@ -50,3 +50,15 @@ def test_scene_rests_only_without_a_graphics_card_and_while_playing_altogether(c
     slow.set()
     assert (playing.rests_scene(), still.rests_scene()) == (True, False)
     assert still.drawing_rest_s() > 0.25
+
+
+def test_without_a_graphics_card_frames_come_as_slowly_as_they_are_drawn():
+    now, slowly = [0.0], threading.Event()
+    pacing = UpdatePacing(slowly, lambda: True, lambda: now[0])
+    pacing.note()
+    now[0] = 0.05
+    assert pacing.shows_next()
+    slowly.set()
+    assert not pacing.shows_next()
+    now[0] = 0.13
+    assert pacing.shows_next()

@@ -10,7 +10,10 @@ endif
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 ADDRESS := --host 127.0.0.1 --port 8080
 
-.PHONY: run test test-oldest resolve lint bench samples screenshots clean
+# The parts of the page that every change is tried on.
+CORE_OF_PAGE := $(foreach part,page view tank connection measured policy,tests/browser/test_$(part).py)
+
+.PHONY: run test test-page test-oldest resolve lint bench samples screenshots clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -18,6 +21,10 @@ run: $(VENV)/.installed
 test: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 2 --dist loadfile
 	@# One after the other: a browser without a graphics card takes all cores for itself.
+	$(BIN)/python -m pytest $(CORE_OF_PAGE)
+
+# Everything that the page does, in a real browser: about nine minutes.
+test-page: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest tests/browser
 
 # A fast part of the tests with the oldest version of each dependency, which compiles into a folder of its own.

@@ -123,6 +123,9 @@ def test_methods_are_compared_and_one_taken_over(page):
 
 def test_level_is_swept_while_the_chart_grows_and_a_sweep_can_be_stopped(page, monkeypatch):
     page.tab("Compare")
+    page.page.locator("#methods").wait_for(timeout=30_000)  # one thing is worked on at a time
+    page.until(lambda: page.page.locator("#outdated").count() == 0)
+    page.page.wait_for_timeout(1000 * THROTTLE_S)
     press(page, "Sweep the level")
     words = page.page.locator("#sweep")
     page.until(lambda: words.count() == 1 and "true centre" in words.inner_text(), 30)

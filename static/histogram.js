@@ -1,10 +1,10 @@
 // The histogram beneath the picture: pixels of each grey level, how many groups each level leaves, and the threshold,
 // which can be dragged.
 "use strict";
+import { Flat } from "./flat.js";
 import { follow, make, makeSvg, send } from "./link.js";
 
 const LEVELS = 256;
-const HEIGHT = 128;
 const [LEFT, RIGHT, TOP, BOTTOM] = [52, 34, 18, 20]; // around the plot: pixels, groups, votes, levels
 const ONE = 0.25; // of a decade: how high a single pixel stands, so that it is seen
 const LETTER_PX = 7;
@@ -15,7 +15,7 @@ class Histogram extends HTMLElement {
     if (this.plot === undefined) this.build();
     this.resizes = new ResizeObserver(() => this.draw());
     this.resizes.observe(this.plot);
-    this.ends = [follow("histogram", (data) => this.take(data)), follow("overlay", (overlay) => this.takeLevel(overlay.level)), follow("methods", (data) => this.takeMethods(data))];
+    this.ends = [follow("frame", (frame) => this.take(frame)), follow("methods", (data) => this.takeMethods(data))];
   }
 
   disconnectedCallback() {
@@ -26,13 +26,14 @@ class Histogram extends HTMLElement {
   build() {
     [this.data, this.methods, this.dragged, this.hovered, this.found] = [null, null, null, null, LEVELS];
     this.moving = makeSvg("g"); // the threshold, so that a step of it draws nothing else anew
-    this.plot = makeSvg("svg", { class: "plot", height: HEIGHT, role: "img", "aria-label": "histogram of the picture" });
+    this.plot = makeSvg("svg", { class: "plot", role: "img", "aria-label": "histogram of the picture" });
     this.grip = make("div", { class: "grip", role: "slider", tabindex: "0", "aria-label": "Threshold level", "aria-valuemin": 0, "aria-valuemax": 255 });
     this.grip.title = "Drag, or use the arrow keys: sets a fixed level";
     this.readout = make("output", { class: "readout", "aria-label": "grey level under the pointer" });
     this.button = make("button", { type: "button", "aria-pressed": "false", title: "Mark the level of every method" }, "Other methods");
     this.button.addEventListener("click", () => this.askForMethods());
-    this.append(make("div", { class: "plots" }, this.plot, this.grip), make("div", { class: "below" }, this.readout, this.button));
+    this.flat = new Flat(this.plot);
+    this.append(make("div", { class: "plots" }, this.plot, this.flat.canvas, this.grip), make("div", { class: "below" }, this.readout, this.button));
     this.grip.addEventListener("pointerdown", (event) => this.grasp(event));
     this.grip.addEventListener("pointermove", (event) => this.dragged !== null && this.drag(event));
     for (const name of ["pointerup", "pointercancel"]) this.grip.addEventListener(name, () => this.letGo());
@@ -41,15 +42,17 @@ class Histogram extends HTMLElement {
     this.addEventListener("pointerleave", () => this.hover(null));
   }
 
-  take(data) {
-    this.data = data;
-    this.draw();
-  }
-
-  takeLevel(level) {
-    this.found = level;
-    if (this.grasped !== true && level === this.dragged) this.dragged = null;
-    this.drawLine();
+  take({ overlay, histogram, isPlaying }) {
+    const isOther = isPlaying !== this.isPlaying;
+    if (isOther) this.flat.forget();
+    this.isPlaying = isPlaying;
+    this.toggleAttribute("data-playing", isPlaying);
+    this.found = overlay.level;
+    if (this.grasped !== true && this.found === this.dragged) this.dragged = null;
+    const isNew = histogram !== undefined && histogram.serial !== this.data?.serial;
+    if (isNew) this.data = histogram;
+    if (isNew || isOther) this.draw();
+    else this.drawLine();
   }
 
   takeMethods(data) {
@@ -130,20 +133,25 @@ class Histogram extends HTMLElement {
   }
 
   draw() {
-    const width = this.plot.clientWidth;
-    if (this.data === null || width === 0) return;
-    this.wide = width - LEFT - RIGHT;
+    const { clientWidth, clientHeight } = this.plot;
+    if (this.data === null || clientWidth === 0) return;
+    [this.wide, this.high] = [clientWidth - LEFT - RIGHT, clientHeight];
     const most = Math.max(...this.data.counts, 1);
     this.decades = Math.ceil(2 * Math.log10(most) + 0.2) / 2; // in halves, so that it seldom moves
     this.groupsTop = this.data.groupsTop;
-    this.pointer = makeSvg("path", { d: `M0 ${TOP}V${HEIGHT - BOTTOM}`, class: "pointer", transform: "translate(-10 0)" });
-    this.plot.replaceChildren(...this.axes(), this.bars(), this.groups(), ...this.votes(), ...this.marks(), this.pointer, this.moving);
+    this.pointer = makeSvg("path", { d: `M0 ${TOP}V${this.high - BOTTOM}`, class: "pointer", transform: "translate(-10 0)" });
+    this.parts = [...this.axes(), this.bars(), this.groups(), ...this.votes(), ...this.marks()];
+    this.plot.replaceChildren(...(this.isPlaying ? [] : [...this.parts, this.pointer, this.moving]));
     this.drawLine();
   }
 
   drawLine() {
     if (this.data === null || this.wide === undefined) return;
-    this.moving.replaceChildren(...this.line());
+    const line = this.line();
+    if (this.isPlaying) {
+      this.flat.begin(this.plot.clientWidth, this.high);
+      this.flat.paint([...this.parts, ...line]);
+    } else this.moving.replaceChildren(...line);
     this.grip.style.left = `${this.x(Math.min(this.level, LEVELS - 1) + 0.5) - GRIP_PX}px`;
     this.grip.setAttribute("aria-valuenow", this.level);
     this.tell();
@@ -152,15 +160,15 @@ class Histogram extends HTMLElement {
   // Height of a number of pixels, by decades; of a number of groups, evenly.
   y(count) {
     const share = count <= 0 ? 0 : (Math.log10(count) + ONE) / (this.decades + ONE);
-    return HEIGHT - BOTTOM - share * (HEIGHT - TOP - BOTTOM);
+    return this.high - BOTTOM - share * (this.high - TOP - BOTTOM);
   }
   yOfGroups(groups) {
-    return HEIGHT - BOTTOM - Math.min(groups / this.groupsTop, 1) * (HEIGHT - TOP - BOTTOM);
+    return this.high - BOTTOM - Math.min(groups / this.groupsTop, 1) * (this.high - TOP - BOTTOM);
   }
 
   axes() {
     const parts = [];
-    const step = Math.ceil((14 * (this.decades + ONE)) / (HEIGHT - TOP - BOTTOM)); // decades between two labels
+    const step = Math.ceil((14 * (this.decades + ONE)) / (this.high - TOP - BOTTOM)); // decades between two labels
     for (let power = 0; power <= this.decades; power += step) {
       const y = this.y(10 ** power);
       parts.push(makeSvg("path", { d: `M${LEFT} ${y}h${this.wide}`, class: "rule" }), label(String(10 ** power), LEFT - 5, y + 4, "end"));
@@ -168,13 +176,13 @@ class Histogram extends HTMLElement {
     for (const groups of [0, this.groupsTop / 2, this.groupsTop]) {
       parts.push(label(String(groups), LEFT + this.wide + 5, this.yOfGroups(groups) + 4, "start", "groups"));
     }
-    for (let level = 0; level <= 200; level += 50) parts.push(label(String(level), this.x(level + 0.5), HEIGHT - 5));
-    parts.push(label("255", this.x(255.5), HEIGHT - 5));
+    for (let level = 0; level <= 200; level += 50) parts.push(label(String(level), this.x(level + 0.5), this.high - 5));
+    parts.push(label("255", this.x(255.5), this.high - 5));
     return parts;
   }
 
   bars() {
-    const base = HEIGHT - BOTTOM;
+    const base = this.high - BOTTOM;
     const tops = this.data.counts.map((count, level) => `L${this.x(level).toFixed(1)} ${this.y(count).toFixed(1)}H${this.x(level + 1).toFixed(1)}`);
     return makeSvg("path", { d: `M${LEFT} ${base}${tops.join("")}V${base}Z`, class: "bars" });
   }
@@ -220,7 +228,7 @@ class Histogram extends HTMLElement {
       if (row < 0) row = rows.push([]) - 1;
       rows[row].push([from, to]);
       const y = TOP + 14 + 14 * row;
-      const mark = makeSvg("g", { "data-method": name, class: "method" }, makeSvg("path", { d: `M${x} ${TOP}V${HEIGHT - BOTTOM}` }));
+      const mark = makeSvg("g", { "data-method": name, class: "method" }, makeSvg("path", { d: `M${x} ${TOP}V${this.high - BOTTOM}` }));
       mark.append(label(name, isLeft ? x - 3 : x + 3, y, isLeft ? "end" : "start"), makeSvg("title", {}, `${name}: level ${level}`));
       parts.push(mark);
     }
@@ -230,7 +238,7 @@ class Histogram extends HTMLElement {
   line() {
     if (this.level >= LEVELS) return [];
     const x = this.x(this.level + 0.5);
-    return [makeSvg("path", { d: `M${x} ${TOP - 4}V${HEIGHT - BOTTOM}`, class: "threshold" }), makeSvg("path", { d: `M${x - 6} ${TOP - 4}h12l-6 8Z`, class: "handle" })];
+    return [makeSvg("path", { d: `M${x} ${TOP - 4}V${this.high - BOTTOM}`, class: "threshold" }), makeSvg("path", { d: `M${x - 6} ${TOP - 4}h12l-6 8Z`, class: "handle" })];
   }
 }
 

@@ -13,15 +13,31 @@ export function follow(name, listener) {
   return () => listeners.get(name).delete(listener);
 }
 
+export function publish(name, data) {
+  newest.set(name, data);
+  for (const listener of [...(listeners.get(name) ?? [])]) listener(data);
+}
+
 // <dockpose-data name="...">JSON</dockpose-data>: viser makes a new one with each update.
 class Data extends HTMLElement {
   connectedCallback() {
+    this.parentElement.hidden = true; // CSS that asks what is in a box would be asked again with every frame
     const text = this.textContent;
     if (text === "") return; // moved to another place of the page
     this.textContent = "";
-    const [name, data] = [this.getAttribute("name"), JSON.parse(text)];
-    newest.set(name, data);
-    for (const listener of [...(listeners.get(name) ?? [])]) listener(data);
+    publish(this.getAttribute("name"), JSON.parse(text));
+  }
+}
+
+// Hide what viser has before an element: the text box through which it talks to the program.
+export function hideBoxBefore(element) {
+  element.parentElement.previousElementSibling.hidden = true;
+}
+
+// <dockpose-name-next name="...">: gives what viser has after it a class of that name.
+class NameNext extends HTMLElement {
+  connectedCallback() {
+    requestAnimationFrame(() => this.parentElement?.nextElementSibling?.classList.add(this.getAttribute("name")));
   }
 }
 
@@ -31,14 +47,20 @@ export function sendThrough(id) {
 
 // Tell the program what the operator did. It checks every value; a number tells two equal wishes apart.
 export function send(wish) {
-  const box = document.querySelector(`label[for="${channel}"]`)?.closest(".mantine-Flex-root")?.querySelector("input");
-  if (!box) return;
+  sendTo(channel, wish);
+}
+
+// The same through another box; says whether there was one.
+export function sendTo(id, wish) {
+  const box = document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input");
+  if (!box) return false;
   const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set; // React keeps its own
   set.call(box, JSON.stringify({ ...wish, number: Math.round(performance.timeOrigin + 1000 * performance.now()) }));
   box.dispatchEvent(new Event("input", { bubbles: true }));
+  return true;
 }
 
-// Make an element with attributes and children; in SVG where `space` says so.
+// Make an element with attributes and children; makeSvg makes one of SVG.
 const SVG = "http://www.w3.org/2000/svg";
 export function make(tag, attributes = {}, ...children) {
   return filled(document.createElement(tag), attributes, children);
@@ -53,3 +75,4 @@ function filled(element, attributes, children) {
 }
 
 customElements.define("dockpose-data", Data);
+customElements.define("dockpose-name-next", NameNext);

@@ -4,8 +4,8 @@ import { makeSvg } from "./link.js";
 
 const LEAST_RADIUS_PX = 8;
 
-// Draw the overlay anew. `shown` is "annotated", "thresholded" or "original".
-export function drawOverlay(svg, overlay, viewport, shown) {
+// The elements of the overlay. `shown` is "annotated", "thresholded" or "original".
+export function overlayParts(overlay, viewport, shown) {
   const parts = [];
   if (shown !== "original") {
     overlay.masks.forEach((mask, index) => parts.push(drawMask(mask, index, viewport)));
@@ -16,7 +16,7 @@ export function drawOverlay(svg, overlay, viewport, shown) {
       parts.push(...drawCentres(overlay, viewport), ...drawScale(overlay, viewport));
     }
   }
-  svg.replaceChildren(...parts);
+  return parts;
 }
 
 // The path through points of the picture.

@@ -23,11 +23,11 @@ function openTab(tab) {
 // The upload button for a file; what is in a closed tab is not on the page at all, so its tab is opened first.
 async function buttonFor(file) {
   const isVideo = file.type.startsWith("video/") || /\.(mp4|m4v|mov|avi|mkv|webm|mpe?g|ts|wmv|mjpe?g)$/i.test(file.name);
-  const [selector, tab] = isVideo ? [VIDEO_BUTTON, "Sequence"] : [BUTTON, "Source"];
+  const selector = isVideo ? VIDEO_BUTTON : BUTTON;
   for (let waited = 0; waited < 40; waited += 1) {
     const input = document.querySelector(selector);
     if (input !== null) return input;
-    if (waited === 0) openTab([...document.querySelectorAll("[role=tab]")].find((one) => one.textContent.trim() === tab));
+    if (waited === 0) openTab([...document.querySelectorAll("[role=tab]")].find((one) => one.textContent.trim() === "Pictures"));
     await new Promise((next) => setTimeout(next, 50));
   }
   return null;
@@ -105,52 +105,6 @@ document.addEventListener("keydown", (event) => {
   const take = new KeyboardEvent("keydown", { key: "t", code: "KeyT", bubbles: true });
   if (!event.repeat) setTimeout(() => document.body.dispatchEvent(take), SENT_MS);
 }, true);
-
-// The comparison of methods: a click on a row, Enter there, or a click on a picture presses the method's button.
-function takeOver(method) {
-  const table = document.getElementById("methods");
-  const isBelow = (one) => table.compareDocumentPosition(one) & Node.DOCUMENT_POSITION_FOLLOWING;
-  [...document.querySelectorAll("button")].find((one) => isBelow(one) && one.textContent.trim() === method)?.click();
-}
-
-// Opening the tab compares at once, unless what is shown there is of the present picture and settings.
-document.addEventListener("click", async (event) => {
-  if (event.target.closest?.("[role=tab]")?.textContent.trim() !== "Compare") return;
-  for (let waited = 0; waited < 40; waited += 1) {
-    await new Promise((next) => setTimeout(next, 100));
-    const start = [...document.querySelectorAll("button")].find((one) => one.textContent.trim() === "Compare all methods");
-    if (start === undefined) continue;
-    if (document.getElementById("methods") === null || document.getElementById("outdated") !== null) start.click();
-    return;
-  }
-});
-
-// The pictures are tiles of one image, in the order of the rows, in as many columns as keep it nearly square.
-function methodOfTile(image, event) {
-  const methods = [...document.querySelectorAll("#methods [data-method]")].map((row) => row.dataset.method);
-  const columns = Math.ceil(Math.sqrt(methods.length));
-  const rows = Math.ceil(methods.length / columns);
-  const place = image.getBoundingClientRect();
-  const column = Math.floor((columns * (event.clientX - place.left)) / place.width);
-  const row = Math.floor((rows * (event.clientY - place.top)) / place.height);
-  return methods[row * columns + column];
-}
-
-document.addEventListener("click", (event) => {
-  const table = document.getElementById("methods");
-  if (table === null) return;
-  const row = event.target.closest?.("#methods [data-method]");
-  if (row) takeOver(row.dataset.method);
-  const isTile = event.target.matches?.("img") && !event.target.closest("[role=dialog]")
-    && table.compareDocumentPosition(event.target) & Node.DOCUMENT_POSITION_FOLLOWING;
-  if (isTile) takeOver(methodOfTile(event.target, event));
-});
-document.addEventListener("keydown", (event) => {
-  const row = event.target.closest?.("#methods [data-method]");
-  if (!row || !["Enter", " "].includes(event.key)) return;
-  event.preventDefault();
-  takeOver(row.dataset.method);
-});
 
 // Without a graphics card every drawing of the 3D scene holds the pictures back, so dockpose is told to draw it less often.
 function drawsInSoftware() {

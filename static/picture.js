@@ -1,7 +1,9 @@
 // The picture on the page: as it was sent, with what was found drawn over it. To zoom, pan, mask and measure.
 "use strict";
-import { follow, make, makeSvg, sendThrough } from "./link.js";
-import { drawOverlay } from "./overlay.js";
+import { Flat } from "./flat.js";
+import "./frame.js";
+import { follow, hideBoxBefore, make, makeSvg, sendThrough } from "./link.js";
+import { overlayParts } from "./overlay.js";
 import { greyOf, keptPixels, paintKept, stretch } from "./pixels.js";
 import { Tools } from "./tools.js";
 import { Viewport } from "./viewport.js";
@@ -9,6 +11,7 @@ import { Viewport } from "./viewport.js";
 const ZOOM = 1.5;
 const RING_MARGIN = 0.2; // of its size, at each side
 const SHARP_FROM = 2; // screen pixels in a pixel of the picture, from which each is a sharp square
+const QUICK_MS = 250; // frames that come sooner after each other than that are painted in the quick way
 const KINDS = {
   annotated: ["Annotated", "The picture with all that was found in it. Key: A"],
   thresholded: ["Threshold", "The pixels that the threshold keeps. Key: S"],
@@ -19,27 +22,29 @@ class Picture extends HTMLElement {
   connectedCallback() {
     if (this.stage === undefined) this.build();
     sendThrough(this.getAttribute("channel"));
+    hideBoxBefore(this);
     this.resizes = new ResizeObserver(() => this.resize());
     this.resizes.observe(this.stage);
-    this.ends = [follow("picture", (picture) => this.takePicture(picture)), follow("overlay", (overlay) => this.take(overlay))];
+    this.end = follow("frame", (frame) => this.take(frame));
   }
 
   disconnectedCallback() {
     this.resizes.disconnect();
-    for (const end of this.ends) end();
+    this.end();
   }
 
   build() {
     [this.shown, this.isStretched] = ["annotated", false];
-    [this.overlay, this.waiting, this.bitmap, this.grey, this.painted] = [null, new Map(), null, null, ""];
+    [this.overlay, this.picture, this.grey, this.painted] = [null, null, null, ""];
     this.viewport = new Viewport();
     this.canvas = make("canvas", { "aria-hidden": "true" });
     this.canvas.getContext("2d", { willReadFrequently: true });
     this.svg = makeSvg("svg", { class: "found", role: "img", "aria-label": "what was found in the picture" });
     this.drafts = makeSvg("svg", { class: "draft", "aria-hidden": "true" });
+    this.flat = new Flat(this.svg);
     this.readout = make("output", { class: "readout", "aria-label": "pixel under the pointer" });
     this.frameLabel = make("span", { class: "frame" });
-    this.stage = make("div", { class: "stage", tabindex: "0", role: "application" }, this.canvas, this.svg, this.drafts, this.frameLabel, this.readout);
+    this.stage = make("div", { class: "stage", tabindex: "0", role: "application" }, this.canvas, this.flat.canvas, this.svg, this.drafts, this.frameLabel, this.readout);
     this.stage.setAttribute("aria-label", "Picture. Arrows: pan. Plus, minus: zoom. F: fit. R: ring. 1: one to one.");
     const show = (kind) => () => this.show(kind);
     this.buttons = {};
@@ -82,39 +87,36 @@ class Picture extends HTMLElement {
     if (["Enter", " "].includes(event.key)) event.stopPropagation();
   }
 
-  // Decode the newest picture; those that come meanwhile wait, and of them only the newest is decoded.
-  async takePicture(picture) {
-    this.next = picture;
-    if (this.isDecoding) return;
-    this.isDecoding = true;
-    while (this.next !== null) {
-      const taken = this.next;
-      this.next = null;
-      await this.decode(taken).catch((error) => console.error(error));
+  take({ picture, overlay, serial, isPlaying }) {
+    clearTimeout(this.settling);
+    const now = performance.now();
+    const isQuick = isPlaying || now - this.takenAt < QUICK_MS;
+    this.takenAt = now;
+    this.setQuick(isQuick);
+    if (isQuick && !isPlaying) this.settling = setTimeout(() => this.settle(), QUICK_MS);
+    if (picture !== this.picture) {
+      [this.picture, this.grey] = [picture, null];
+      this.viewport.setPicture(picture.width, picture.height);
     }
-    this.isDecoding = false;
-  }
-
-  // The overlay that belongs to a picture is drawn with it.
-  async decode(picture) {
-    const bitmap = new Image(); // from the text itself: a blob's bytes would wait behind all other messages
-    bitmap.src = `data:${picture.type};base64,${picture.data}`;
-    await bitmap.decode();
-    [this.newest, this.bitmap, this.grey] = [picture, bitmap, null];
-    this.viewport.setPicture(picture.width, picture.height);
-    const overlay = this.waiting.get(picture.serial);
-    if (overlay !== undefined) this.take(overlay);
-  }
-
-  take(overlay) {
-    this.waiting.set(overlay.picture, overlay); // while playing, newer ones come before a picture is decoded
-    if (overlay.picture !== this.newest?.serial) return;
-    for (const serial of this.waiting.keys()) if (serial < overlay.picture) this.waiting.delete(serial);
-    this.overlay = overlay;
+    [this.overlay, this.serial] = [overlay, serial];
     this.paint();
     this.draw();
     this.dataset.frame = overlay.frame;
-    this.dataset.drawn = overlay.serial; // of the picture and overlay that are to be seen now
+    this.dataset.drawn = serial; // of the picture and overlay that are to be seen now
+  }
+
+  // While frames follow each other, as when a slider moves, all is painted onto one canvas.
+  setQuick(isQuick) {
+    if (isQuick === this.isQuick) return;
+    this.isQuick = isQuick;
+    this.flat.forget();
+    this.stage.toggleAttribute("data-flat", isQuick);
+  }
+
+  settle() {
+    this.setQuick(false);
+    this.paint();
+    this.draw();
   }
 
   show(kind) {
@@ -180,19 +182,26 @@ class Picture extends HTMLElement {
   // The grey of each pixel, read once a picture and only where it is needed.
   greys() {
     if (this.grey === null) {
-      const whole = make("canvas", { width: this.bitmap.width, height: this.bitmap.height });
-      whole.getContext("2d", { willReadFrequently: true }).drawImage(this.bitmap, 0, 0);
+      const { bitmap } = this.picture;
+      const whole = make("canvas", { width: bitmap.width, height: bitmap.height });
+      whole.getContext("2d", { willReadFrequently: true }).drawImage(bitmap, 0, 0);
       this.grey = greyOf(whole);
     }
     return this.grey;
   }
 
+  // Whether the canvas would hold the picture as it came.
+  get isCopied() {
+    return this.shown !== "thresholded" && !this.isStretched;
+  }
+
   // Paint the picture's pixels, unless they are there already.
   paint() {
     if (this.overlay === null) return;
-    const { canvas, bitmap, overlay } = this;
+    const { canvas, overlay, picture } = this;
+    const { bitmap } = picture;
     const isThresholded = this.shown === "thresholded";
-    const now = `${this.newest.serial} ${isThresholded ? overlay.serial : ""} ${this.isStretched}`;
+    const now = `${picture.serial} ${isThresholded ? this.serial : ""} ${this.isStretched} ${this.isQuick}`;
     if (now === this.painted) return;
     this.painted = now;
     [canvas.width, canvas.height] = [bitmap.width, bitmap.height];
@@ -203,7 +212,7 @@ class Picture extends HTMLElement {
       paintKept(canvas, keptPixels(this.greys(), bitmap.width, overlay), overlay, colours);
       return;
     }
-    canvas.getContext("2d").drawImage(bitmap, 0, 0);
+    if (!this.isCopied || !this.isQuick) canvas.getContext("2d").drawImage(bitmap, 0, 0);
     if (this.isStretched) stretch(canvas, this.greys());
   }
 
@@ -214,7 +223,15 @@ class Picture extends HTMLElement {
     const scale = (viewport.scale * viewport.width) / canvas.width; // a very large picture is sent smaller
     canvas.style.transform = `translate(${viewport.left}px, ${viewport.top}px) scale(${scale})`;
     canvas.style.imageRendering = scale >= SHARP_FROM ? "pixelated" : "auto";
-    drawOverlay(this.svg, this.overlay, viewport, this.shown);
+    const parts = overlayParts(this.overlay, viewport, this.shown);
+    if (this.isQuick) {
+      this.flat.begin(viewport.wide, viewport.high);
+      this.flat.context.imageSmoothingEnabled = scale < SHARP_FROM;
+      const place = [viewport.left, viewport.top, canvas.width * scale, canvas.height * scale];
+      this.flat.context.drawImage(this.isCopied ? this.picture.bitmap : canvas, ...place);
+      this.flat.paint(parts);
+    }
+    this.svg.replaceChildren(...(this.isQuick ? [] : parts));
     this.label();
     this.drawDraft();
   }
@@ -235,9 +252,10 @@ class Picture extends HTMLElement {
       this.readout.textContent = "";
       return;
     }
-    const step = width / this.bitmap.width;
-    const grey = this.greys()[Math.floor(y / step) * this.bitmap.width + Math.floor(x / step)];
-    this.readout.textContent = `x ${x}, y ${y}: ${this.newest.isExact ? "" : "about "}grey ${grey}`;
+    const { bitmap, isExact } = this.picture;
+    const step = width / bitmap.width;
+    const grey = this.greys()[Math.floor(y / step) * bitmap.width + Math.floor(x / step)];
+    this.readout.textContent = `x ${x}, y ${y}: ${isExact ? "" : "about "}grey ${grey}`;
   }
 }
 

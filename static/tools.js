@@ -5,6 +5,7 @@ import { makeSvg, send } from "./link.js";
 const LEAST_MASK_PX = 2;
 const CLICK_PX = 4; // a press that moves less is a click: the ruler's first end, not the whole line
 const PAN_PX = 40;
+const ROUNDING = 1e-6;
 
 // Works on `view`, the picture's element; `tool` is null (pan), "mask" or "ruler".
 export class Tools {
@@ -14,11 +15,12 @@ export class Tools {
     this.pressed = null; // where on the stage the pointer went down
     [this.start, this.end, this.phase] = [null, null, null]; // of a mask or the ruler, in pixels of the picture
     this.cursor = null; // what the arrow keys move while a tool is in hand
+    this.fingers = new Map(); // places on the stage by pointer
     const { stage } = view;
     stage.addEventListener("pointerdown", (event) => this.press(event));
     stage.addEventListener("pointermove", (event) => this.move(event));
     stage.addEventListener("pointerup", (event) => this.release(event));
-    stage.addEventListener("pointercancel", () => this.take(this.tool));
+    stage.addEventListener("pointercancel", (event) => this.cancel(event));
     stage.addEventListener("pointerleave", () => view.tell(null));
     stage.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     stage.addEventListener("keydown", (event) => this.key(event));
@@ -39,6 +41,11 @@ export class Tools {
   press(event) {
     if (event.button !== 0) return;
     this.view.stage.setPointerCapture(event.pointerId);
+    this.fingers.set(event.pointerId, this.place(event));
+    if (this.fingers.size > 1) {
+      this.take(this.tool); // what the first finger began was meant for two
+      return;
+    }
     [this.pressed, this.cursor] = [this.place(event), null];
     if (this.tool === null) return;
     if (this.phase !== "clicked") this.start = this.view.viewport.toPicture(this.pressed);
@@ -48,6 +55,10 @@ export class Tools {
 
   move(event) {
     const place = this.place(event);
+    if (this.fingers.size > 1) {
+      this.pinch(event.pointerId, place);
+      return;
+    }
     const point = this.view.viewport.toPicture(place);
     if (this.tool === null && this.pressed !== null) {
       this.view.viewport.pan(place[0] - this.pressed[0], place[1] - this.pressed[1]);
@@ -60,7 +71,27 @@ export class Tools {
     this.view.tell(point);
   }
 
+  // Two fingers zoom by how far they go apart, about the middle between them, and pan by where that goes.
+  pinch(id, place) {
+    const before = this.fingers.get(id);
+    const [other] = [...this.fingers].filter(([one]) => one !== id).map(([, at]) => at);
+    if (before === undefined) return;
+    this.fingers.set(id, place);
+    const apart = ([x, y]) => Math.max(Math.hypot(x - other[0], y - other[1]), 1);
+    const middle = ([x, y]) => [(x + other[0]) / 2, (y + other[1]) / 2];
+    const [from, to] = [middle(before), middle(place)];
+    this.view.viewport.pan(to[0] - from[0], to[1] - from[1]);
+    this.view.viewport.zoom(apart(place) / apart(before), to);
+    this.view.draw();
+  }
+
+  cancel(event) {
+    this.fingers.delete(event.pointerId);
+    this.take(this.tool);
+  }
+
   release(event) {
+    this.fingers.delete(event.pointerId);
     if (this.pressed === null) return;
     const [x, y] = this.place(event);
     const isClick = Math.hypot(x - this.pressed[0], y - this.pressed[1]) < CLICK_PX;
@@ -105,7 +136,8 @@ export class Tools {
 
   moveCursor([dx, dy]) {
     const { viewport } = this.view;
-    const [x, y] = this.cursor ?? viewport.toPicture([viewport.wide / 2, viewport.high / 2]).map(Math.round);
+    const middle = viewport.toPicture([viewport.wide / 2, viewport.high / 2]);
+    const [x, y] = this.cursor ?? middle.map((one) => Math.round(one + ROUNDING)); // half a pixel, but for the arithmetic
     const clip = (one, size) => Math.min(Math.max(one, 0), size - 1);
     this.cursor = [clip(x + dx, viewport.width), clip(y + dy, viewport.height)];
     if (this.phase === "clicked") this.end = this.cursor;

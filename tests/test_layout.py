@@ -1,6 +1,7 @@
 """That the code stays laid out as the folders' docstrings say: imports point one way, and nothing grows too large."""
 
 import ast
+import re
 import tomllib
 
 import pytest
@@ -10,7 +11,7 @@ from tests.support.layout import HOUSES, ROOT
 
 MOST_ENTRIES = 14
 MOST_LINES = 340
-MOST_LINES_OF_APP = 13_600
+MOST_LINES_OF_APP = 13_800
 
 # Imports against the order that are still to be cut.
 STILL_WRONG: set[tuple[str, str]] = set()
@@ -111,3 +112,10 @@ def test_all_packages_are_installed():
     folders_of_data = {"dockpose.app.static", "dockpose.app.sample_images"}
     assert set(tool["packages"]) - folders_of_data == set(layout.packages())
     assert folders_of_data <= set(tool["packages"])
+
+
+def test_files_that_the_readme_names_are_there():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    named = re.findall(r"(?:pipeline|app|static|tests)/[\w./-]*", text)
+    assert len(named) > 10
+    assert [name for name in named if not (ROOT / name).exists()] == []

@@ -88,12 +88,15 @@ def caption(name: str, found: Estimate, truth: KnownPose | None = None) -> list[
     return lines
 
 
-def around_ring(found: Estimate) -> Part | None:
-    """Return the part of a picture that shows a ring with a margin, 4 to 3; None where no ring was found."""
+def around_ring(found: Estimate, around: float = _AROUND) -> Part | None:
+    """Return the part of a picture that shows a ring with a margin, 4 to 3; None where no ring was found.
+
+    Its height is ``around`` times the ring's longest diameter.
+    """
     if found.ellipse is None:
         return None
     x, y = found.ellipse.centre_px
-    half = max(_AROUND * found.ellipse.semi_axes_px[0], _LEAST_HALF_PX)
+    half = max(around * found.ellipse.semi_axes_px[0], _LEAST_HALF_PX)
     left, right = max(0, round(x - half * 4 / 3)), min(found.width, round(x + half * 4 / 3))
     top, bottom = max(0, round(y - half)), min(found.height, round(y + half))
     return (left, top, right, bottom) if left < right and top < bottom else None

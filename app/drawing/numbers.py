@@ -9,6 +9,11 @@ from dockpose.pose.known import KnownPose
 from dockpose.thresholds import LEVELS, Threshold
 
 MISSING = "–"
+_STATUS_WORDS = {
+    "too_few_markers": "too few lights",
+    "no_ellipse": "no ellipse fits the lights",
+    "not_a_ring": "the lights form no ring",
+}
 QUANTITIES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
 
 
@@ -61,7 +66,7 @@ def level_words(threshold: Threshold | None) -> str:
 
 def status_words(status: str) -> str:
     """Return an estimate's status in words, as in "no lights"."""
-    return status.replace("_", " ")
+    return _STATUS_WORDS.get(status, status.replace("_", " "))
 
 
 def length_words(length_m: float) -> str:

@@ -21,7 +21,7 @@ from dockpose.thresholds import LEVELS, METHODS, Histogram, Threshold, histogram
 COMPARED = tuple(name for name in METHODS if name != "fixed")  # somebody chose a fixed level: it is no method
 SWEPT_LEVELS = range(1, LEVELS)
 DEFAULTS = Settings()
-CENTRES = ("mass moment of the lights", "ellipse centre", "true centre")
+CENTRES = ("mean of the lights", "centre of the ellipse", "centre by the pose")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +63,16 @@ def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
         median_ms = float(np.median([other[name].elapsed_ms for other in again]))
         found[name] = replace(found[name], elapsed_ms=median_ms)
     return {name: _by_hand(one, view) for name, one in found.items()}
+
+
+def same_comparison(one: View, other: View) -> bool:
+    """Whether two views give the same comparison: the method in use does not matter, nor does a fixed level."""
+
+    def what_matters(view: View) -> tuple[Any, ...]:
+        settings = msgspec.structs.replace(view.settings, method="hats", level=None)
+        return view.camera, view.dock, settings, view.by_hand, view.known_pose
+
+    return one.image is other.image and what_matters(one) == what_matters(other)
 
 
 def histogram_in(view: View, found: Estimate) -> Histogram:

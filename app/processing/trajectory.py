@@ -39,6 +39,12 @@ class Trajectory:
         while len(self._rows) > MOST_POINTS:
             del self._rows[next(iter(self._rows))]
 
+    def rows(self, first: int = 0, last: int | None = None) -> list[tuple[int, tuple[float, ...]]]:
+        """Return the frames from ``first`` to ``last`` that are known, in order, with the columns of each."""
+        if last is not None:
+            return [(index, self._rows[index]) for index in range(first, last + 1) if index in self._rows]
+        return [(index, self._rows[index]) for index in sorted(self._rows) if index >= first]
+
     def table(self, at_most: int) -> np.ndarray:
         """Rows (N, len(COLUMNS)) in order of time, evenly thinned to ``at_most``; NaN where unknown.
 

@@ -27,7 +27,7 @@ from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import Guard, accept_values_only
 from dockpose.app.web.server.options import DEFAULTS, Options
-from dockpose.app.web.server.start import open_server, reachable_hosts, silence
+from dockpose.app.web.server.start import icons_from_one_archive, open_server, reachable_hosts, silence
 from dockpose.app.web.server.token import token_for
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.sources import Frame
@@ -66,12 +66,13 @@ class App:
         self._newest: Analysis | None = None
         self._is_warm = False
         self._pacing = UpdatePacing(draws_slowly, lambda: self._sequence.is_playing)
-        self._layout = Layout(server, self._parts(options, beside))
+        with icons_from_one_archive():
+            self._layout = Layout(server, self._parts(options, beside))
         self._panels = self._layout.panels
         for panel in self._panels:
             panel.load(view)
         self._current: Analysis | None = None
-        self._drawing, self._scene_rests = threading.Lock(), False
+        self._drawing = threading.Lock()
         self._scene_worker = LatestWorker(
             self._draw, self.fail, self._pacing.drawing_rest_s, self._pacing.drawing_quiet_s
         )
@@ -222,6 +223,7 @@ class App:
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Set up what a new browser has to itself, and tell the others of it."""
+        self._scene.open_to(client)
         self._layout.strip.count_browsers(len(self._server.get_clients()))
         accept_values_only(client)
         uploads = self._uploads.attach(client)
@@ -277,35 +279,31 @@ class App:
         if analysis.tracked_frame is not None:
             self._show_at_once(analysis)
             return
+        analysis.prepare()  # what is sent must not wait for it
         self._shown, self._current = analysis.view, analysis
-        for panel in self._panels:
-            panel.show(analysis)
+        with self._layout.live.held:
+            self._layout.live.put(hidesScene=False)
+            for panel in self._panels:
+                panel.show(analysis)
         self._scene_worker.submit(analysis)
 
     def _show_at_once(self, analysis: Analysis) -> None:
         """Show all of a frame in one update, so that nothing on the page is ever of another frame."""
         analysis.prepare()  # what is sent must not wait for it
         self._shown, self._current = analysis.view, analysis
-        with self._server.atomic():
+        is_hidden = self._pacing.hides_scene()
+        with self._layout.live.held, self._server.atomic():
+            self._layout.live.put(hidesScene=is_hidden)
             for panel in self._panels:
                 panel.show(analysis)
-            if self._pacing.rests_scene():
-                self._rest_scene()
-            else:
+            if not is_hidden:
                 self._draw(analysis)
         self._server.flush()
-
-    def _rest_scene(self) -> None:
-        with self._drawing:
-            if not self._scene_rests:
-                self._scene_rests = True
-                self._scene.rest()
 
     def _draw(self, analysis: Analysis) -> None:
         """Draw the 3D scene of a result, unless another is shown by now."""
         with self._drawing:
             if analysis is self._current:
-                self._scene_rests = False
                 self._scene.show(analysis)
 
     def _go_back(self, refused: View, error: ValueError) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES
-from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells
+from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, pose_sigmas
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
@@ -14,22 +14,22 @@ SMALL = "padding: 0 0.75em 0.5em; font-size: max(0.8em, 12px); line-height: 1.35
 NUMBERS = "padding: 0.15em 0.3em; text-align: right; font-variant-numeric: tabular-nums"
 
 
-def table(name: str, columns: Sequence[str], rows: Sequence[str], note: str = "") -> str:
-    """Return a table with an HTML id, its head, rows as :func:`row` makes them, and a note below."""
+def table(name: str, columns: Sequence[str], rows: Sequence[str], note: str = "", foot: str = "") -> str:
+    """Return a table with an HTML id, its head, rows and a foot as :func:`row` makes them, and a note below."""
     head = "".join(f'<th style="{NUMBERS}">{column}</th>' for column in columns)
     below = f'<div style="opacity: 0.75; padding-top: 0.4em; line-height: 1.35">{note}</div>' if note else ""
     return (
         '<div style="padding: 0 0.75em 0.5em; font-size: 0.85em">'
         f'<table id="{name}" style="width: 100%; border-collapse: collapse"><thead><tr><th></th>{head}</tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table>{below}</div>"
+        f"<tbody>{''.join(rows)}</tbody><tfoot>{foot}</tfoot></table>{below}</div>"
     )
 
 
-def row(name: str, cells: Sequence[str], *, bold: bool = False, attributes: str = "") -> str:
-    """Return a row: its name at the left, then numbers. ``attributes`` are HTML of its own, as a role."""
+def row(name: str, cells: Sequence[str], *, bold: bool = False) -> str:
+    """Return a row: its name at the left, then numbers."""
     style = "border-top: 1px solid rgba(128,128,128,0.35)" + ("; font-weight: 600" if bold else "")
     columns = "".join(f'<td style="{NUMBERS}">{cell}</td>' for cell in cells)
-    return f'<tr {attributes} style="{style}"><td style="white-space: nowrap">{name}</td>{columns}</tr>'
+    return f'<tr style="{style}"><td style="white-space: nowrap">{name}</td>{columns}</tr>'
 
 
 def wide_row(text: str, columns: int) -> str:
@@ -50,6 +50,13 @@ def result_cells(pose: CirclePose | KnownPose | MeasuredPose) -> list[str]:
     if isinstance(pose, KnownPose):
         return [*pose_cells(pose), MISSING, MISSING]
     return [*pose_cells(pose), percent(pose.probability), number(pose.rms_px, 2)]
+
+
+def sigma_cells(pose: CirclePose) -> list[str]:
+    """Return one sigma of each of a pose's quantities, for the columns of :func:`result_cells`."""
+    sigmas = pose_sigmas(pose)
+    cells = ["&lt; 0.01" if sigma is not None and sigma < 0.005 else number(sigma, 2) for sigma in sigmas]
+    return [*cells, "", ""]
 
 
 def small(html: str, attributes: str = "") -> str:

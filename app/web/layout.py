@@ -13,6 +13,8 @@ from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.state.preferences import Memory
 from dockpose.app.state.tank import Tanks
 from dockpose.app.web.html import help_link
+from dockpose.app.web.jobs import Compare, GoTo, JobsPanel, Play, Speed, Take, Use, Zip
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.camera import CameraPanel
 from dockpose.app.web.panels.compare import ComparePanel
@@ -63,8 +65,8 @@ class Layout:
 
     def __init__(self, server: viser.ViserServer, parts: Parts) -> None:
         self.panels: list[Panel] = []
-        self._add_controls(server, parts)
         self._add_pictures(server, parts)
+        self._add_controls(server, parts)
 
     def close(self) -> None:
         """Stop the panels' work."""
@@ -82,45 +84,59 @@ class Layout:
                 yield
                 gui.add_html(help_link(section), order=1e9)
 
-        with tab("Source", "source"):
-            source = SourcePanel(gui, change, parts.uploads, parts.root, parts.beside)
-            simulator = SimulatorPanel(gui, change)
-        with tab("Camera & dock", "camera"):
+        with tab("Pictures", "pictures"):
+            source = SourcePanel(gui, change, parts.uploads, parts.root, parts.beside, parts.sequence.take)
+        with tab("Tank", "tank"):
             tanks = TanksPanel(gui, parts.tanks, change, parts.notify)
             camera = CameraPanel(gui, change)
         with tab("Detect", "detect"):
             detect = DetectPanel(gui, change)
-        with tab("Pose", "pose"):
-            pose = PosePanel(gui, change)
-        with tab("Sequence", "sequence"):
-            self.sequence = SequencePanel(gui, parts.sequence)
-        with tab("Experiment", "experiment"):
-            experiment = ExperimentPanel(gui, parts.sessions, parts.notify, parts.fail)
+            with gui.add_folder("Which of the two poses", expand_by_default=False):
+                pose = PosePanel(gui, change)
+                gui.add_html(help_link("pose"))
+        with tab("Simulate", "simulate"):
+            simulator = SimulatorPanel(gui, change)
+        with tab("Play", "play"):
+            self.sequence = SequencePanel(gui, self.live, parts.sequence)
+        with tab("Log", "log"):
+            self.experiment = ExperimentPanel(gui, parts.sessions, parts.notify, parts.fail)
         with tab("Export", "export"):
-            export = ExportPanel(server, parts.notify, parts.fail)
+            self.export = ExportPanel(server, parts.notify, parts.fail)
         actions = Actions(parts.undo, parts.redo, source.turn, lambda client: self.sequence.toggle())
         with tabs.add_tab("Settings"):
             self.settings = SettingsPanel(server, change, parts.memory, actions)
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels += [source, simulator, tanks, camera, detect, pose, self.sequence, self.settings]
-        self.panels += [experiment, export, viewpoint]
+        self.panels = [*self.panels, self.sequence, self.live, source, simulator, tanks, camera, detect, pose]
+        self.panels += [self.settings, self.experiment, self.export, viewpoint, self.chips, self.compare]
 
     def _add_pictures(self, server: viser.ViserServer, parts: Parts) -> None:
         gui = server.gui
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            self.strip = StripPanel(gui, parts.tanks)
-            status = StatusPanel(gui)
-            chips = ChipsPanel(gui, parts.change)
+            self.live = live = LivePage(gui, server.flush)
+            self.strip = StripPanel(gui, live, parts.tanks)
+            status = StatusPanel(gui, live)
+            self.chips = ChipsPanel(gui, parts.change)
+            JobsPanel(
+                gui,
+                {
+                    Take: lambda wish, client: self.experiment.take(client),
+                    Zip: lambda wish, client: self.export.save_all(client),
+                    Compare: lambda wish, client: self.compare.compare(),
+                    Use: lambda wish, client: self.compare.use(wish.method, client),
+                    Play: lambda wish, client: self.sequence.toggle(),
+                    GoTo: lambda wish, client: self.sequence.go_to(wish.frame),
+                    Speed: lambda wish, client: self.sequence.set_speed(wish.speed),
+                },
+            )
             shown = gui.add_tab_group()
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
-                picture = PicturePanel(gui, parts.change, server.flush, lambda: parts.sequence.is_playing)
+                picture = PicturePanel(gui, live, parts.change, lambda: parts.sequence.is_playing)
             with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
-                compare = ComparePanel(gui, parts.change, parts.fail)
-            result = ResultPanel(gui)
-        self.panels.insert(0, picture)
-        self.panels += [self.strip, status, chips, result, compare]
+                self.compare = ComparePanel(gui, parts.change, parts.fail)
+            result = ResultPanel(gui, live)
+        self.panels = [picture, self.strip, status, result]
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

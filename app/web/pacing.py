@@ -7,8 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
-# Without a graphics card a browser needs so long for all that a frame changes; what comes sooner only waits in it.
-FRAME_EVERY_S, SLOW_FRAME_EVERY_S = 0.03, 0.12
+FRAME_EVERY_S = 0.03  # a browser shows the newest of what comes sooner than it can draw
 DRAWING_QUIET_S = 0.4  # a slider that moves gives a new result more often than that
 DRAWING_REST_S = 0.7  # a browser goes on drawing for 0.25 s after each change of the 3D scene
 
@@ -30,11 +29,10 @@ class UpdatePacing:
 
     def shows_next(self) -> bool:
         """Whether to show the next frame, in all panels; otherwise it is shown nowhere."""
-        every_s = SLOW_FRAME_EVERY_S if self._draws_slowly.is_set() else FRAME_EVERY_S
-        return not self._is_playing() or self._clock() - self._shown_s >= every_s
+        return not self._is_playing() or self._clock() - self._shown_s >= FRAME_EVERY_S
 
-    def rests_scene(self) -> bool:
-        """Whether the 3D scene is left empty, since drawing it would hold up each frame by a quarter of a second."""
+    def hides_scene(self) -> bool:
+        """Whether the 3D scene is hidden, since drawing it would hold up each frame by a quarter of a second."""
         return self._is_playing() and self._draws_slowly.is_set()
 
     def note(self) -> None:

@@ -57,7 +57,7 @@ def test_two_thousand_rows_open_within_two_seconds(browser, root: Path) -> None:
     try:
         page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
         page.open()
-        page.tab("Experiment")
+        page.tab("Log")
         page.page.evaluate(_WATCH)
         times = []
         for _ in range(OPENINGS):

@@ -267,7 +267,7 @@ def test_slider_to_overlay_at_1280_x_720(browser, serve, large):
 def test_slider_to_simulated_picture_at_640_x_480(browser, serve):
     """What is rendered anew for each step; told beside the bare page, which renders nothing."""
     with opened(browser, serve()) as page:
-        page.page.get_by_text("Pose of the dock", exact=True).click()
+        page.tab("Simulate")
         page.box("Dock z (cm)").fill("140")
         page.page.wait_for_timeout(3000)
         keys = keys_ms(page, "Dock z (cm)", MOVES)
@@ -284,7 +284,7 @@ def test_playing_30_frames_a_second(browser, serve, tmp_path, width, height):
     with bare_page(browser, serve(str(width), str(height), str(RATE_HZ), str(PLAYED_FRAMES), bare=True)) as page:
         bare_hz = rate_hz(played(page))
     with opened(browser, serve(*video(tmp_path, width, height))) as page:
-        page.tab("Sequence")
+        page.tab("Play")
         frames = played(page)
     differ = int((frames[:, 1:] != frames[:, 1:2]).any(axis=1).sum())
     shown = len(np.unique(frames[:, 1]))

@@ -48,7 +48,7 @@ def video(tmp_path, pictures) -> list[str]:
 
 def test_video_is_shown_fast_enough(browser, serve, video):
     with opened(browser, serve(*video)) as page:
-        page.page.get_by_role("tab", name="Sequence", exact=True).click()
+        page.page.get_by_role("tab", name="Play", exact=True).click()
         page.page.get_by_role("button", name="Play").click()
         page.page.wait_for_timeout(1500)
         times = np.array(page.page.evaluate(_COUNT, WATCHED_S))

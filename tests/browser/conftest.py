@@ -6,6 +6,7 @@ from typing import NoReturn
 import pytest
 from dockpose.app.state.view import open_source
 from dockpose.app.web.app import App
+from dockpose.app.web.server.options import Options
 
 from tests.browser.chromium import find
 
@@ -20,7 +21,21 @@ EXPECTED_CONSOLE = (
     "Software WebGL",  # a machine without a graphics card says so
     "net::ERR_FILE_NOT_FOUND",  # a picture (blob:) that viser let go of for a newer one before it was loaded
 )
-TABS = ("Source", "Camera & dock", "Detect", "Pose", "Sequence", "Export")
+TABS = ("Pictures", "Tank", "Detect", "Simulate", "Play", "Export", "Log", "Settings")
+# Opens the folders that an element is in, the outermost first.
+_UNFOLD = """
+async (one) => {
+  const folders = [];
+  const around = (inner) => inner?.closest(".mantine-Paper-root");
+  for (let folder = around(one); folder; folder = around(folder.parentElement)) folders.unshift(folder);
+  for (const folder of folders) {
+    const content = [...folder.children].find((child) => child.contains(one));
+    const isClosed = () => content !== undefined && getComputedStyle(content).display === "none";
+    if (isClosed()) folder.firstElementChild.click();
+    for (let waited = 0; isClosed() && waited < 100; waited += 1) await new Promise((next) => setTimeout(next, 20));
+  }
+}
+"""
 THROTTLE_S = 0.1  # inputs changed within 50 ms of each other share one message, and the first would be lost
 
 
@@ -50,8 +65,14 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def app():
-    running = App.build(port=0)
+def root(tmp_path_factory):
+    """The folder of the experiments."""
+    return tmp_path_factory.mktemp("sessions")
+
+
+@pytest.fixture(scope="module")
+def app(root):
+    running = App.build(port=0, options=Options(sessions=root))
     yield running
     running.stop()
 
@@ -71,8 +92,8 @@ def page(opened):
     """The page on its first sample scene; the test fails if the console shows an error meanwhile."""
     first = open_source(None, None, None)
     opened.app.change(lambda _: first, reload=True)
-    opened.tab("Source")
     opened.tab("Picture")
+    opened.tab("Pictures")
     opened.page.locator("dockpose-picture .stage").press("Escape")  # lays a tool down
     for button in ("annotated", "fit"):
         opened.page.locator(f"dockpose-picture [data-do={button}]").click()
@@ -104,13 +125,21 @@ class Page:
         return name.locator("xpath=ancestor::div[contains(@class,'mantine-Flex-root')][1]")
 
     def reveal(self, locator):
-        """Open the tab that something is in: what is in closed tabs is not on the page at all."""
+        """Open the tab that something is in, and its folders: what is in closed tabs is not on the page at all."""
         if locator.count() and locator.first.is_visible():
             return
         for name in TABS:
             self.tab(name)
-            if locator.count() and locator.first.is_visible():
-                return
+            if locator.count():
+                locator.first.evaluate(_UNFOLD)
+                if locator.first.is_visible():
+                    return
+
+    def unfold(self, title):
+        """Open the folder of that title, and the tab that it is in."""
+        label = self.page.get_by_text(title, exact=True)
+        self.reveal(label)
+        label.evaluate(f"(one) => ({_UNFOLD})(one.nextElementSibling.firstElementChild)")
 
     def tab(self, name):
         tab = self.page.get_by_role("tab", name=name, exact=True)

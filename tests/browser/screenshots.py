@@ -34,11 +34,14 @@ def main() -> int:
             app.change(lambda _: open_source("sample_images/tilted.png", None, None), reload=True)
             page.tab("Detect")
             _shoot(page, "screenshot.png")
+            app.change(lambda _: open_source("sample_images/side_glow.png", None, None), reload=True)
+            page.until(lambda: "side_glow" in page.page.locator("#source").inner_text())
+            page.page.keyboard.press("Escape")
             page.page.get_by_role("tab", name="Compare", exact=True).click()
-            page.page.locator("#methods").wait_for(timeout=60_000)
+            page.page.locator("dockpose-compare canvas[data-drawn]").first.wait_for(timeout=60_000)
             _shoot(page, "screenshot-compare.png")
             page.page.get_by_role("tab", name="Picture", exact=True).click()
-            page.tab("Sequence")
+            page.tab("Play")
             page.choose("Sequence", "simulated approach")
             page.page.get_by_role("button", name="Play", exact=True).click()
             page.until(lambda: app.view.source.startswith("simulated approach, frame 300"), 60)
@@ -51,11 +54,11 @@ def main() -> int:
 
 
 def _shoot(page: Page, name: str) -> None:
-    page.page.keyboard.press("Escape")
     page.page.wait_for_timeout(SETTLE_MS)
     notice = page.page.locator(".mantine-Notification-closeButton")
     for index in reversed(range(notice.count())):
-        notice.nth(index).click()
+        if notice.nth(index).is_visible():
+            notice.nth(index).click()
     page.page.wait_for_timeout(SETTLE_MS // 3)
     page.page.screenshot(path=STATIC / name)
 

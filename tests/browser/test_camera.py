@@ -8,13 +8,16 @@ from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER
 from tests.browser.test_source import send
 
 pytestmark = pytest.mark.browser
+TANK = (
+    *("Focal length and image centre", "Lens distortion", "Port and water", "Save, or go back"),
+    "Lights that are not evenly spaced",
+)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def unfolded(opened):
-    opened.tab("Camera & dock")
-    for title in ("Lens distortion", "Port and water"):
-        opened.page.get_by_text(title, exact=True).click()
+    for title in TANK:
+        opened.unfold(title)
 
 
 def test_intrinsics(page):
@@ -24,7 +27,7 @@ def test_intrinsics(page):
 
 
 def test_locked_focal_lengths_move_together(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     page.page.get_by_label("Lock fx = fy").check()
     page.box("fy (px)").fill("650")
     page.until(lambda: page.app.view.camera.fx == page.app.view.camera.fy == 650)
@@ -39,7 +42,7 @@ def test_distortion(page):
 
 
 def test_port_and_water(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     z_without = page.z_cm
     page.page.get_by_label("Flat port").check()
     page.until(lambda: page.app.view.camera.port is not None and page.box("Air gap (mm)").is_enabled())
@@ -80,7 +83,7 @@ def test_camera_is_saved_and_loaded(page, tmp_path):
 
 
 def test_camera_of_another_size_is_named_and_changes_nothing(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     before = page.app.view
     other = camera_file(Camera(700, 700, 300, 300, 600, 600), "dockpose")
     send(page, "Load a camera file", ("square.yaml", other))
@@ -89,13 +92,13 @@ def test_camera_of_another_size_is_named_and_changes_nothing(page):
 
 
 def test_number_of_lights(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     page.page.get_by_label("Number of lights").fill("8")
     page.until(lambda: page.app.view.dock.lights == 8)
 
 
 def test_given_angles_of_the_lights(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     number = page.page.get_by_label("Number of lights")
     page.box("Light angles (°)").fill("0, 30, 80, 120, 180, 250, 300")
     page.page.wait_for_timeout(200)

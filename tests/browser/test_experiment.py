@@ -9,9 +9,7 @@ import pytest
 from dockpose.app.experiment import Measured, Session, session
 from dockpose.app.experiment.row import row_to_csv
 from dockpose.app.state.poses import with_measured
-from dockpose.app.web.app import App
 from dockpose.app.web.panels.experiment.panel import ALL, NEXT_FRAME, NO_SESSION, WHAT
-from dockpose.app.web.server.options import Options
 
 from tests.browser.conftest import THROTTLE_S
 from tests.browser.test_export import saved
@@ -40,17 +38,10 @@ def root(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(scope="module")
-def app(root):
-    running = App.build(port=0, options=Options(sessions=root))
-    yield running
-    running.stop()
-
-
 @pytest.fixture
 def tab(page):
-    """The tab Experiment without a session."""
-    page.tab("Experiment")
+    """The tab Log without a session."""
+    page.tab("Log")
     if page.box("Session").input_value() != NO_SESSION:
         page.choose("Session", NO_SESSION)
     page.page.get_by_role("button", name="Start a new session").wait_for()
@@ -93,7 +84,7 @@ def test_frames_are_taken_by_key_and_button_with_what_was_measured(tab, root):
     start(tab, "../Tank 1: murky?")
     folder = root / "Tank_1_murky"
     assert str(folder) in words(tab)
-    tab.page.locator("a[href='/help#experiment']").wait_for()
+    tab.page.locator("a[href='/help#log']").wait_for()
     fill(tab, x="6,5", y="-4", z="110", tx="5", ty="-11", d="111", notes="first <b>try</b>")
     press_t(tab)
     tab.until(lambda: "Frame 1 is on disk: plain, z 110.0 cm, measured." in words(tab))
@@ -144,8 +135,6 @@ def test_row_is_changed_afterwards_while_the_next_frame_keeps_its_own(tab, root)
 
 
 def test_what_goes_wrong_is_said_and_nothing_typed_is_lost(tab, root, monkeypatch):
-    press_t(tab)
-    tab.page.get_by_text("No session is open").first.wait_for()
     start(tab, "faults")
     fill(tab, z="1.2.3")
     press_t(tab)

@@ -85,7 +85,7 @@ def test_file_is_saved_by_itself_and_opens(page, name):
 
 
 def test_layers_are_drawn_or_not(page):
-    page.tab("Export")
+    page.unfold("Drawn on the annotated picture")
     (panel,) = (panel for panel in page.app._layout.panels if isinstance(panel, ExportPanel))
 
     def pixels():

@@ -91,7 +91,7 @@ def test_help_over_the_page_and_in_a_tab_of_its_own(page):
     page.page.get_by_text("Keys work unless you are typing").wait_for()
     with page.page.expect_popup() as popup:
         page.page.get_by_text("Open it in a tab of its own").dispatch_event("click")
-    popup.value.get_by_role("heading", name="Camera & dock").wait_for()
+    popup.value.get_by_role("heading", name="Tank", exact=True).wait_for()
     popup.value.close()
     page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
     page.page.get_by_text("Keys work unless you are typing").wait_for(state="hidden")
@@ -146,7 +146,7 @@ def test_two_browsers_show_the_same_and_one_may_leave(page, second):
 
 
 def test_reload_in_mid_drag(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     thumb = page.slider("Diameter (cm)").bounding_box()
     x, y = thumb["x"] + thumb["width"] / 2, thumb["y"] + thumb["height"] / 2
     page.page.mouse.move(x, y)

@@ -4,8 +4,6 @@ import csv
 import json
 
 import pytest
-from dockpose.app.web.app import App
-from dockpose.app.web.server.options import Options
 
 from tests.browser.conftest import THROTTLE_S
 from tests.browser.test_experiment import press_t, start, words
@@ -15,29 +13,17 @@ BOXES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "Distance (cm)")
 COLUMNS = ("measured_x_cm", "measured_y_cm", "measured_z_cm", "measured_theta_x_deg", "measured_theta_y_deg")
 
 
-@pytest.fixture(scope="module")
-def root(tmp_path_factory):
-    return tmp_path_factory.mktemp("sessions")
-
-
-@pytest.fixture(scope="module")
-def app(root):
-    running = App.build(port=0, options=Options(sessions=root))
-    yield running
-    running.stop()
-
-
 def rows(folder):
     with open(folder / "results.csv", encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
 
 
 def test_ticking_the_comparison_measures_nothing_and_blank_is_logged_as_blank(page, root):
-    page.tab("Pose")
+    page.unfold("Which of the two poses")
     page.page.get_by_label("Compare with a measured pose").check()
     page.until(lambda: page.row_names()[-1] == "Measured")
     assert [page.box(f"Measured {name}").input_value() for name in BOXES[:5]] == [""] * 5
-    page.tab("Experiment")
+    page.tab("Log")
     start(page, "blank")
     assert [page.box(name).input_value() for name in BOXES] == [""] * 6
     press_t(page)
@@ -46,18 +32,18 @@ def test_ticking_the_comparison_measures_nothing_and_blank_is_logged_as_blank(pa
     (row,) = rows(root / "blank")
     assert [row[name] for name in (*COLUMNS, "distance_cm")] == [""] * 6
     assert json.loads((root / "blank/frames/0001.json").read_text())["status"] == "ok"
-    page.tab("Pose")
+    page.tab("Detect")
     page.box("Measured z (cm)").fill("100")
     page.until(lambda: page.app.view.measured.z_cm == 100)
-    page.tab("Experiment")
+    page.tab("Log")
     page.until(lambda: page.box("z (cm)").input_value() == "100")
     assert page.box("x (cm)").input_value() == ""
-    page.tab("Pose")
+    page.tab("Detect")
     page.page.get_by_label("Compare with a measured pose").uncheck()
     page.until(lambda: page.app.view.measured is None)
-    page.tab("Experiment")
+    page.tab("Log")
     page.until(lambda: page.box("z (cm)").input_value() == "")
-    page.tab("Pose")
+    page.unfold("Which of the two poses")
     page.page.get_by_label("Compare with a measured pose").check()
     page.until(lambda: page.app.view.measured is not None)
     assert page.box("Measured z (cm)").input_value() == ""
@@ -65,7 +51,7 @@ def test_ticking_the_comparison_measures_nothing_and_blank_is_logged_as_blank(pa
 
 
 def test_keys_never_fall_into_a_box_and_ctrl_enter_takes_the_row(page, root):
-    page.tab("Experiment")
+    page.tab("Log")
     if page.box("Session").input_value() != "(none)":
         page.choose("Session", "(none)")
     start(page, "keys")
@@ -84,7 +70,7 @@ def test_keys_never_fall_into_a_box_and_ctrl_enter_takes_the_row(page, root):
     page.page.keyboard.press("Control+Enter")
     page.until(lambda: "Frame 2 is on disk" in words(page))
     assert [row["notes"] for row in rows(root / "keys")] == ["", "tilted"]
-    page.tab("Pose")
+    page.unfold("Which of the two poses")
     page.page.get_by_label("Compare with a measured pose").check()
     page.until(lambda: page.app.view.measured is not None)
     page.box("Measured y (cm)").click()

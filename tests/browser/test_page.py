@@ -60,6 +60,7 @@ def test_dragged_diameter_ends_on_the_newest_value(page):
 def test_back_to_the_given_values(page):
     page.box("fx (px)").fill("900")
     page.until(lambda: page.app.view.camera.fx == 900)
+    page.unfold("Save, or go back")
     page.page.get_by_role("button", name="Back to the given values").click()
     page.until(lambda: page.box("fx (px)").input_value() == "700")
     page.until(lambda: page.z_cm == pytest.approx(true_z_cm("plain"), abs=0.3))
@@ -75,7 +76,7 @@ def test_another_sample(page):
 
 
 def test_upload_is_seen_with_my_tank(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     page.page.get_by_role("button", name="Make these my tank").click()
     page.until(lambda: page.app.view.tank.camera is not None)
     page.upload("tank 7.png", sample_path("tilted").read_bytes())
@@ -134,7 +135,7 @@ def test_moving_the_level_means_a_fixed_level(page):
 
 def test_viewpoint_buttons_move_the_camera(page):
     (client,) = page.app._server.get_clients().values()
-    page.page.get_by_text("Camera", exact=True).click()
+    page.page.get_by_role("button", name="Camera", exact=True).click()
     page.until(lambda: abs(client.camera.position).max() < 0.01)
-    page.page.get_by_text("Above", exact=True).click()
+    page.page.get_by_role("button", name="Above", exact=True).click()
     page.until(lambda: client.camera.position[1] < -0.5)

@@ -4,7 +4,7 @@ import threading
 import pytest
 
 pytestmark = pytest.mark.browser
-RIGHT = ("Source", "Camera & dock", "Detect", "Pose", "Export", "Settings")
+RIGHT = ("Pictures", "Tank", "Detect", "Simulate", "Play", "Log", "Export", "Settings")
 LEFT = ("Compare", "Picture")
 
 

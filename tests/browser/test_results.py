@@ -1,5 +1,4 @@
 import io
-import math
 import re
 import time
 import zipfile
@@ -12,6 +11,7 @@ from dockpose.app.processing.comparison import COMPARED
 from tests.browser.conftest import THROTTLE_S
 
 pytestmark = pytest.mark.browser
+POSES = "Which of the two poses"
 
 
 def press(page, name):
@@ -75,7 +75,7 @@ def test_masks_are_added_and_removed(page):
 
 
 def test_choice_is_overruled_by_hand_and_given_back(page):
-    page.tab("Pose")
+    page.unfold(POSES)
     page.page.get_by_text("counts as decided").wait_for()
     press(page, "B")
     page.until(lambda: "pose B (by hand)" in line(page))
@@ -85,7 +85,7 @@ def test_choice_is_overruled_by_hand_and_given_back(page):
 
 
 def test_measured_pose_stands_beside_the_estimated_one(page):
-    page.tab("Pose")
+    page.unfold(POSES)
     page.page.get_by_label("Compare with a measured pose").click()
     numbers = {"Measured x (cm)": 6, "Measured y (cm)": -4, "Measured z (cm)": 100}
     numbers |= {"Measured θx (°)": 5, "Measured θy (°)": -11}
@@ -104,29 +104,90 @@ def test_measured_pose_stands_beside_the_estimated_one(page):
 def test_coloured_lights_are_also_solved_point_by_point(page):
     page.choose("Sample scene", "colour_ring")
     page.until(lambda: "Dock found in colour_ring" in page.status)
-    page.tab("Pose")
+    page.unfold(POSES)
     page.until(lambda: page.page.locator("#peers tbody tr").count() == 4)
     assert "EPnP" in page.page.locator("#peers").inner_text()
 
 
-def test_methods_are_compared_and_one_taken_over(page):
+_CUT_OFF = """
+(card) => [...card.querySelectorAll("*")]
+  .filter((one) => one.clientWidth > 0 && one.scrollWidth > one.clientWidth + 1).map((one) => one.textContent)
+"""
+
+
+def card(page, method):
+    return page.page.locator(f"dockpose-compare .card[data-method={method}]")
+
+
+def test_methods_are_compared_over_the_whole_page_and_one_is_taken(page):
     page.tab("Compare")
-    rows = page.page.locator("#methods tbody tr")
-    page.until(lambda: rows.count() == len(COMPARED))
-    assert rows.first.locator("td").first.inner_text() == "HATS, in use"
-    assert "cm" in rows.first.locator("td").last.inner_text()
-    press(page, "Otsu")
+    cards = page.page.locator("dockpose-compare .card")
+    page.until(
+        lambda: cards.count() == len(COMPARED) and page.page.locator("canvas[data-drawn]").count() == cards.count()
+    )
+    assert page.page.evaluate("document.documentElement.dataset.mode") == "compare"
+    assert card(page, "hats").get_attribute("aria-pressed") == "true"
+    for words in ("In use", "Right: off by", "Level", "10, 10", "110.0 cm", "6.0°, -12.0°", "100 %", "px", "ms"):
+        assert words in card(page, "hats").inner_text(), words
+    assert card(page, "hats").locator("canvas").get_attribute("data-drawn") == "10"
+    assert "✕" in card(page, "li").inner_text()  # at level 13 the water's noise is no ring, and it says so
+    assert "No dock" in card(page, "li").inner_text()
+    for method in COMPARED:  # all of them in view, and nothing cut off
+        place = card(page, method).bounding_box()
+        assert place["width"] >= 200
+        assert 0 <= place["x"] <= place["x"] + place["width"] <= 1366
+        assert place["y"] + place["height"] <= 768
+        assert card(page, method).evaluate(_CUT_OFF) == []
+    card(page, "otsu").click()
     page.until(lambda: page.app.view.settings.method == "otsu")
-    page.page.get_by_text("have changed since").wait_for()
-    page.until(lambda: page.box("Threshold by").input_value() == "Otsu")
+    page.until(lambda: card(page, "otsu").get_attribute("aria-pressed") == "true")
+    assert [one for one in COMPARED if card(page, one).get_attribute("aria-pressed") == "true"] == ["otsu"]
+    assert page.page.locator("#outdated").count() == 0  # the method in use changes nothing of the comparison
+    card(page, "yen").focus()
+    page.page.keyboard.press("Enter")
+    page.until(lambda: page.app.view.settings.method == "yen")
+    page.page.keyboard.press("Escape")
+    page.until(lambda: page.page.evaluate("document.documentElement.dataset.mode") == "picture")
+    page.until(lambda: page.box("Threshold by").input_value() == "Yen")
+    page.tab("Compare")
+    page.page.get_by_role("button", name="Back to the picture").click()
+    page.until(lambda: page.page.locator("dockpose-picture .stage").is_visible())
+
+
+def test_results_of_another_picture_are_dimmed_until_compared_again(page):
+    page.tab("Compare")
+    page.until(lambda: page.page.locator("dockpose-compare .card").count() == len(COMPARED))
+    page.until(lambda: page.page.locator("#outdated").count() == 0)
+    page.page.evaluate("document.activeElement.blur()")
+    page.page.keyboard.press("n")
+    page.page.locator("#outdated").wait_for()
+    assert "results for plain" in page.page.locator("#outdated").inner_text()
+    assert float(page.page.locator("dockpose-compare .cards").evaluate("one => getComputedStyle(one).opacity")) < 0.6
+    page.page.get_by_role("button", name="Compare again").click()
+    page.until(lambda: page.page.locator("#outdated").count() == 0)
+    assert page.app.view.source in page.page.locator("dockpose-compare [role=note]").inner_text()
+    page.tab("Picture")
+    page.choose("Sample scene", "side_glow")  # where HATS by itself finds no dock
+    page.until(lambda: page.has_found("side_glow"))
+    page.tab("Compare")  # opening it is enough
+    page.until(lambda: "Steps in" in card(page, "hats_local").inner_text())
+    page.until(lambda: "No dock: the lights form no ring" in card(page, "hats").inner_text())
+    for method, verdict in (("hats_local", "Right"), ("kapur", "Right"), ("yen", "Wrong")):
+        assert verdict in card(page, method).locator(".verdict").inner_text()
+    page.tab("Picture")
+    page.choose("Sample scene", "plain")
+    page.tab("Compare")
+    page.until(lambda: "plain." in page.page.locator("dockpose-compare [role=note]").inner_text())
+    page.tab("Picture")
 
 
 def test_level_is_swept_while_the_chart_grows_and_a_sweep_can_be_stopped(page, monkeypatch):
     page.tab("Compare")
-    page.page.locator("#methods").wait_for(timeout=30_000)  # one thing is worked on at a time
+    page.page.locator("dockpose-compare .card").first.wait_for(timeout=30_000)  # one thing is worked on at a time
     page.until(lambda: page.page.locator("#outdated").count() == 0)
     page.page.wait_for_timeout(1000 * THROTTLE_S)
-    press(page, "Sweep the level")
+    page.page.get_by_text("Every fixed level", exact=True).click()
+    page.page.get_by_role("button", name="Sweep the level", exact=True).click()
     words = page.page.locator("#sweep")
     page.until(lambda: words.count() == 1 and "true centre" in words.inner_text(), 30)
     stop = page.page.get_by_role("button", name="Stop", exact=True)
@@ -165,22 +226,6 @@ def test_scene_is_seen_from_the_side_and_fitted_again(page):
     page.until(lambda: abs(client.camera.position - side).max() > 0.2)
 
 
-def test_rows_and_tiles_of_the_comparison_take_the_method_over(page):
-    page.tab("Compare")
-    press(page, "Compare all methods")
-    row = page.page.locator("#methods tbody tr")
-    page.until(lambda: row.count() == len(COMPARED) and page.app.wait_until_idle(0.1))
-    row.nth(COMPARED.index("otsu")).click()
-    page.until(lambda: page.app.view.settings.method == "otsu")
-    row.nth(COMPARED.index("yen")).focus()
-    page.page.keyboard.press("Enter")
-    page.until(lambda: page.app.view.settings.method == "yen")
-    montage = page.page.locator("img[src^=blob]:visible").last
-    place = montage.bounding_box()
-    montage.click(position={"x": 0.5 * place["width"], "y": 0.25 * place["height"] / math.ceil(len(COMPARED) / 3)})
-    page.until(lambda: page.app.view.settings.method == COMPARED[1])
-
-
 def test_every_tab_leads_to_its_part_of_the_help(page):
     page.tab("Picture")
     with page.page.expect_popup() as popup:
@@ -190,24 +235,13 @@ def test_every_tab_leads_to_its_part_of_the_help(page):
     popup.value.close()
     page.tab("Compare")
     page.page.locator("a[href='/help#compare']").wait_for()
-    for tab in ("Source", "Camera & dock", "Detect", "Pose", "Export"):
+    page.tab("Picture")  # the comparison has the page to itself
+    for tab in ("Pictures", "Tank", "Detect", "Simulate", "Play", "Log", "Export"):
         page.tab(tab)
-        page.page.locator(f"a[href='/help#{tab.split()[0].lower()}']").wait_for()
-
-
-def test_one_click_compares_the_methods_and_marks_the_one_in_use(page):
-    page.tab("Compare")
-    page.page.locator("#methods tbody tr").first.wait_for(timeout=30_000)
-    rows = page.page.locator("#methods tbody tr").all_inner_texts()
-    assert [row.startswith("HATS, in use") for row in rows].count(True) == 1
-    page.until(lambda: page.page.locator("#outdated").count() == 0)
-    page.choose("Sample scene", "tilted")
-    page.page.locator("#outdated").wait_for(state="attached")
-    assert float(page.page.locator("#methods").evaluate("one => getComputedStyle(one).opacity")) < 0.6
-    page.tab("Picture")
+        page.page.locator(f"a[href='/help#{tab.lower()}']").wait_for()
 
 
 def test_the_button_for_rows_is_large(page):
-    page.tab("Experiment")
+    page.tab("Log")
     take = page.page.get_by_role("button", name="Take this frame (T)")
     page.until(lambda: take.bounding_box()["height"] >= 48)

@@ -1,9 +1,12 @@
-"""The tab Sequence in a real browser: each control, and what it changes on the page and in the program."""
+"""The tab Play in a real browser: each control, and what it changes on the page and in the program."""
 
 import cv2
 import numpy as np
 import pytest
+from dockpose.app.state.parameters import put
 from dockpose.app.web.panels.sequence import NONE_CHOSEN
+
+from tests.browser.conftest import Page
 
 COURSE = "simulated sweep"
 
@@ -11,11 +14,11 @@ COURSE = "simulated sweep"
 @pytest.fixture
 def sequence(page):
     """A simulated course, on its first frame; nothing is open afterwards."""
-    page.tab("Sequence")
+    page.tab("Play")
     page.choose("Sequence", COURSE)
     page.until(lambda: f"{COURSE}, frame 1 of 250" in page.status)
     yield page
-    page.tab("Sequence")
+    page.tab("Play")
     page.choose("Sequence", NONE_CHOSEN)
     page.until(lambda: page.app._sequence.player is None)
 
@@ -28,7 +31,12 @@ def press(page, name):
     page.page.get_by_role("button", name=name, exact=True).click()
 
 
-def test_course_plays_pauses_and_draws_its_charts(sequence):
+def line(page):
+    return page.page.locator("dockpose-timeline")
+
+
+def test_course_plays_pauses_and_is_drawn_on_the_time_line(sequence):
+    assert line(sequence).is_visible()
     press(sequence, "Play")
     sequence.until(lambda: sequence.app._sequence.player.index > 12)
     press(sequence, "Pause")
@@ -36,12 +44,66 @@ def test_course_plays_pauses_and_draws_its_charts(sequence):
     index = sequence.app._sequence.player.index
     sequence.until(lambda: f"frame {index + 1} of 250" in sequence.status)
     sequence.until(lambda: f"Followed for {index + 1} frames" in words(sequence))
-    assert sequence.page.locator(".uplot canvas").count() >= 3
-    for name in ("z", "θx", "eccentricity", "no dock"):
-        assert sequence.page.locator(".u-legend").get_by_text(name, exact=False).first.is_visible()
+    sequence.until(lambda: line(sequence).get_attribute("data-points") == str(index + 1))
+    assert f"Frame {index + 1} of 250 · {index / 25:.2f} s" in line(sequence).inner_text()
     assert len(sequence.app._scene._path.points) > 5
+    place = line(sequence).bounding_box()
+    assert place["y"] + place["height"] == 768
+    root = sequence.page.locator("#root").bounding_box()
+    assert root["y"] + root["height"] <= place["y"]
     sequence.page.wait_for_timeout(300)
     assert sequence.app._sequence.player.index == index
+
+
+def test_time_line_is_pointed_at_clicked_dragged_and_steered_by_keys(sequence):
+    canvas = line(sequence).locator("canvas")
+    place = canvas.bounding_box()
+
+    def x(frame):  # where a frame of 250 is, between the margins of 52 and 10 pixels
+        return place["x"] + 52 + (frame - 1) / 249 * (place["width"] - 62)
+
+    y = place["y"] + 30
+    sequence.page.mouse.move(x(1), y)
+    readout = line(sequence).locator(".readout")
+    sequence.until(lambda: "Frame 1 · 0.00 s · z " in readout.inner_text() and "likely" in readout.inner_text())
+    sequence.page.mouse.move(x(100), y)
+    sequence.until(lambda: readout.inner_text() == "Frame 100 · not played yet")
+    sequence.page.mouse.click(x(100), y)
+    sequence.until(lambda: "frame 100 of 250" in sequence.status)
+    sequence.page.mouse.down()
+    sequence.page.mouse.move(x(150), y, steps=5)
+    sequence.page.mouse.move(x(200), y, steps=5)
+    sequence.page.mouse.up()
+    sequence.until(lambda: "frame 200 of 250" in sequence.status)
+    canvas.focus()
+    for key, frame in (("ArrowRight", 201), ("Shift+ArrowLeft", 191), ("Home", 1), ("End", 250)):
+        sequence.page.keyboard.press(key)
+        sequence.until(lambda: f"frame {frame} of 250" in sequence.status)  # noqa: B023
+    assert canvas.get_attribute("aria-valuenow") == "250"
+    assert canvas.get_attribute("aria-valuetext").startswith("Frame 250 · 9.96 s")
+
+
+def test_new_browser_has_the_whole_course_and_gaps_are_gaps(sequence, browser):
+    press(sequence, "Play")
+    sequence.until(lambda: sequence.app._sequence.player.index > 30)
+    sequence.app.change(lambda view: put(view, "min_area_px", 500))  # nothing is as large: no dock
+    last = sequence.app._sequence.player.index
+    sequence.until(lambda: sequence.app._sequence.player.index > last + 40)
+    sequence.app.change(lambda view: put(view, "min_area_px", 2))
+    last = sequence.app._sequence.player.index
+    sequence.until(lambda: sequence.app._sequence.player.index > last + 10)
+    press(sequence, "Pause")
+    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app._sequence.is_playing)
+    seen = str(sequence.app._sequence.player.index + 1)
+    sequence.until(lambda: line(sequence).get_attribute("data-points") == seen)
+    assert line(sequence).get_attribute("data-gaps") == "1"
+    context = browser.new_context(viewport={"width": 1366, "height": 768})
+    other = Page(context.new_page(), sequence.app)
+    other.page.goto(sequence.app.address)
+    line(other).wait_for(timeout=30_000)
+    other.until(lambda: line(other).get_attribute("data-points") == seen, 30)
+    assert line(other).get_attribute("data-gaps") == "1"
+    context.close()
 
 
 _SAMPLES = """
@@ -49,12 +111,8 @@ _SAMPLES = """
   const began = performance.now();
   const samples = new Set();
   const number = (selector) => document.querySelector(selector).innerText.match(/[fF]rame (\\d+)/)?.[1];
-  const slider = [...document.querySelectorAll("label")].find((one) => one.textContent.trim() === "Frame");
-  let row = slider;
-  while (row.querySelector("input:not([type=hidden])") === null) row = row.parentElement;
   const look = (now) => {
-    const box = row.querySelector("input:not([type=hidden])").value;
-    samples.add([number("[role=status]"), number("#sequence"), box].join(" "));
+    samples.add([number("[role=status]"), document.querySelector("dockpose-picture").dataset.frame].join(" "));
     if (now - began < milliseconds) requestAnimationFrame(look);
     else done([...samples]);
   };
@@ -71,15 +129,28 @@ def test_while_playing_all_that_is_drawn_is_of_the_same_frame(sequence):
     assert [one for one in samples if len(set(one.split())) > 1] == []
 
 
-def test_steps_slider_and_key(sequence):
+def go_to(page, frame):
+    """Go to a frame by the keys of the time line: the last, and back from there."""
+    page.page.locator("dockpose-timeline canvas").focus()
+    page.page.keyboard.press("End")
+    page.until(lambda: "frame 250 of 250" in page.status)
+    for number in range(249, frame - 1, -1):
+        page.page.keyboard.press("ArrowLeft")
+        page.until(lambda: f"frame {number} of 250" in page.status)  # noqa: B023
+
+
+def test_steps_time_line_and_key(sequence):
     press(sequence, "Forward")
     sequence.until(lambda: "frame 2 of 250" in sequence.status)
     press(sequence, "Back")
     sequence.until(lambda: "frame 1 of 250" in sequence.status)
-    sequence.box("Frame").fill("200")
-    sequence.until(lambda: "frame 200 of 250" in sequence.status)
+    go_to(sequence, 247)
+    sequence.page.keyboard.press("Home")
+    sequence.until(lambda: "frame 1 of 250" in sequence.status)
+    sequence.page.keyboard.press("Shift+ArrowRight")
+    sequence.until(lambda: "frame 11 of 250" in sequence.status)
     sequence.until(lambda: "Followed for 1 frame;" in words(sequence) or "Followed for 1 frame." in words(sequence))
-    sequence.page.locator("[role=status]").click()  # out of the box, in which a k is a letter
+    sequence.page.evaluate("document.activeElement.blur()")
     sequence.page.keyboard.press("k")
     sequence.until(lambda: sequence.app._sequence.is_playing)
     sequence.page.keyboard.press("k")
@@ -89,8 +160,11 @@ def test_steps_slider_and_key(sequence):
 def test_speed_and_the_end(sequence):
     sequence.choose("Speed (times)", "4")
     sequence.until(lambda: sequence.app._sequence.player._speed == 4.0)
-    sequence.box("Frame").fill("245")
-    sequence.until(lambda: "frame 245 of 250" in sequence.status)
+    sequence.until(lambda: line(sequence).get_by_label("Speed").input_value() == "4")
+    line(sequence).get_by_label("Speed").select_option("2")
+    sequence.until(lambda: sequence.app._sequence.player._speed == 2.0)
+    sequence.until(lambda: sequence.box("Speed (times)").input_value() == "2")
+    go_to(sequence, 245)
     press(sequence, "Play")
     sequence.until(lambda: "frame 250 of 250" in sequence.status)
     sequence.page.get_by_role("button", name="Play", exact=True).wait_for()
@@ -100,17 +174,17 @@ def test_sliders_of_other_tabs_act_on_the_frame(sequence):
     near = sequence.z_cm
     sequence.box("Diameter (cm)").fill("60")
     sequence.until(lambda: sequence.z_cm == pytest.approx(2 * near, rel=0.01))
-    sequence.tab("Sequence")
+    sequence.tab("Play")
     press(sequence, "Forward")
     sequence.until(lambda: "frame 2 of 250" in sequence.status)
     assert sequence.z_cm == pytest.approx(2 * near, rel=0.05)
 
 
 def test_another_picture_closes_the_sequence(sequence):
-    sequence.tab("Source")
+    sequence.tab("Pictures")
     sequence.choose("Sample scene", "turbid")
     sequence.until(lambda: "Dock found in turbid" in sequence.status)
-    sequence.tab("Sequence")
+    sequence.tab("Play")
     sequence.until(lambda: sequence.box("Sequence").input_value() == NONE_CHOSEN)
     assert "No sequence is chosen" in words(sequence)
 
@@ -124,7 +198,7 @@ def video(tmp_path):
 
 
 def test_video_is_uploaded_and_one_without_a_dock_is_a_result(page, tmp_path):
-    page.tab("Sequence")
+    page.tab("Pictures")
     with page.page.expect_file_chooser() as chooser:
         page.page.get_by_role("button", name="Upload a video").click()
     chooser.value.set_files({"name": "tank.avi", "mimeType": "video/avi", "buffer": video(tmp_path)})
@@ -149,7 +223,7 @@ def test_dropped_video_opens_the_tab_and_plays(page, tmp_path):
 
 
 def test_text_called_mp4_is_refused_and_the_page_stays(page):
-    page.tab("Sequence")
+    page.tab("Pictures")
     with page.page.expect_file_chooser() as chooser:
         page.page.get_by_role("button", name="Upload a video").click()
     chooser.value.set_files({"name": "text.mp4", "mimeType": "video/mp4", "buffer": b"no video"})

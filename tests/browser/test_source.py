@@ -7,7 +7,7 @@ import yaml
 from dockpose.app.inputs.samples import sample_path, samples_folder
 from dockpose.app.state.parameters import SCENE
 from dockpose.app.web.app import App
-from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE
+from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE, SourcePanel
 from dockpose.app.web.server.options import Options
 
 pytestmark = pytest.mark.browser
@@ -27,8 +27,14 @@ def app(tmp_path_factory):
 
 @pytest.fixture(scope="module", autouse=True)
 def unfolded(opened):
-    for title in ("Pose of the dock", "Water and light", "Disturbances"):
-        opened.page.get_by_text(title, exact=True).click()
+    for title in ("Water and light", "Disturbances"):
+        opened.unfold(title)
+
+
+def files(page):
+    """The list of the files in the folder that is chosen."""
+    (panel,) = (panel for panel in page.app._layout.panels if isinstance(panel, SourcePanel))
+    return panel._file
 
 
 def scene_of(page):
@@ -37,6 +43,7 @@ def scene_of(page):
 
 def send(page, button, *files):
     """Choose files, each a name and bytes, in the dialogue of an upload button."""
+    page.reveal(page.page.get_by_role("button", name=button))
     with page.page.expect_file_chooser() as chooser:
         page.page.get_by_role("button", name=button).click()
     kind = "image/png" if "picture" in button else "application/yaml"
@@ -98,8 +105,8 @@ def test_scene_is_saved_and_loaded(page, tmp_path):
 def test_simulates_with_the_camera_in_use(page):
     page.box("fx (px)").fill("800")
     page.until(lambda: page.app.view.camera.fx == 800)
-    page.tab("Source")
-    page.page.get_by_role("button", name="Use camera & dock in use").click()
+    page.tab("Simulate")
+    page.page.get_by_role("button", name="Use my camera and dock").click()
     page.until(lambda: page.app.view.scene.camera.fx == 800 and "simulated scene" in page.status)
 
 
@@ -141,14 +148,14 @@ def test_folder_of_this_machine(page):
 def test_folder_below_lists_its_own_pictures(page):
     before = page.app.view
     page.choose("Folder", "tank")
-    page.until(lambda: page.app._layout.panels[1]._file.options == (NONE_CHOSEN, "tank/first.png", "tank/second.png"))
+    page.until(lambda: files(page).options == (NONE_CHOSEN, "tank/first.png", "tank/second.png"))
     assert page.app.view is before  # choosing a folder leaves the picture
     page.choose("File", "tank/second.png")
     page.until(lambda: page.has_found("tank/second.png"))
     page.page.get_by_role("button", name="Previous").click()
     page.until(lambda: page.has_found("tank/first.png"))
     page.choose("Folder", ".")
-    page.until(lambda: "tilted.png" in page.app._layout.panels[1]._file.options)
+    page.until(lambda: "tilted.png" in files(page).options)
 
 
 def huge():

@@ -35,7 +35,7 @@ def app(folder):
 @pytest.fixture
 def tank(page):
     """The page with My tank's camera loaded while a sample is looked at, as at the start of a day."""
-    page.tab("Camera & dock")
+    page.tab("Tank")
     send(page, "Load a camera file", ("mine.yaml", camera_file(OWN, "dockpose")))
     page.until(lambda: page.app.view.tank.camera == OWN)
     return page
@@ -80,7 +80,7 @@ def test_picture_with_a_yaml_beside_it_says_so_and_one_click_brings_my_tank_back
 
 def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder):
     own_picture(tank)
-    tank.tab("Camera & dock")
+    tank.tab("Tank")
     tank.box("Save as").fill("Pool A")
     tank.page.wait_for_timeout(150)
     button(tank, "Save my tank").click()
@@ -126,7 +126,7 @@ def test_note_on_an_assumed_camera_goes_once_fx_is_typed_and_trust_has_its_reaso
 
 
 def test_pose_by_hand_and_a_second_ring_are_never_green(page):
-    page.tab("Pose")
+    page.unfold("Which of the two poses")
     page.page.get_by_role("button", name="B", exact=True).click()
     page.until(lambda: page.trust in ("amber", "red") and "Pose B was chosen by hand" in page.status)
     button(page, "Pose chosen by hand").click()
@@ -151,7 +151,7 @@ def test_level_and_mask_are_chips_on_the_next_picture_that_one_click_removes(pag
 
 
 def test_number_of_lights_that_fits_is_offered_and_taken(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     page.page.get_by_label("Number of lights").fill("8")
     page.until(lambda: page.trust == "red")
     button(page, "10 lights form a ring; the dock is set to 8. Use 10?").click()
@@ -160,7 +160,7 @@ def test_number_of_lights_that_fits_is_offered_and_taken(page):
 
 
 def test_box_never_keeps_a_number_that_was_not_taken(page):
-    page.tab("Camera & dock")
+    page.tab("Tank")
     box = page.page.get_by_label("Number of lights")
     box.fill("1")
     page.until(lambda: page.app.view.dock.lights == 3)
@@ -183,7 +183,7 @@ def other_page(browser, app):
 
 def test_line_on_my_tank_is_in_view_from_every_tab(page, other_page):
     other_page.open()
-    for name in ("Source", "Camera & dock", "Detect", "Pose", "Sequence", "Experiment", "Export", "Settings"):
+    for name in ("Pictures", "Tank", "Detect", "Simulate", "Play", "Log", "Export", "Settings"):
         other_page.tab(name)
         place = other_page.page.locator("#tank").bounding_box()
         assert 560 <= place["x"] <= place["x"] + place["width"] <= 1366

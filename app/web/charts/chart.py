@@ -27,8 +27,6 @@ class Curve:
         Pixels on and off; empty for a solid line.
     width : float
         Width of the line, in pixels.
-    fill : str or None
-        Colour below the line.
     marks_px : float or None
         Draw marks of this size in place of a line.
     hollow : bool
@@ -41,7 +39,6 @@ class Curve:
     colour: str
     dash: tuple[float, ...] = ()
     width: float = 2.0
-    fill: str | None = None
     marks_px: float | None = None
     hollow: bool = False
     scale: str = "y"
@@ -52,8 +49,8 @@ class Curve:
             fill = "transparent" if self.hollow else self.colour
             points = uplot.Series_Points(show=True, size=self.marks_px, stroke=self.colour, width=1.5, fill=fill)
             return uplot.Series(label=self.label, stroke="transparent", width=0, points=points, scale=self.scale)
-        no_points, fill = uplot.Series_Points(show=False), self.fill or "transparent"
-        look: Any = {"stroke": self.colour, "width": self.width, "dash": self.dash, "fill": fill}
+        no_points = uplot.Series_Points(show=False)
+        look: Any = {"stroke": self.colour, "width": self.width, "dash": self.dash, "fill": "transparent"}
         return uplot.Series(label=self.label, points=no_points, scale=self.scale, **look)
 
 
@@ -80,10 +77,6 @@ class Chart:
         In pixels.
     scales : tuple of str
         Names of the vertical scales.
-    legend, visible : bool
-        Whether to show a legend, and whether the chart is visible before its first data.
-    padding : tuple of int
-        Pixels at the top, right, bottom and left.
     """
 
     def __init__(
@@ -95,9 +88,6 @@ class Chart:
         height: int,
         *,
         scales: tuple[str, ...] = ("y",),
-        legend: bool = True,
-        visible: bool = False,
-        padding: tuple[int, int, int, int] = (10, 8, 0, 0),
     ) -> None:
         self._curves = tuple(curves)
         self._ends: dict[str, Ends] = dict.fromkeys(("x", *scales), (0.0, 1.0))
@@ -106,10 +96,10 @@ class Chart:
             series=(uplot.Series(label=across), *(curve.series() for curve in curves)),
             scales=_scales(self._ends),
             axes=tuple(axes),
-            legend=uplot.Legend(show=legend),
+            legend=uplot.Legend(show=True),
             height=height,
-            padding=padding,
-            visible=visible,
+            padding=(10, 8, 0, 0),
+            visible=False,  # until its first data
         )
 
     def show(self, data: Sequence[np.ndarray], **ends: Ends) -> None:

@@ -57,22 +57,25 @@ class CameraPanel(Panel):
         self._change = change
         self._sliders: dict[str, Slider] = {}
         self._putters = {name: partial(self._with_focal, name) for name in ("fx", "fy")}
-        self._area = gui.add_folder("Camera and dock")
-        with self._area:
+        with gui.add_folder("Dock"):
             self._add_dock(gui)
-            self._add_intrinsics(gui)
-            with gui.add_folder("Lens distortion", expand_by_default=False):
+        self._area = gui.add_folder("Camera")
+        with self._area:
+            self._field = gui.add_html("", order=2)
+            with gui.add_folder("Focal length and image centre", expand_by_default=False, order=3):
+                self._add_intrinsics(gui)
+            with gui.add_folder("Lens distortion", expand_by_default=False, order=4):
                 self._add_sliders(gui, DISTORTION)
-            with gui.add_folder("Port and water", expand_by_default=False):
+            with gui.add_folder("Port and water", expand_by_default=False, order=5):
                 self._add_port(gui)
-            self._field = gui.add_html("")
-            self._add_buttons(gui)
+            with gui.add_folder("Save, or go back", expand_by_default=False, order=6):
+                self._add_buttons(gui)
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a camera file."""
         hint = "ROS camera_info, OpenCV FileStorage, or our own, as YAML."
         take = loading(self._change, with_camera_file)
-        add_upload_button(self._area, client, uploads, take, "Load a camera file", hint)
+        add_upload_button(self._area, client, uploads, take, "Load a camera file", hint, order=1)
 
     def load(self, view: View) -> None:
         """Set the sliders' ranges and values."""
@@ -105,7 +108,8 @@ class CameraPanel(Panel):
             hint="How many lights the dock has. 0: not known; the lights seen are taken to be all. Changing it spaces "
             "them evenly.",
         )
-        with gui.add_form(None) as spacing:
+        uneven = gui.add_folder("Lights that are not evenly spaced", expand_by_default=False)
+        with uneven, gui.add_form(None) as spacing:
             self._angles = gui.add_text(
                 "Light angles (°)",
                 "",

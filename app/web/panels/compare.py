@@ -1,110 +1,151 @@
-"""The Compare tab: every threshold method side by side, and a sweep over the level, each on request."""
+"""The Compare tab: every threshold method side by side, and a sweep over the level."""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Callable, Mapping
-from functools import partial
-from html import escape
+from typing import Any
 
+import cv2
 import numpy as np
 import viser
 from dockpose import Estimate
-from dockpose.app.drawing.montage import around_ring, montage
-from dockpose.app.drawing.numbers import MISSING, number, pose_cells, status_words
+from dockpose.app.drawing import colours, overlay
+from dockpose.app.drawing.montage import around_ring
+from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
+from dockpose.app.drawing.thresholded import kept_pixels
 from dockpose.app.export.words import short_method
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
-from dockpose.app.processing.comparison import COMPARED, compare_view, error_words, sweep_levels
+from dockpose.app.processing.comparison import compare_view, error_words, same_comparison, sweep_levels
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.sweep import SweepChart
-from dockpose.app.web.html import help_link, row, small, table
+from dockpose.app.web.html import help_link, small
+from dockpose.app.web.live import data_html
+from dockpose.app.web.panels.view import runs
 from dockpose.app.web.widgets import BackgroundWork, Change, Panel, on_click
+from dockpose.camera.image import to_grey, to_levels
+from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS
 
-COLUMNS = ("level", "groups", "lights", "centre x, y (px)", "z (cm)", "θx (°)", "θy (°)", "time (ms)", "off by")
-_IN_A_ROW = 5
-_ASK = "Every method is tried on this picture when this tab is opened, and not while sliders move."
-_TABLE_NOTE = (
-    "Off by: distance and angle from the truth, or else from the measured pose. Click a row, or a picture below, to "
-    "use its method."
-)
-# static/page.js presses the button of that name; with the keyboard Enter does.
-_PRESSED = 'role="button" tabindex="0" data-method="{name}" title="Use {name}"'
-_OLD = "<b>Outdated:</b> the picture or the settings have changed since these results. Press the button again."
+_OLD_SWEEP = "<b>Outdated:</b> the picture or the settings have changed since. Sweep again."
+_AROUND = 1.25  # of the ring's size: what a crop shows
+_WIDEST_PX = 480  # of a crop as it is sent
+_OUTLINE_STEP = 4  # of the points on the ellipse
+_COLOURS = {
+    "light": colours.LIGHT_COLOUR,
+    "dropped": colours.DROPPED_COLOUR,
+    "ellipse": colours.ELLIPSE_COLOUR,
+    "pose": colours.POSE_COLOURS[0],
+    "kept": colours.ORANGE,
+}
 
 
-def compare_html(found: Mapping[str, Estimate], view: View) -> str:
-    """Return a row a method: what it found, how long it took, and its error where the pose is known."""
-    rows = [
-        row(
-            f"{short_method(name)}{', in use' if name == view.settings.method else ''}",
-            method_cells(one, view),
-            bold=name == view.settings.method,
-            attributes=_PRESSED.format(name=short_method(name)),
-        )
-        for name, one in found.items()
-    ]
-    return table("methods", COLUMNS, rows, _TABLE_NOTE)
+def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, Any]:
+    """Return a crop around the ring, and for each method what it found there, in pixels of the crop and in words."""
+    part = next(filter(None, (around_ring(one, _AROUND) for one in found.values())), None)
+    left, top, right, bottom = part or (0, 0, view.image.shape[1], view.image.shape[0])
+    scale = min(1.0, _WIDEST_PX / (right - left))
+    size = max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale))
+
+    def cropped(pixels: np.ndarray, way: int) -> np.ndarray:
+        return cv2.resize(pixels[top:bottom, left:right], size, interpolation=way)
+
+    def placed(points: Any) -> list[list[float]]:
+        array = np.asarray(points, dtype=float).reshape(-1, 2)
+        inside = array[np.isfinite(array).all(axis=1)]
+        return np.round((inside - [left - 0.5, top - 0.5]) * scale, 1).tolist()
+
+    grey = cropped(to_levels(to_grey(view.image))[0], cv2.INTER_AREA)
+    methods = []
+    for name, one in found.items():
+        kept = cropped(kept_pixels(view.image, one).astype(np.uint8), cv2.INTER_NEAREST)
+        outline = overlay.outline(one)
+        drawn = {
+            "kept": runs(np.flatnonzero(kept)),
+            "groups": [] if one.markers is None else placed(one.markers.points_px),
+            "onRing": overlay.on_ring(one).tolist(),
+            "ellipse": [] if outline is None else placed(outline[::_OUTLINE_STEP]),
+            "dock": [] if one.selected is None else placed(overlay.dock_outline(one.selected, one)),
+        }
+        methods.append({"name": name, "label": short_method(name)} | method_words(one, view) | drawn)
+    picture = base64.b64encode(cv2.imencode(".png", grey)[1].tobytes()).decode()
+    return {"source": view.source, "width": size[0], "height": size[1], "picture": picture, "methods": methods}
 
 
-def method_cells(found: Estimate, view: View) -> list[str]:
-    """Return the numbers of one method; without a pose, the reason stands in place of the centre."""
+def method_words(found: Estimate, view: View) -> dict[str, Any]:
+    """Return what one method found in words: a verdict, whether it is right, wrong or neither, and lines of numbers."""
     level = MISSING if found.threshold is None or found.threshold.level >= LEVELS else str(found.threshold.level)
-    groups = MISSING if found.markers is None else str(len(found.markers))
-    counts = [level, groups, str(found.lights_on_ring or 0)]
-    time_ms, pose = number(found.elapsed_ms), found.selected
+    groups = 0 if found.markers is None else len(found.markers)
+    lines = [
+        ("Level", level),
+        ("Groups, lights", f"{groups}, {found.lights_on_ring or 0}"),
+        ("Time", f"{number(found.elapsed_ms)} ms"),
+    ]
+    pose = found.selected
     if pose is None:
-        return [*counts, escape(status_words(found.status)), MISSING, MISSING, MISSING, time_ms, MISSING]
-    x_px, y_px = map(number, pose.centre_px)
-    return [*counts, f"{x_px},&nbsp;{y_px}", *pose_cells(pose)[2:], time_ms, error_words(found, view) or MISSING]
+        return {"verdict": f"No dock: {status_words(found.status)}", "kind": "wrong", "lines": lines}
+    _, _, z, theta_x, theta_y = pose_cells(pose)
+    lines[2:2] = [
+        ("z", f"{z} cm"),
+        ("θx, θy", f"{theta_x}°, {theta_y}°"),
+        ("Likely", f"{percent(pose.probability, 0)} %" if pose.probability is not None else MISSING),
+        ("Lights off", f"{number(pose.rms_px, 2)} px"),
+    ]
+    error = pose_error(pose, view.known_pose)
+    if error is None:
+        return {"verdict": "Dock found", "kind": "found", "lines": lines}
+    verdict = f"{'Right' if error.agrees else 'Wrong'}: off by {error_words(found, view)}"
+    return {"verdict": verdict, "kind": "right" if error.agrees else "wrong", "lines": lines}
 
 
 class ComparePanel(Panel):
-    """Buttons that start and stop a comparison or a sweep, their results, and buttons to use a method."""
+    """The cards of the methods, which static/compare.js draws, and below them the sweep over the level."""
 
     def __init__(self, gui: viser.GuiApi, change: Change, on_error: Callable[[Exception], None]) -> None:
+        self._change = change
         self._analysis: Analysis | None = None
-        self._worked_on: dict[str, View] = {}
-        self._compare = gui.add_button(
-            "Compare all methods",
-            icon=viser.Icon.LAYOUT_GRID,
-            hint="Try every threshold method on this picture, up to the pose.",
-        )
-        self._sweep = gui.add_button(
-            "Sweep the level",
-            icon=viser.Icon.CHART_LINE,
-            hint="Try every fixed level from 1 to 255: how far is the dock's centre off by three ways to find it?",
-        )
+        self._compared: View | None = None
+        self._swept: View | None = None
+        self._state: dict[str, Any] = {}
+        look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
         self._task = BackgroundWork(gui, on_error, "Stop the work.")
-        self._note = gui.add_html(small(_ASK))
-        self._chart = SweepChart(gui)
-        self._table = gui.add_html("")
-        self._take_over = [
-            gui.add_button_group(
-                "Use method" if first == 0 else "or",
-                tuple(short_method(name) for name in COMPARED[first : first + _IN_A_ROW]),
-                visible=False,
-                hint="Use this method for the picture.",
+        gui.add_html(f'<dockpose-compare style="{look}"></dockpose-compare>')
+        self._cards, self._states = gui.add_html(""), gui.add_html("")
+        with gui.add_folder("Every fixed level", expand_by_default=False):
+            sweep = gui.add_button(
+                "Sweep the level",
+                icon=viser.Icon.CHART_LINE,
+                hint="Try every fixed level from 1 to 255: how far is the dock's centre off by three ways to find it?",
             )
-            for first in range(0, len(COMPARED), _IN_A_ROW)
-        ]
-        self._montage = gui.add_image(np.zeros((3, 4, 3), np.uint8), format="jpeg", jpeg_quality=90, visible=False)
+            self._sweep_note = gui.add_html("")
+            self._chart = SweepChart(gui)
         gui.add_html(help_link("compare"))
-        on_click(self._compare, lambda client: self._begin(self._do_compare))
-        on_click(self._sweep, lambda client: self._begin(self._do_sweep))
-        for group in self._take_over:
-            on_click(group, partial(_take_over, group, change))
+        on_click(sweep, lambda client: self._begin(self._do_sweep))
 
     def show(self, analysis: Analysis) -> None:
-        """Keep what to compare, and say when the results shown are outdated."""
+        """Keep what to compare; say which method is in use, and whether the results are of something else by now."""
         self._analysis = analysis
-        if self._worked_on:
-            self._say_age()
+        self._tell()
 
     def close(self) -> None:
         """Stop whatever runs."""
         self._task.close()
+
+    def compare(self) -> None:
+        """Compare the methods on what is shown, unless the results there are of it."""
+        if self._analysis is not None and not self._is_fresh:
+            self._begin(self._do_compare)
+
+    def use(self, method: str, client: viser.ClientHandle) -> None:
+        """Take a method for the picture."""
+        self._change(lambda view: with_method(view, method), client, reload=True)
+
+    @property
+    def _is_fresh(self) -> bool:
+        present = None if self._analysis is None else self._analysis.view
+        return self._compared is not None and present is not None and same_comparison(self._compared, present)
 
     def _begin(self, work: Callable[[Analysis, Progress], None]) -> None:
         analysis = self._analysis
@@ -113,28 +154,22 @@ class ComparePanel(Panel):
 
     def _work(self, work: Callable[[Analysis, Progress], None], analysis: Analysis, progress: Progress) -> None:
         work(analysis, progress)
-        self._say_age()
+        self._tell()
 
-    def _say_age(self) -> None:
-        """Say whether a result shown here is of an earlier view."""
-        present = None if self._analysis is None else self._analysis.view
-        is_old = any(view is not present for view in self._worked_on.values())
-        self._note.content = small(_OLD if is_old else "", 'id="outdated"' if is_old else "")
+    def _tell(self) -> None:
+        in_use = None if self._analysis is None else self._analysis.view.settings.method
+        threshold = None if self._analysis is None else self._analysis.estimate.threshold
+        steps_in = threshold.method if threshold is not None and threshold.method != in_use else None
+        state = {"inUse": in_use, "stepsIn": steps_in, "isOld": self._compared is not None and not self._is_fresh}
+        if state != self._state:
+            self._state, self._states.content = state, data_html("compare-state", state)
+        is_old = self._swept is not None and self._analysis is not None and self._swept is not self._analysis.view
+        self._sweep_note.content = small(_OLD_SWEEP) if is_old else ""
 
     def _do_compare(self, analysis: Analysis, progress: Progress) -> None:
-        view = analysis.view
-        found = compare_view(view, progress)
-        self._montage.image = montage(view.image, found, view.known_pose, around_ring(analysis.estimate))[:, :, ::-1]
-        self._table.content = compare_html(found, view)
-        for handle in (self._montage, *self._take_over):
-            handle.visible = True
-        self._worked_on["methods"] = view
+        numbers = comparison_numbers(compare_view(analysis.view, progress), analysis.view)
+        self._cards.content, self._compared = data_html("compare", numbers), analysis.view
 
     def _do_sweep(self, analysis: Analysis, progress: Progress) -> None:
-        self._worked_on["sweep"] = analysis.view
+        self._swept = analysis.view
         self._chart.show(sweep_levels(analysis.view, analysis.estimate, progress, show=self._chart.grow))
-
-
-def _take_over(group: viser.GuiButtonGroupHandle, change: Change, client: viser.ClientHandle) -> None:
-    method = {short_method(name): name for name in COMPARED}.get(group.value)
-    change(lambda view: with_method(view, method), client, reload=True)

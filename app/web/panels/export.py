@@ -69,12 +69,12 @@ class ExportPanel(Panel):
             "Save all as one ZIP file", icon=viser.Icon.FILE_ZIP, hint="Everything that can be chosen above."
         )
         self._saver = Saver(gui, notify, on_error)
-        with gui.add_folder("Drawn on the annotated picture", expand_by_default=True):
+        with gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
             self._layers = {
                 name: gui.add_checkbox(LAYER_WORDS[name][0], True, hint=LAYER_WORDS[name][1]) for name in LAYERS
             }
         on_click(save, self._save)
-        on_click(save_all, self._save_all)
+        on_click(save_all, self.save_all)
 
     @property
     def layers(self) -> list[str]:
@@ -102,7 +102,8 @@ class ExportPanel(Panel):
 
         self._saver.save(client, bundle_name(analysis.view.source, f"_{name}"), make)
 
-    def _save_all(self, client: viser.ClientHandle) -> None:
+    def save_all(self, client: viser.ClientHandle) -> None:
+        """Save everything as one ZIP file, in the downloads of this browser."""
         analysis, layers, with_montage = self._analysis, self.layers, bool(self._montage.value)
         if analysis is None:
             return

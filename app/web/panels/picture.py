@@ -5,19 +5,20 @@ from __future__ import annotations
 from html import escape
 
 import viser
-from dockpose.app.drawing.colours import TRUST_COLOURS
+from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES
 from dockpose.app.export.words import advice
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.web.html import pose_name, result_cells, row, table, wide_row
+from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, table, wide_row
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.scene.viewpoints import NAMES
 from dockpose.app.web.widgets import Panel, on_click
 
 COLUMNS = (*QUANTITIES, "likely (%)", "error (px)")
 EXPLANATION = (
-    "The dock's centre from the camera: x right, y down, z ahead. θx, θy: pitch and yaw of its face, 0 where it is "
-    "square on. Error: how far off the lights are, root mean square."
+    "Centre of the dock from the camera: x right, y down, z ahead. θx, θy: pitch and yaw, 0 if square on. "
+    "Error: of the lights, root mean square."
 )
 
 
@@ -37,46 +38,51 @@ def status_html(analysis: Analysis) -> str:
 
 
 def table_html(analysis: Analysis) -> str:
-    """Both candidates and, where they are known, the truth and the measured pose."""
+    """Both candidates and, where they are known, the truth and the measured pose; sigma of the chosen one beneath."""
     found = analysis.estimate
-    rows = []
+    rows, sigmas = [], ""
     for index, pose in enumerate(found.candidates):
         is_chosen = pose is found.selected
+        if is_chosen:
+            sigmas = row(f"± {POSE_NAMES[index]}, one sigma", sigma_cells(pose))
         rows.append(row(pose_name(index, is_chosen), result_cells(pose), bold=is_chosen))
     for name, known in (("Truth", analysis.view.truth), ("Measured", analysis.view.measured)):
         if known is not None:
             rows.append(row(name, result_cells(known)))
     if not rows:
         rows.append(wide_row("No pose to show.", len(COLUMNS) + 1))
-    return table("candidates", COLUMNS, rows, EXPLANATION)
+    return table("candidates", COLUMNS, rows, EXPLANATION, sigmas)
 
 
 class StatusPanel(Panel):
     """One line and a sentence, always shown."""
 
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self._status = gui.add_html("")
+    def __init__(self, gui: viser.GuiApi, live: LivePage) -> None:
+        self._live = live
+        live.place(gui, "status")
 
     def show(self, analysis: Analysis) -> None:
         """Say what was found."""
-        self._status.content = status_html(analysis)
+        self._live.put_html("status", status_html(analysis))
 
 
 class ResultPanel(Panel):
     """The table of both candidates."""
 
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self._table = gui.add_html("")
+    def __init__(self, gui: viser.GuiApi, live: LivePage) -> None:
+        self._live = live
+        live.place(gui, "candidates")
 
     def show(self, analysis: Analysis) -> None:
         """Fill the table."""
-        self._table.content = table_html(analysis)
+        self._live.put_html("candidates", table_html(analysis))
 
 
 class ViewpointPanel(Panel):
     """One button a viewpoint; each moves only the browser it was pressed in."""
 
     def __init__(self, gui: viser.GuiApi, scene: Scene3D) -> None:
+        gui.add_html('<dockpose-name-next name="view-buttons"></dockpose-name-next>')
         buttons = gui.add_button_group(
             "3D view from",
             NAMES,

@@ -1,126 +1,156 @@
-"""Sequences: which one is played, its buttons, and its course over time."""
+"""Sequences: which one is played and how fast; static/timeline.js draws its course over time and steers it."""
 
 from __future__ import annotations
 
-from html import escape
+import itertools
+import math
+from typing import Any
 
 import viser
 from dockpose.app.processing.analysis import Analysis, TrackedFrame
-from dockpose.app.web.charts.trajectory import TrajectoryCharts
-from dockpose.app.web.html import SMALL
+from dockpose.app.processing.trajectory import COLUMNS, Trajectory
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.sequence import NONE_CHOSEN, SequenceController
-from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Panel, add_upload_button, on_click, on_person
+from dockpose.app.web.widgets import Panel, on_click, on_person
 from dockpose.sources import Frames
 
 SURE = 0.999  # beyond it no more digits are told
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
+_SENT_AGAIN = 20  # frames before the present one that are sent with it, should a browser have missed some
+_MOST_POINTS = 4000  # of a course as a whole
+_SEEN, _PREDICTED, _LOST = range(3)
+_TIME, _Z, _CHANCE, _IS_LOST = (COLUMNS.index(name) for name in ("time_s", "z_m", "probability", "lost"))
 
 
 class SequencePanel(Panel):
-    """Play, pause, step, speed and a slider of frames; charts over time below."""
+    """Choice of the sequence, its speed, and words; the time line is told the rest."""
 
-    def __init__(self, gui: viser.GuiApi, controller: SequenceController) -> None:
-        self._controller = controller
-        self._area = gui.add_folder("Sequence", expand_by_default=True)
-        with self._area:
-            self._choice = gui.add_dropdown(
-                "Sequence",
-                (NONE_CHOSEN, *controller.names()),
-                hint="What was given when dockpose was started, videos and pictures below its folder (--folder), or a "
-                "simulated course through the scene under Source.",
-                order=1,
-            )
-            self._play = gui.add_button(
-                "Play", icon=viser.Icon.PLAYER_PLAY, hint="Go on, or pause. Key: K.", order=3, disabled=True
-            )
-            self._steps = gui.add_button_group(
-                "Step", ("Back", "Forward"), hint="Pause, and show the frame before or after.", order=4, visible=False
-            )
-            self._frame = gui.add_slider(
-                "Frame", min=1, max=2, step=1, initial_value=1, hint="Go to a frame.", order=5, visible=False
-            )
-            self._speed = gui.add_dropdown(
-                "Speed (times)",
-                tuple(SPEEDS),
-                initial_value="1",
-                hint="How many times as fast as the frames were taken; no frame of a recording is left out.",
-                order=6,
-            )
-            self._words = gui.add_html("", order=7)
-        self._charts = TrajectoryCharts(gui)
-        on_click(self._play, lambda client: self.toggle())
-        on_person(self._choice.on_update, lambda client: controller.choose(self._choice.value, client))
-        on_person(self._steps.on_click, lambda client: self._step(1 if self._steps.value == "Forward" else -1))
-        on_person(self._frame.on_update, lambda client: self._go_to())
-        on_person(self._speed.on_update, lambda client: self._set_speed())
-        self.reset(None)
-
-    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
-        """Give one browser its button to send a video."""
-        add_upload_button(
-            self._area,
-            client,
-            uploads,
-            self._controller.take,
-            "Upload a video",
-            "MP4, AVI, MOV, MKV or WebM. It stays on this machine, and is deleted when another sequence is chosen.",
-            mime_type="video/*",
-            order=2,
+    def __init__(self, gui: viser.GuiApi, live: LivePage, controller: SequenceController) -> None:
+        self._live, self._controller = live, controller
+        self._courses = itertools.count(1)
+        self._course, self._newest = 0, None
+        self._choice = gui.add_dropdown(
+            "Sequence",
+            (NONE_CHOSEN, *controller.names()),
+            hint="What was given when dockpose was started, videos and pictures below its folder (--folder), a video "
+            "that was uploaded (tab Pictures), or a simulated course through the scene of the tab Simulate.",
         )
+        self._start = gui.add_button("", icon=viser.Icon.PLAYER_PLAY, hint="Open it, and play it at once.")
+        self._speed = gui.add_dropdown(
+            "Speed (times)",
+            tuple(SPEEDS),
+            initial_value="1",
+            hint="How many times as fast as the frames were taken; no frame of a recording is left out.",
+        )
+        gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
+        on_click(self._start, lambda client: self._open_first(client))
+        on_person(self._choice.on_update, lambda client: controller.choose(self._choice.value, client))
+        on_person(self._speed.on_update, lambda client: self.set_speed(self._speed.value))
+        self._live.put(timeline=self._numbers())
+        self._show_choice(None)
+
+    def add_upload(self, client: viser.ClientHandle, uploads: object) -> None:
+        """Let a new browser have the whole course so far."""
+        self._tell_whole()
 
     def toggle(self) -> None:
         """Play, or pause."""
         if self._controller.player is not None:
             self._controller.play(not self._controller.player.is_playing)
-            self.follow_player()
+            self._tell_now()
+
+    def go_to(self, frame: int) -> None:
+        """Show a frame, counted from 0; a live source has none to go to."""
+        player = self._controller.player
+        if player is not None and not player.frames.is_live:
+            player.go_to(frame)
+
+    def set_speed(self, speed: Any) -> None:
+        """Play at one of ``SPEEDS``."""
+        if speed in SPEEDS:
+            self._speed.value = speed
+            self._set_speed()
+            self._tell_now()
 
     def reset(self, name: str | None) -> None:
         """Show that another sequence was opened, or none."""
+        self._course, self._newest = next(self._courses), None
+        self._show_choice(name)
+        self._set_speed()
+        self._tell_now()
+        self._tell_whole()
+
+    def _show_choice(self, name: str | None) -> None:
         player = self._controller.player
-        self._charts.hide()
         names = (NONE_CHOSEN, *self._controller.names())
         shown = (*names, name) if name is not None and name not in names else names
         self._choice.options, self._choice.value = shown, name or NONE_CHOSEN
-        is_recording = player is not None and not player.frames.is_live
-        self._play.disabled = player is None
-        self._steps.visible = self._frame.visible = self._speed.visible = is_recording
-        if player is not None and player.frames.count is not None:
-            self._frame.max = max(2, player.frames.count)
-        self._words.content = _small("No sequence is chosen." if player is None else "")
-        self._set_speed()
-        self.follow_player()
-
-    def follow_player(self) -> None:
-        """Let the button say what it would do."""
-        player = self._controller.player
-        is_playing = player is not None and player.is_playing
-        self._play.label, self._play.icon = (
-            ("Pause", viser.Icon.PLAYER_PAUSE) if is_playing else ("Play", viser.Icon.PLAYER_PLAY)
-        )
+        self._start.visible, self._start.label = player is None, f"Play {self._controller.names()[0]}"
+        self._speed.visible = player is not None and not player.frames.is_live
 
     def show(self, analysis: Analysis) -> None:
-        """Show where in the sequence the frame is, and the course so far."""
-        player = self._controller.player
-        self.follow_player()
-        if analysis.tracked_frame is None or player is None:
+        """Show where in the sequence the frame is."""
+        if analysis.tracked_frame is None or self._controller.player is None:
             return
-        if not player.frames.is_live:
-            self._frame.value = analysis.tracked_frame.frame.index + 1
-        self._words.content = _small(sequence_words(analysis.tracked_frame, player.frames))
-        self._charts.show(analysis.tracked_frame.trajectory)
+        self._newest = analysis.tracked_frame
+        self._live.put(timeline=self._numbers())
+        if not self._controller.is_playing:
+            self._tell_whole()
 
-    def _step(self, by: int) -> None:
-        if self._controller.player is not None:
-            self._controller.player.step(by)
-
-    def _go_to(self) -> None:
-        if self._controller.player is not None and isinstance(self._frame.value, (int, float)):
-            self._controller.player.go_to(int(self._frame.value) - 1)
+    def _open_first(self, client: viser.ClientHandle) -> None:
+        if self._controller.player is None:
+            self._controller.choose(self._controller.names()[0], client)
+            self._controller.play(True)
+            self._tell_now()
 
     def _set_speed(self) -> None:
         if self._controller.player is not None:
             self._controller.player.set_speed(SPEEDS.get(self._speed.value, 1.0))
+
+    def _tell_now(self) -> None:
+        """Send what changed without a new frame, as that it plays."""
+        with self._live.held:
+            self._live.put(timeline=self._numbers())
+            self._live.send()
+
+    def _tell_whole(self) -> None:
+        """Send the course as a whole, so that no browser lacks a part of it."""
+        points = [] if self._newest is None else course_points(self._newest.trajectory)
+        step = math.ceil(len(points) / _MOST_POINTS) or 1
+        self._live.send_aside("course", {"course": self._course, "points": points[::step]})
+
+    def _numbers(self) -> dict[str, Any]:
+        player, newest = self._controller.player, self._newest
+        if player is None:
+            return {"course": self._course, "name": None, "words": "No sequence is chosen."}
+        numbers = {
+            "course": self._course,
+            "name": self._controller.name,
+            "count": player.frames.count,
+            "isLive": player.frames.is_live,
+            "isPlaying": player.is_playing,
+            "speed": self._speed.value,
+            "speeds": list(SPEEDS),
+            "at": 0 if newest is None else newest.frame.index,
+            "words": "" if newest is None else sequence_words(newest, player.frames),
+        }
+        last = numbers["at"]
+        points = [] if newest is None else course_points(newest.trajectory, max(0, last - _SENT_AGAIN), last)
+        return numbers | {"points": points}
+
+
+def course_points(trajectory: Trajectory, first: int = 0, last: int | None = None) -> list[list[float | None]]:
+    """Return of each frame its number, time (s), z (cm) and probability, and whether it was seen, predicted or lost."""
+    points = []
+    for index, row in trajectory.rows(first, last):
+        z_cm = _rounded(100 * row[_Z], 2)
+        state = _SEEN if not row[_IS_LOST] else _LOST if z_cm is None else _PREDICTED
+        points.append([index, _rounded(row[_TIME], 3), z_cm, _rounded(row[_CHANCE], 4), state])
+    return points
+
+
+def _rounded(value: float, digits: int) -> float | None:
+    return None if math.isnan(value) else round(value, digits)
 
 
 def sequence_words(tracked_frame: TrackedFrame, frames: Frames) -> str:
@@ -146,7 +176,3 @@ def _chance_words(probability: float | None) -> str:
         return ""
     chance = f"{100 * probability:.1f} %" if probability < SURE else f"over {100 * SURE:g} %"
     return f"; the chosen pose is right with a probability of {chance}"
-
-
-def _small(text: str) -> str:
-    return f'<div id="sequence" style="{SMALL}">{escape(text)}</div>'

@@ -18,7 +18,7 @@ from viser._gui_handles import GuiModalHandle
 FIRST_CARD = (
     "You see a simulated dock: its lights were found, numbered, and an ellipse was laid through them.",
     "The table and the 3D scene show the two poses the dock may have; the chosen one is solid.",
-    "Try it: move a slider under <b>Source</b> or <b>Camera &amp; dock</b>, or drop a picture of your own on the page.",
+    "Try it: move a slider in the tab <b>Simulate</b> or <b>Tank</b>, or drop a picture of your own on the page.",
 )
 
 
@@ -39,7 +39,7 @@ class SettingsPanel(Panel):
         self._server, self._change, self._memory = server, change, memory
         self._cards: dict[int, GuiModalHandle] = {}
         gui = server.gui
-        self._area = gui.add_folder("Settings and help")
+        self._area = gui.add_folder(None)
         with self._area:
             back = gui.add_button_group("Changes", ("Undo", "Redo"), hint="Keys: Ctrl+Z and Ctrl+Shift+Z.")
             self._dark = gui.add_checkbox(

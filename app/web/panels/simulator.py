@@ -34,18 +34,18 @@ class SimulatorPanel(Panel):
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
         self._change = change
         self._sliders: list[Slider] = []
-        self._area = gui.add_folder("Simulated scene")
+        self._area = gui.add_folder(None)
         with self._area:
-            with gui.add_folder("Pose of the dock", expand_by_default=False):
+            with gui.add_folder("Pose of the dock"):
                 self._add_sliders(gui, SCENE_POSE)
             with gui.add_folder("Water and light", expand_by_default=False):
                 self._add_water(gui)
             with gui.add_folder("Disturbances", expand_by_default=False):
                 self._add_disturbances(gui)
             own = gui.add_button(
-                "Use camera & dock in use",
+                "Use my camera and dock",
                 icon=viser.Icon.CAMERA,
-                hint="Simulate with the camera and the dock as they stand under Camera & dock.",
+                hint="Simulate with the camera and the dock as they stand in the tab Tank.",
             )
             save = gui.add_button(
                 "Save the scene", icon=viser.Icon.DOWNLOAD, hint="A YAML file with every number of the scene."

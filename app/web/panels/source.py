@@ -1,16 +1,19 @@
-"""Choose a picture: a sample scene, an upload, or a file of a folder on this machine."""
+"""Choose a picture: a sample scene, an upload, or a file of a folder on this machine; or open a video."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import viser
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
-from dockpose.app.inputs.samples import sample_names
+from dockpose.app.inputs.samples import SAMPLE_WORDS, sample_names
 from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
+from dockpose.app.web.html import small
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, on_change, on_click
 
@@ -22,38 +25,46 @@ class SourcePanel(Panel):
     """Samples, uploads, a folder, and buttons that page through the list that the picture is from.
 
     Only pictures below ``root`` are listed. ``beside`` is the folder of the picture given at the start; its pictures
-    can be paged through. Either may be None.
+    can be paged through. Either may be None. ``take_video`` gets the bytes and the name of a video.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, change: Change, uploads: UploadStore, root: Path | None, beside: Path | None
+        self,
+        gui: viser.GuiApi,
+        change: Change,
+        uploads: UploadStore,
+        root: Path | None,
+        beside: Path | None,
+        take_video: Callable[[bytes, str, viser.ClientHandle], None],
     ) -> None:
         self._change, self._uploads, self._root, self._beside = change, uploads, root, beside
-        self._folder_area = gui.add_folder("Picture")
-        with self._folder_area:
+        self._take_video = take_video
+        self._area = gui.add_folder(None)
+        with self._area:
             self._sample = gui.add_dropdown(
                 "Sample scene",
                 (*sample_names(), OWN_PICTURE),
                 hint="Simulated scenes that come with the program; their camera, dock and true pose are known.",
-                order=1,
+                order=3,
             )
+            self._words = gui.add_html("", order=3.1)
             self._uploaded = gui.add_dropdown(
                 "Uploaded",
                 (NONE_CHOSEN,),
                 hint="Pictures that were sent to this page since it started; the oldest go when there is no more room.",
-                order=3,
+                order=2.5,
                 visible=False,
             )
             self._forget = gui.add_button(
                 "Forget uploads",
                 icon=viser.Icon.TRASH,
                 hint="Give the memory back that uploaded pictures take. The picture that is shown stays.",
-                order=3.5,
+                order=2.7,
                 visible=False,
             )
             self._folder, self._file = self._add_folder_choice(gui)
             pages = gui.add_button_group(
-                "Turn pages",
+                "Other pictures",
                 ("Previous", "Next"),
                 hint="The picture before or after this one, in the list it is from. Keys: P and N.",
                 order=6,
@@ -73,9 +84,9 @@ class SourcePanel(Panel):
         self._change(lambda view: self._turned(view, by), client, reload=True)
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
-        """Give one browser its upload button."""
+        """Give one browser its upload buttons."""
         add_upload_button(
-            self._folder_area,
+            self._area,
             client,
             uploads,
             loading(self._change, self._with_new_upload),
@@ -83,12 +94,23 @@ class SourcePanel(Panel):
             "PNG, JPEG, TIFF, BMP, WebP or PNM, 8 or 16 bit, several at once; or drop them anywhere on the page. They "
             "stay on this machine.",
             mime_type="image/*",
+            order=1,
+        )
+        add_upload_button(
+            self._area,
+            client,
+            uploads,
+            self._take_video,
+            "Upload a video",
+            "MP4, AVI, MOV, MKV or WebM. It stays on this machine, and is deleted when another sequence is chosen.",
+            mime_type="video/*",
             order=2,
         )
 
     def load(self, view: View) -> None:
         """Show which list the picture is from."""
         self._sample.value = view.sample or OWN_PICTURE
+        self._words.content = small(escape(SAMPLE_WORDS.get(view.sample or "", "")))
         uploaded = self._uploads.names()
         self._uploaded.visible = self._forget.visible = bool(uploaded)
         self._forget.label = f"Forget uploads ({_megabytes(self._uploads.kept_bytes)})"

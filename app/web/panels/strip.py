@@ -12,6 +12,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.in_force import in_force_words
 from dockpose.app.state.tank import Tanks, tank_words
 from dockpose.app.state.view import View
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.widgets import Panel
 
 
@@ -35,9 +36,12 @@ def origin_html(view: View, is_saved: bool, browsers: int) -> str:
     state = "" if is_saved or not view.tank.name else " (changed since it was saved)"
     other = in_force_words(view)
     in_force = f' · <span id="in-force">{escape(other)}</span>' if other else ""
+    told = escape(
+        ". ".join(filter(None, (view.source, other, tank_words(view.tank))))
+    )  # where there is no room for all
     several = f' · <span id="browsers">{browsers} browsers</span>' if browsers > 1 else ""
     return (
-        f'<div id="strip-origin"><div><b id="source">{escape(view.source)}</b>{in_force}{several}</div>'
+        f'<div id="strip-origin" title="{told}"><div><b id="source">{escape(view.source)}</b>{in_force}{several}</div>'
         f'<div id="tank">{escape(tank_words(view.tank))}{state}</div></div>'
     )
 
@@ -45,20 +49,22 @@ def origin_html(view: View, is_saved: bool, browsers: int) -> str:
 class StripPanel(Panel):
     """The strip; it stays in view whichever tabs are open."""
 
-    def __init__(self, gui: viser.GuiApi, tanks: Tanks) -> None:
-        self._tanks = tanks
-        self._strip = gui.add_html("")
+    def __init__(self, gui: viser.GuiApi, live: LivePage, tanks: Tanks) -> None:
+        self._live, self._tanks = live, tanks
+        live.place(gui, "strip")
         self._browsers, self._newest = 1, None
 
     def show(self, analysis: Analysis) -> None:
-        """Show a result."""
+        """Put a result there."""
         self._newest: Analysis | None = analysis
         view = analysis.view
         origin = origin_html(view, self._tanks.is_saved(view.tank), self._browsers)
-        self._strip.content = f'<div id="strip">{place_html(analysis)}{origin}</div>'
+        self._live.put_html("strip", f'<div id="strip">{place_html(analysis)}{origin}</div>')
 
     def count_browsers(self, browsers: int) -> None:
-        """Say how many browsers show the page."""
-        self._browsers = browsers
-        if self._newest is not None:
-            self.show(self._newest)
+        """Say how many browsers show the page, where it is more than one."""
+        with self._live.held:
+            before, self._browsers = self._browsers, max(1, browsers)
+            if self._newest is not None and before != self._browsers:
+                self.show(self._newest)
+                self._live.send()

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import base64
 import itertools
-import json
 import math
 from collections.abc import Callable
-from html import escape
 from typing import Any
 
 import cv2
@@ -25,6 +23,7 @@ from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.histogram import HistogramNumbers
+from dockpose.app.web.live import LivePage, data_html
 from dockpose.app.web.widgets import Change, Panel, on_person
 from dockpose.camera.image import to_levels
 from dockpose.thresholds import LEVELS
@@ -73,44 +72,37 @@ _WISHES = msgspec.json.Decoder(_Mask | _Level | _Methods)
 
 
 class PicturePanel(Panel):
-    """The picture with its histogram.
+    """The picture with its histogram; ``is_playing`` says whether frames follow each other by themselves."""
 
-    ``flush`` sends queued messages at once, and ``is_playing`` says whether frames follow each other by themselves.
-    """
-
-    def __init__(
-        self, gui: viser.GuiApi, change: Change, flush: Callable[[], None], is_playing: Callable[[], bool]
-    ) -> None:
-        self._change, self._flush, self._is_playing = change, flush, is_playing
+    def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change, is_playing: Callable[[], bool]) -> None:
+        self._live, self._change, self._is_playing = live, change, is_playing
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
         self._is_exact = False
-        self._numbers = HistogramNumbers()
+        self._numbers, self._histogram = HistogramNumbers(), {}
         self._analysis: Analysis | None = None
         self._last_wish = -1
         self._wishes = gui.add_text("Done in the picture", "")
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
         gui.add_html(f'<dockpose-picture channel="{self._wishes._impl.uuid}" style="{look}"></dockpose-picture>')
         gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
-        self._picture, self._overlay, self._histogram, self._methods = (gui.add_html("") for _ in range(4))
+        self._picture, self._methods = gui.add_html(""), gui.add_html("")
         on_person(self._wishes.on_update, self._fulfil)
 
     def show(self, analysis: Analysis) -> None:
-        """Send what was found, and the picture if it is another one; both at once, before the rest of the page."""
+        """Send the picture if it is another one, and put what was found in it."""
         last, self._analysis = self._analysis, analysis
         image, is_playing = analysis.view.image, self._is_playing()
         if image is not self._sent or not (self._is_exact or is_playing):
             self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)
             self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))
-        numbers = overlay_numbers(analysis)
-        serials = {"serial": next(self._serials), "picture": self._picture_serial}
-        self._overlay.content = data_html("overlay", numbers | serials)
+        self._live.put(picture=self._picture_serial, overlay=overlay_numbers(analysis), isPlaying=is_playing)
         histogram = self._numbers.of(analysis, is_playing=is_playing)
-        if histogram is not None:
-            self._histogram.content = data_html("histogram", histogram)
+        if histogram is not None and histogram != self._histogram:
+            self._histogram = histogram
+            self._live.put(histogram=histogram | {"serial": next(self._serials)})
         if last is not None and _histogram_of(last) != _histogram_of(analysis):
             self._show_methods(None)
-        self._flush()
 
     def _fulfil(self, client: viser.ClientHandle) -> None:
         """Do what the newest wish says; calls for wishes that were overtaken find none."""
@@ -142,12 +134,6 @@ def fulfilled(view: View, wish: _Mask | _Level) -> View:
     if isinstance(wish, _Level):
         return with_method(view, "fixed", wish.level)
     return with_mask(view, wish.x, wish.y, wish.width, wish.height)
-
-
-def data_html(name: str, data: dict[str, Any]) -> str:
-    """Return data for an element of static/, which reads it by that name."""
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
-    return f'<dockpose-data name="{name}" hidden>{escape(text, quote=False)}</dockpose-data>'
 
 
 def picture_data(image: np.ndarray, serial: int, is_exact: bool) -> dict[str, Any]:

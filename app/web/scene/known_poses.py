@@ -26,7 +26,6 @@ class KnownDock:
         self._lines = scene.add_line_segments(
             f"{path}/lines", cross_and_ring(), colour, thickness=1.8, thickness_units="screen"
         )
-        self._label = scene.add_label(f"{path}/label", name, anchor="center-left", font_screen_scale=0.8)
 
     def show(self, known: KnownPose | None, radius_m: float) -> None:
         """Draw the pose with the dock's radius."""
@@ -36,4 +35,3 @@ class KnownDock:
         self._frame.position = known.position_m
         self._frame.wxyz = transforms.SO3.from_matrix(known.rotation).wxyz
         self._lines.scale = radius_m
-        self._label.position = (radius_m, 0.0, 0.0)

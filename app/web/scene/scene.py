@@ -15,9 +15,11 @@ from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLOURS, POSE_NAMES, TRUTH_COLOUR, rgb
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
+from dockpose.app.web.scene.following import Viewpoints
 from dockpose.app.web.scene.known_poses import KnownDock
-from dockpose.app.web.scene.viewpoints import OVERVIEW, Extent, viewpoint
-from dockpose.pose.circle import CirclePose
+from dockpose.app.web.scene.labels import Label, labels
+from dockpose.app.web.scene.port import PortDisc, port_radius_m
+from dockpose.app.web.scene.viewpoints import Extent
 from dockpose.pose.known import KnownPose
 from viser import transforms
 
@@ -26,7 +28,6 @@ NORMAL_LENGTH = 1.3  # radii, as in the annotated picture
 _TEXTURE_WIDTH_PX = 640
 _QUICK_TEXTURE_WIDTH_PX = 320  # where pictures follow each other faster than a browser can draw large ones
 _QUICK_S = 0.5
-RESTING = "3D rests while playing"
 _PATH_POINTS = 400
 _GREY = (130, 130, 130)
 _AXIS_COLOURS = np.array([(214, 39, 40), (44, 160, 44), (31, 119, 180)], dtype=np.uint8)
@@ -82,21 +83,20 @@ def path_segments(analysis: Analysis) -> np.ndarray:
     return np.stack([path[:-1], path[1:]], axis=1)
 
 
-def pose_label(name: str, pose: CirclePose) -> str:
-    """Label of a pose: its letter, and how likely it is."""
-    return name if pose.probability is None else f"{name} {100 * pose.probability:.0f} %"
+def docks_of(found: Estimate, *known: KnownPose | None) -> Extent | None:
+    """The box around all docks, estimated and known; None where there is none."""
+    positions = [np.asarray(pose.position_m) for pose in (*filter(None, known), *found.candidates)]
+    if not positions:
+        return None
+    return Extent(np.min(positions, axis=0) - found.dock.radius, np.max(positions, axis=0) + found.dock.radius)
 
 
 def extent_of(found: Estimate, *known: KnownPose | None) -> Extent:
     """The box around the camera and all docks, estimated and known; a metre of water where there is no dock."""
-    radius = found.dock.radius
-    points = [np.zeros(3)]
-    for pose in (*filter(None, known), *found.candidates):
-        position = np.asarray(pose.position_m)
-        points += [position - radius, position + radius]
-    if len(points) == 1:
-        points.append(np.array([0.0, 0.0, 1.0]))
-    return Extent(np.min(points, axis=0), np.max(points, axis=0))
+    docks = docks_of(found, *known)
+    if docks is None:
+        return Extent(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    return Extent(np.minimum(docks.low, 0.0), np.maximum(docks.high, 0.0))
 
 
 def grid_cell_m(extent: Extent) -> float:
@@ -114,7 +114,6 @@ class _PoseNodes:
     ring: viser.LineSegmentsHandle
     lights: viser.PointCloudHandle
     normal: viser.ArrowsHandle
-    label: viser.LabelHandle
 
 
 class Scene3D:
@@ -126,16 +125,17 @@ class Scene3D:
         self._pictured_at_s = -math.inf
         self._looked_at: str | None = None
         self.extent = Extent(np.zeros(3), np.ones(3))
-        self.camera = Camera(1.0, 1.0, 0.0, 0.0, 1, 1)
+        self._viewpoints = Viewpoints(server)
+        self.look_from = self._viewpoints.look_from
         scene = server.scene
         scene.set_up_direction("-y")
+        scene.set_global_visibility(False)  # to begin with: see open_to
         scene.configure_default_lights(cast_shadow=False)  # shadows would take half the drawing time
         self._grid = scene.add_grid(
             "/grid", plane="xz", cell_color=_GREY, cell_thickness=0.5, section_color=_GREY, fade_strength=0.5
         )
-        self._grid_label = scene.add_label("/grid/label", "", anchor="top-left", font_screen_scale=0.8)
+        self._grid_label = scene.add_label("/grid/label", "", anchor="top-left")
         no_lines = np.zeros((1, 2, 3))
-        scene.add_label("/camera/label", "camera", anchor="bottom-center")
         self._axes = scene.add_line_segments(
             "/camera/axes",
             np.stack([np.zeros((3, 3)), np.eye(3)], axis=1),
@@ -143,55 +143,47 @@ class Scene3D:
             thickness=2.5,
             thickness_units="screen",
         )
-        self._axis_labels = [
-            scene.add_label(f"/camera/{axis}", axis, anchor="center-center", font_screen_scale=0.8) for axis in "xyz"
-        ]
         self._edges = scene.add_line_segments("/camera/edges", no_lines, _GREY, thickness=1.5, thickness_units="screen")
         self._rays = scene.add_line_segments("/rays", no_lines, _GREY, thickness=0.8, thickness_units="screen")
         self._path = scene.add_line_segments(
             "/path", no_lines, rgb(PATH_COLOUR), thickness=2.0, thickness_units="screen"
         )
         self._image: viser.ImageHandle | None = None
-        self._resting = scene.add_label("/resting", RESTING, anchor="center-center", visible=False)
         self._truth = KnownDock(scene, "truth", rgb(TRUTH_COLOUR))
         self._measured = KnownDock(scene, "measured", rgb(MEASURED_COLOUR))
+        self._port = PortDisc(scene)
+        self._labels: dict[str, viser.LabelHandle] = {}
         self._poses = [self._pose_nodes(*pose) for pose in zip(POSE_NAMES, map(rgb, POSE_COLOURS), strict=True)]
 
-    def rest(self) -> None:
-        """Draw nothing of any frame, and say so, until something is shown again."""
-        with self._server.atomic():
-            for nodes in self._poses:
-                nodes.frame.visible = False
-            for known in (self._truth, self._measured):
-                known.show(None, 0.0)
-            if self._image is not None:
-                self._image.visible = False
-            self._rays.visible = self._path.visible = False
-            self._resting.position, self._resting.visible = (0.0, 0.0, 0.5 * self.extent.depth_m), True
+    @staticmethod
+    def open_to(client: viser.ClientHandle) -> None:
+        """Let a new browser draw the scene: only now, since all else on its page would wait for the first drawing."""
+        client.scene.set_global_visibility(True)
 
     def show(self, analysis: Analysis) -> None:
         """Draw what was found; called from the worker's thread."""
         found, view = analysis.estimate, analysis.view
-        self.extent, self.camera = extent_of(found, view.truth, view.measured_pose), found.camera
+        self.extent = extent_of(found, view.truth, view.measured_pose)
         plane_z = PLANE_AT * self.extent.depth_m
         with self._server.atomic():
             plane_bottom = self._show_camera(view, plane_z)
             self._show_grid(max(float(self.extent.high[1]) + 0.15 * self.extent.depth_m, 1.05 * plane_bottom))
-            self._resting.visible, self._path.visible = False, True
             self._rays.visible = found.selected is not None
             self._rays.points = rays_to_lights(found)
             for index, nodes in enumerate(self._poses):
                 self._show_pose(nodes, index, found)
-            self._keep_labels_apart(found)
+            self._port.show(found.camera, self.extent.depth_m)
+            port_radius = port_radius_m(found.camera, self.extent.depth_m)
+            self._show_labels(labels(found, view, self.extent.depth_m, port_radius))
             self._path.points = path_segments(analysis)
             self._truth.show(view.truth, found.dock.radius)
             self._measured.show(view.measured_pose, found.dock.radius)
         self._pictured = view.image
-        # While a simulated scene is changed, or a sequence goes on, the viewpoint stays.
+        # While a simulated scene is changed, or a sequence goes on, it is the same one that is looked at.
         looked_at = view.list_name if view.list_name == "sequence" else view.source
-        if self._looked_at != looked_at:
-            self._looked_at = looked_at
-            self.look_from_everywhere(OVERVIEW)
+        is_other, self._looked_at = self._looked_at != looked_at, looked_at
+        docks = docks_of(found, view.truth, view.measured_pose)
+        self._viewpoints.show(self.extent, docks, found.camera, is_other=is_other)
 
     def _pose_nodes(self, name: str, colour: tuple[int, int, int]) -> _PoseNodes:
         scene, path = self._server.scene, f"/pose_{name.lower()}"
@@ -202,7 +194,6 @@ class Scene3D:
             ),
             lights=scene.add_point_cloud(f"{path}/lights", np.zeros((1, 3)), colour, point_shape="circle"),
             normal=scene.add_arrows(f"{path}/normal", np.array([[[0, 0, 0], [0, 0, -NORMAL_LENGTH]]]), colour),
-            label=scene.add_label(f"{path}/label", name),
         )
 
     def _show_pose(self, nodes: _PoseNodes, index: int, found: Estimate) -> None:
@@ -225,15 +216,15 @@ class Scene3D:
         nodes.normal.shaft_radius = 0.03 if is_chosen else 0.015
         nodes.normal.head_radius = 0.09 if is_chosen else 0.06
         nodes.normal.head_length = 0.2
-        nodes.label.position = (0, 0, -NORMAL_LENGTH * radius)
-        nodes.label.text = pose_label(POSE_NAMES[index], pose)
 
-    def _keep_labels_apart(self, found: Estimate) -> None:
-        """Put the label of the normal that ends farther left to the left of its tip, the other to the right."""
-        tips_x = [pose.position_m[0] + NORMAL_LENGTH * found.dock.radius * pose.normal[0] for pose in found.candidates]
-        leftmost = int(np.argmin(tips_x)) if tips_x else 0
-        for index, nodes in enumerate(self._poses):
-            nodes.label.anchor = "bottom-right" if index == leftmost else "top-left"
+    def _show_labels(self, placed: dict[str, Label]) -> None:
+        for name, label in placed.items():
+            if name not in self._labels:
+                self._labels[name] = self._server.scene.add_label(f"/labels/{name}", label.text)
+            handle = self._labels[name]
+            handle.text, handle.position, handle.anchor = label.text, label.position, label.anchor
+        for name, handle in self._labels.items():
+            handle.visible = name in placed
 
     def _show_camera(self, view: View, plane_z: float) -> float:
         """Draw the image plane, its edges and the axes; returns the lowest y of the plane."""
@@ -255,8 +246,6 @@ class Scene3D:
         edges += [(corners[i], corners[(i + 1) % 4]) for i in range(4)]
         self._edges.points = np.array(edges)
         self._axes.scale = plane_z / 3
-        for label, axis in zip(self._axis_labels, np.eye(3), strict=True):
-            label.position = axis * plane_z * 0.4
         return middle[1] + height / 2
 
     def _show_grid(self, floor_y: float) -> None:
@@ -267,22 +256,6 @@ class Scene3D:
         self._grid.position = (0.0, floor_y, depth / 2 - cell)
         self._grid_label.position = (0.0, 0.0, -depth / 2)
         self._grid_label.text = f"grid squares: {100 * cell:g} cm" if cell < 1 else f"grid squares: {cell:g} m"
-
-    def look_from(self, client: viser.ClientHandle, name: str) -> None:
-        """Move one browser's viewpoint to one of ``viewpoints.NAMES``."""
-        place = viewpoint(name, self.extent, self.camera, client.camera.aspect)
-        with client.atomic():
-            client.camera.fov = place.fov_rad
-            client.camera.position = place.position
-            client.camera.look_at = place.look_at
-
-    def look_from_everywhere(self, name: str) -> None:
-        """Move the viewpoint of every browser, including those that connect later."""
-        place = viewpoint(name, self.extent, self.camera, None)
-        initial = self._server.initial_camera
-        initial.fov, initial.position, initial.look_at = place.fov_rad, place.position, place.look_at
-        for client in self._server.get_clients().values():
-            self.look_from(client, name)
 
 
 def _translucent(picture: np.ndarray, widest_px: int) -> np.ndarray:

@@ -8,18 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose import Camera
 
-OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE = "Fit", "Camera", "Side", "Above"
-NAMES = (OVERVIEW, FROM_CAMERA, FROM_SIDE, FROM_ABOVE)
+OVERVIEW, FROM_CAMERA, FROM_ABOVE, FROM_SIDE, CLOSE_UP = "Fit", "Camera", "Above", "Side", "Dock close-up"
+NAMES = (OVERVIEW, FROM_CAMERA, FROM_ABOVE, FROM_SIDE, CLOSE_UP)
 # Directions from the scene's middle to the eye; the camera frame's y points down. From straight above there would be
 # no up direction, so the eye is a little to the side.
 _DIRECTIONS = {
     OVERVIEW: (0.62, -0.55, -0.75),
     FROM_SIDE: (1.0, -0.12, 0.0),
     FROM_ABOVE: (0.0, -1.0, -0.02),
+    CLOSE_UP: (0.45, -0.35, -0.85),
 }
 _FOV_RAD = math.radians(50)
 _ASPECT = 0.6  # width to height of the space between the panels on a small laptop
-_MARGIN = 1.15
+_MARGIN = 1.25  # for the labels at its edges
 
 
 @dataclass(frozen=True)
@@ -74,12 +75,25 @@ def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -
     return Viewpoint(middle + _distance(extent.corners() - middle, direction, aspect) * direction, middle, _FOV_RAD)
 
 
+def shows(place: Viewpoint, extent: Extent, aspect: float) -> bool:
+    """Whether the whole extent is in view."""
+    ahead = place.look_at - place.position
+    ahead = ahead / np.linalg.norm(ahead)
+    towards, right, up = _parts(extent.corners() - place.position, ahead)
+    half_up = math.tan(place.fov_rad / 2) * towards
+    return bool((towards > 0).all() and (np.abs(right) <= half_up * aspect).all() and (np.abs(up) <= half_up).all())
+
+
 def _distance(corners: np.ndarray, direction: np.ndarray, aspect: float) -> float:
     """Distance of the eye at which every corner is inside its field of view."""
+    away, right, up = _parts(corners, direction)
+    half_up = math.tan(_FOV_RAD / 2)
+    needed = np.maximum(np.abs(right) / (half_up * aspect), np.abs(up) / half_up)
+    return _MARGIN * float((needed + away).max())
+
+
+def _parts(points: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parts of points (N, 3) along a direction of length 1, across it and upwards."""
     right = np.cross(direction, [0, -1.0, 0])
     right = right / np.linalg.norm(right)
-    up = np.cross(right, direction)
-    half_up = math.tan(_FOV_RAD / 2)
-    towards = corners @ direction
-    needed = np.maximum(np.abs(corners @ right) / (half_up * aspect), np.abs(corners @ up) / half_up)
-    return _MARGIN * float((needed + towards).max())
+    return points @ direction, points @ right, points @ np.cross(right, direction)

@@ -12,15 +12,13 @@ from dockpose.app.resources import static_path
 
 ROLES = ("steer", "view")
 FOR_VIEWERS = "?view"  # ends the name of a page that is another for who may only look
-_SCRIPTS = (
-    *("page.js", "connection.js", "link.js", "viewport.js", "overlay.js", "pixels.js", "tools.js"),
-    *("picture.js", "histogram.js"),
-)
-_STYLES = ("page.css", "view.css")
-_TAGS = (
-    '<script src="/page.js" defer></script><script src="/connection.js" defer></script>'
-    '<script type="module" src="/picture.js"></script><script type="module" src="/histogram.js"></script>'
-    '<link rel="stylesheet" href="/page.css" /><link rel="stylesheet" href="/view.css" />'
+# The styles and the first script stand in the page itself, which would wait for them.
+_STYLES = ("page.css", "view.css", "layout.css", "modes.css")
+_FIRST_SCRIPT = "layout.js"
+_SCRIPTS = ("page.js", "connection.js")
+_MODULES = (
+    *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "tools.js", "flat.js"),
+    *("picture.js", "histogram.js", "jobs.js", "compare.js", "timeline.js"),
 )
 _ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'
 
@@ -45,8 +43,7 @@ def own_pages(reports: Mapping[str, Callable[[], None]]) -> dict[str, Page]:
         "/index.html": steering,
         f"/{FOR_VIEWERS}": viewing,
         f"/index.html{FOR_VIEWERS}": viewing,
-        **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in _SCRIPTS},
-        **{f"/{name}": Page("text/css; charset=utf-8", static_path(name).read_bytes()) for name in _STYLES},
+        **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in (*_SCRIPTS, *_MODULES)},
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
         "/help": Page(html, static_path("help.html").read_bytes()),
@@ -65,7 +62,15 @@ def with_ours(html: str) -> str:
     html = re.sub(r"<title>[^<]*</title>", "<title>dockpose</title>", html, count=1)
     html = re.sub(r"<link\s+rel=\"icon\"[^>]*>", _ICON, html, count=1)
     place = html.index("</head>")
-    return f"{html[:place]}{_TAGS}{html[place:]}"
+    return f"{html[:place]}{_tags()}{html[place:]}"
+
+
+def _tags() -> str:
+    style = "\n".join(static_path(name).read_text(encoding="utf-8") for name in _STYLES)
+    first = static_path(_FIRST_SCRIPT).read_text(encoding="utf-8")
+    scripts = "".join(f'<script src="/{name}" defer></script>' for name in _SCRIPTS)
+    modules = "".join(f'<script type="module" src="/{name}"></script>' for name in _MODULES)
+    return f"<style>{style}</style><script>{first}</script>{scripts}{modules}"
 
 
 def _viser_page() -> str:

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.fft import fht, fhtoffset
-from scipy.interpolate import CubicSpline, PPoly
 from scipy.special import j0, j1
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 _COUNT = 1536
 _STEP = math.log(1e12) / _COUNT
@@ -63,6 +66,8 @@ def mean_bessel(x: np.ndarray) -> np.ndarray:
 
 @cache
 def _integral_near() -> PPoly:
+    from scipy.interpolate import CubicSpline  # takes a tenth of a second to import, which only simulating needs
+
     knots = np.linspace(0, _SERIES_FROM, 8193)
     return CubicSpline(knots, j0(knots)).antiderivative()
 

@@ -9,7 +9,14 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose.app.inputs.samples import load_sample, sample_names, sample_path, sample_source, samples_folder
+from dockpose.app.inputs.samples import (
+    SAMPLE_WORDS,
+    load_sample,
+    sample_names,
+    sample_path,
+    sample_source,
+    samples_folder,
+)
 from dockpose.simulate import load_scene, render, render_folder
 from dockpose.simulate.truth import truth_of
 
@@ -34,6 +41,7 @@ def levels_at_lights(name):
 def test_there_are_a_dozen_and_they_stay_small():
     assert len(sample_names()) >= 12
     assert {"plain", "tilted", "turbid"} <= set(sample_names())
+    assert set(SAMPLE_WORDS) == set(sample_names())
     assert sum(path.stat().st_size for path in samples_folder().iterdir()) < MOST_BYTES
 
 

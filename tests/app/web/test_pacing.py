@@ -41,21 +41,9 @@ def test_each_frame_is_shown_at_30_hz_and_no_more_than_33_a_second(clock, slow):
     assert shown(UpdatePacing(slow, lambda: True, clock), clock, 1000, 100) <= 334
 
 
-def test_scene_rests_only_without_a_graphics_card_and_while_playing_altogether(clock, slow):
+def test_scene_is_hidden_only_without_a_graphics_card_and_while_playing_altogether(clock, slow):
     playing, still = (UpdatePacing(slow, lambda plays=plays: plays, clock) for plays in (True, False))
-    assert (playing.drawing_rest_s(), playing.rests_scene()) == (0, False)
+    assert (playing.drawing_rest_s(), playing.hides_scene()) == (0, False)
     slow.set()
-    assert (playing.rests_scene(), still.rests_scene()) == (True, False)
+    assert (playing.hides_scene(), still.hides_scene()) == (True, False)
     assert still.drawing_rest_s() > 0.25
-
-
-def test_without_a_graphics_card_frames_come_as_slowly_as_they_are_drawn():
-    now, slowly = [0.0], threading.Event()
-    pacing = UpdatePacing(slowly, lambda: True, lambda: now[0])
-    pacing.note()
-    now[0] = 0.05
-    assert pacing.shows_next()
-    slowly.set()
-    assert not pacing.shows_next()
-    now[0] = 0.13
-    assert pacing.shows_next()

@@ -1,4 +1,4 @@
-"""The tab Experiment: a session on the disk, to which frames are added with what was measured."""
+"""The tab Log: a session on the disk, to which frames are added with what was measured."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable
 
 import viser
-from dockpose.app.errors import UserError
 from dockpose.app.experiment import Row, Session
 from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
@@ -40,7 +39,6 @@ WHAT = {
     "Errors against range (PDF)": "errors.pdf",
     "All of these (ZIP)": ALL,
 }
-_NOT_OPEN = "No session is open. Start one in the tab Experiment, or choose one there; then take the frame again."
 
 
 class ExperimentPanel(Panel):
@@ -70,7 +68,7 @@ class ExperimentPanel(Panel):
         self._show_session("")
 
     def show(self, analysis: Analysis) -> None:
-        """Keep what a frame would record; a pose measured in the tab Pose goes into the boxes, and out again."""
+        """Keep what a frame would record; a pose measured in the tab Detect goes into the boxes, and out again."""
         self._analysis = analysis
         known = analysis.view.measured
         if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
@@ -91,21 +89,21 @@ class ExperimentPanel(Panel):
         self._trying(self._take)(client)
 
     def _add_session(self, gui: viser.GuiApi) -> None:
-        self._choice = gui.add_dropdown(
-            "Session",
-            (NO_SESSION, *self._sessions.names()),
-            hint="A folder of plain files below the one given with --sessions. (none) closes it.",
-        )
-        self._name = gui.add_text("New session", "", hint="What to call it; without a name it is called after the day.")
-        self._start = gui.add_button("Start a new session", icon=viser.Icon.FOLDER_PLUS, hint="Make its folder.")
         self._take_button = gui.add_button(
             "Take this frame (T)",
             icon=viser.Icon.CAMERA_PLUS,
-            disabled=True,
             hint="The picture, the estimate and what is typed below become a row, on the disk at once. Key: T; "
             "while typing, Ctrl+Enter.",
         )
         self._words = gui.add_html("")
+        self._choice = gui.add_dropdown(
+            "Session",
+            (NO_SESSION, *self._sessions.names()),
+            hint="A folder of plain files below the one given with --sessions; the first frame that is taken starts "
+            "one. (none) closes it.",
+        )
+        self._name = gui.add_text("New session", "", hint="What to call it; without a name it is called after the day.")
+        self._start = gui.add_button("Start a new session", icon=viser.Icon.FOLDER_PLUS, hint="Make its folder.")
         key = gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
         on_person(key.on_trigger, self.take)
         on_person(self._choice.on_update, self._trying(self._open_chosen))
@@ -185,12 +183,16 @@ class ExperimentPanel(Panel):
 
     def _take(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            analysis, session, texts = self._analysis, self._session, self._next_texts
-        if session is None:
-            raise UserError(_NOT_OPEN)
-        if analysis is None:
-            return
-        view, values = analysis.view, values_of(texts)
+            analysis, texts = self._analysis, self._next_texts
+            if analysis is None:
+                return
+            values = values_of(texts)
+            if self._session is None:  # the first row starts one
+                self._session = self._sessions.start(str(self._name.value))
+                self._name.value = ""
+                self._show_session("Started.")
+            session = self._session
+        view = analysis.view
         measured, notes = measured_of(values), values["notes"]
         row = session.take(view.image, analysis.estimate, view.source, measured, notes, view.sha256)
         said = taken_words(row)
@@ -243,7 +245,7 @@ class ExperimentPanel(Panel):
         self._choice.options = names if name in names else [*names, name]
         self._choice.value = name
         self._name.visible = self._start.visible = session is None
-        self._take_button.disabled = self._save.disabled = session is None
+        self._save.disabled = session is None
         self._show_rows(said)
 
     def _show_rows(self, said: str) -> None:

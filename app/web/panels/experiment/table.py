@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
+from dockpose.app.drawing.numbers import status_words
 from dockpose.app.experiment import Row
 from dockpose.app.experiment.table import QUANTITIES, SUMMARIES, summary, table
 from dockpose.app.web.html import MISSING
@@ -21,7 +22,7 @@ _NOTE = (
     "Each row: estimated, (measured), and by how much the estimate is off. Mean and RMS are over all rows, also those "
     "on other pages."
 )
-_TO_BEGIN = "To begin, start a new session, or choose one to take it up again where it stood."
+_TO_BEGIN = "To begin, take a frame: that starts a session called after the day. Or name one, or choose one, below."
 _NO_ROWS = "No frame was taken yet."
 
 
@@ -70,7 +71,7 @@ def _row_lines(row: Row) -> str:
         below = f"<br>{measured}<br><b>{error}</b>" if measured else ""
         columns += f'<td style="{_CELL}; white-space: nowrap">{estimated}{below}</td>'
     if row.status != "ok":
-        notes = f"No pose: {row.status.replace('_', ' ')}. {notes}"
+        notes = f"No pose: {status_words(row.status)}. {notes}"
     short = notes if len(notes) <= _LONGEST_NOTE else f"{notes[:_LONGEST_NOTE]}…"
     under = f'<tr data-notes="{first}"><td colspan="{count + 1}">{escape(short)}</td></tr>' if short else ""
     return f'<tr data-row="{first}" style="{_LINE}"><td style="vertical-align: top">{first}</td>{columns}</tr>{under}'

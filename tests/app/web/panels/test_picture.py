@@ -1,11 +1,12 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.dock import with_lights
 from dockpose.app.state.view import open_source
-from dockpose.app.web.html import result_cells
+from dockpose.app.web.html import result_cells, sigma_cells
 from dockpose.app.web.panels.picture import COLUMNS, status_html, table_html
 
 
@@ -29,6 +30,15 @@ def test_row_of_the_likelier_candidate_agrees_with_the_truth(analysis):
 def test_unknown_values_are_a_dash():
     pose = replace(analyse(open_source(None, None, None)).estimate.candidates[0], probability=None, rms_px=None)
     assert result_cells(pose)[-2:] == ["–", "–"]
+
+
+def test_sigma_of_the_chosen_pose_stands_beneath_it(analysis, empty):
+    pose = replace(
+        analysis.estimate.candidates[0], sigma_position_m=(0.00123, 0.00004, np.inf), sigma_theta_rad=(np.pi / 180, 0.1)
+    )
+    assert sigma_cells(pose) == ["0.12", "&lt; 0.01", "–", "1.00", "5.73", "", ""]
+    assert "± A, one sigma" in table_html(analysis)
+    assert "one sigma" not in table_html(empty)
 
 
 def test_table_names_the_chosen_one(analysis, empty):

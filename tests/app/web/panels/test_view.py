@@ -14,7 +14,8 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
-from dockpose.app.web.panels.view import _WISHES, data_html, fulfilled, overlay_numbers, picture_data, runs
+from dockpose.app.web.live import data_html
+from dockpose.app.web.panels.view import _WISHES, fulfilled, overlay_numbers, picture_data, runs
 from msgspec import DecodeError
 
 

@@ -6,12 +6,12 @@ from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.view import open_source
+from dockpose.app.web.scene.labels import pose_label
 from dockpose.app.web.scene.scene import (
     extent_of,
     grid_cell_m,
     image_plane,
     lights_on_ring,
-    pose_label,
     rays_to_lights,
     ring_segments,
 )

@@ -65,7 +65,7 @@ def test_printed_address_opens_the_page_and_leaves_a_cookie(app):
     assert "SameSite=Strict" in cookie
 
 
-@pytest.mark.parametrize("path", ["/", "/index.html", "/help", "/page.js", "/picture.js", "/histogram.js", "/view.css"])
+@pytest.mark.parametrize("path", ["/", "/index.html", "/help", "/page.js", "/picture.js", "/histogram.js"])
 def test_cookie_is_enough_from_then_on(app, path):
     status, _, _ = ask(app, path, Cookie=f"other=1; {cookie_of(app)}")
     assert status == 200
@@ -189,7 +189,7 @@ def test_what_a_viewer_sends_changes_nothing(tmp_path):
             cookie = answer.headers["Set-Cookie"].split(";")[0]
             assert 'data-role="view"' in answer.read().decode()
         handles = running._server.gui._gui_input_handle_from_uuid.values()
-        level = next(handle for handle in handles if handle.label == "Min. area (px)")
+        level = next(handle for handle in handles if getattr(handle, "label", "") == "Min. area (px)")
         before = level.value
         for sent, value in ((cookie, 55), (cookie_of(running), 66)):
             with connect(

@@ -6,7 +6,7 @@ from dockpose.app.web.server.pages import help_body
 
 SECTIONS = (
     *("view", "annotated", "threshold", "compare", "original"),
-    *("source", "camera", "detect", "pose", "sequence", "experiment", "export", "page"),
+    *("pictures", "tank", "detect", "pose", "simulate", "play", "log", "export", "page"),
 )
 
 

@@ -80,10 +80,13 @@ def panel(tmp_path):
 
 def test_what_is_taken_is_what_is_shown(panel):
     first = analyse(open_source(None, None, None))
+    panel.panel.take(panel.client)  # before anything is shown
     panel.panel.show(first)
+    panel.panel._fields.texts = BLANK | {"measured_z_cm": "1.2.3"}
     panel.panel.take(panel.client)
-    assert panel.told[-1][1].startswith("No session is open")
-    panel.panel._trying(panel.panel._start_new)(panel.client)
+    assert "1.2.3" in panel.told[-1][1]
+    assert not list(panel.folder.glob("*/*"))  # what is refused starts no session
+    panel.panel._fields.texts = BLANK
     # A result that no new estimate of the picture could give shows that none was made.
     shown = Analysis(first.view, replace(first.estimate, status="no_lights", choice=None))
     panel.panel.show(shown)

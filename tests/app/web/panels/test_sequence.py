@@ -1,0 +1,18 @@
+from dataclasses import replace
+
+from dockpose.app.processing.trajectory import Trajectory
+from dockpose.app.web.panels.sequence import course_points
+
+from tests.app.processing.test_trajectory import LOST, frame, seen
+
+
+def test_points_of_a_course_tell_what_was_seen_predicted_or_lost():
+    trajectory = Trajectory()
+    guessed = seen(0.1, 0.8)
+    predicted = replace(guessed, track=replace(guessed.track, predicted=True))
+    for index, tracked in ((0, seen(0.1)), (1, predicted), (2, LOST), (3, seen(0.3, 0.5))):
+        trajectory.note(frame(index, index / 25), tracked)
+    assert course_points(trajectory) == [
+        [0, 0.0, 150.0, 0.9, 0], [1, 0.04, 150.0, 0.8, 1], [2, 0.08, None, None, 2], [3, 0.12, 150.0, 0.5, 0]
+    ]  # fmt: skip
+    assert [point[0] for point in course_points(trajectory, 2, 9)] == [2, 3]

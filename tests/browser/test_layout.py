@@ -1,0 +1,354 @@
+"""The page at the widths that it is used at: what is seen, read, hit and reached there, measured in the browser."""
+
+import re
+from pathlib import Path
+
+import pytest
+from dockpose.app.state.view import with_sample
+
+pytestmark = pytest.mark.browser
+LAPTOP = 1366, 768
+SIZES = {
+    "phone": (390, 844),
+    "tablet": (820, 1180),
+    "small": (1024, 768),
+    "laptop": LAPTOP,
+    "desk": (1920, 1080),
+    "laptop at 200 %": (683, 384),
+}
+PARTS = {"Picture": "picture", "3D": "view3d", "Tools": "tools"}
+LEAST = {"leastTargetPx": 32, "leastTextPx": 12, "leastContrast": 4.5}
+MEASURE = Path(__file__).with_name("measure.js").read_text(encoding="utf-8")
+LEFT, RIGHT = "[data-dock-region=left]", "[data-dock-region=right]"
+CANVAS = "canvas[data-engine]"
+MARK = """() => {
+  const all = "button, input, textarea, a[href], [role=tab], [role=slider], [tabindex='0']";
+  const isReachable = (one) => one.checkVisibility({ visibilityProperty: true }) && !one.disabled && one.tabIndex >= 0;
+  const targets = [...document.querySelectorAll(all)].filter((one) => isReachable(one) && !one.matches("[type=file]"));
+  for (const one of targets) one.dataset.reached = "no";
+  return targets.length;
+}"""
+STAGE, PLOT = "dockpose-picture .stage", "dockpose-histogram .plot"
+
+
+@pytest.fixture
+def resized(page):
+    """Gives the page another size; afterwards it is that of a laptop again, and light."""
+
+    def resize(size):
+        page.page.set_viewport_size({"width": size[0], "height": size[1]})
+        page.until(lambda: page.page.evaluate("innerWidth") == size[0])
+        page.page.wait_for_timeout(150)
+
+    yield resize
+    page.page.emulate_media(color_scheme="light")
+    resize(LAPTOP)
+
+
+def open_part(page, name):
+    page.page.locator("#parts").get_by_role("button", name=name, exact=True).click()
+    page.page.wait_for_timeout(100)
+
+
+def tools(page):
+    return page.page.locator(f"{RIGHT} [role=tab]").all_inner_texts()
+
+
+def open_tool(page, name):
+    page.page.locator(RIGHT).get_by_role("tab", name=name, exact=True).click()
+    page.page.wait_for_timeout(150)
+
+
+def box(page, selector):
+    return page.page.locator(selector).first.evaluate(
+        "one => { const { left, top, right, bottom, width, height } = one.getBoundingClientRect();"
+        " return { left, top, right, bottom, width, height }; }"
+    )
+
+
+def faults(page):
+    """Faults in each part of the page, or on large screens with each of its tools."""
+    found = {}
+
+    def measure(where):
+        for fault in page.page.evaluate(MEASURE, LEAST):
+            found.setdefault(fault, []).append(where)
+
+    is_narrow = page.page.locator("#parts").is_visible()
+    for part in ("Picture", "3D") if is_narrow else ():
+        open_part(page, part)
+        measure(part)
+    if is_narrow:
+        open_part(page, "Tools")
+    for tool in tools(page):
+        open_tool(page, tool)
+        measure(tool)
+    return found
+
+
+@pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
+def test_nothing_is_cut_off_covered_faint_or_too_small_to_hit(page, resized, size):
+    resized(size)
+    assert faults(page) == {}
+
+
+@pytest.mark.parametrize("size", [LAPTOP, SIZES["phone"]], ids=["laptop", "phone"])
+def test_nothing_is_faint_in_the_dark(page, resized, size):
+    resized(size)
+    page.page.emulate_media(color_scheme="dark")
+    page.page.locator("html[data-mantine-color-scheme=dark]").wait_for(state="attached")
+    assert faults(page) == {}
+
+
+@pytest.mark.parametrize("size", [LAPTOP, SIZES["phone"]], ids=["laptop", "phone"])
+def test_words_about_a_pose_to_be_checked_fit_as_well(page, resized, size):
+    resized(size)
+    page.app.change(lambda view: with_sample(view, "mirror"), reload=True)
+    page.until(lambda: page.app.wait_until_idle(0.1) and page.trust in ("amber", "red"))
+    if page.page.locator("#parts").is_visible():
+        open_part(page, "Picture")
+    assert box(page, "[role=status]")["height"] > 20  # in green it is left to the strip
+    assert page.page.evaluate(MEASURE, LEAST) == []
+
+
+@pytest.mark.parametrize("size", [LAPTOP, SIZES["phone"], SIZES["desk"]], ids=["laptop", "phone", "desk"])
+def test_comparison_fits_as_well(page, resized, size):
+    resized(size)
+    if page.page.locator("#parts").is_visible():
+        open_part(page, "Picture")
+    page.tab("Compare")
+    page.until(lambda: page.page.locator("dockpose-compare .cards:not([data-old]) .card").count() >= 9, timeout_s=30)
+    page.page.wait_for_timeout(300)
+    assert page.page.evaluate(MEASURE, LEAST) == []
+    page.tab("Picture")
+
+
+@pytest.mark.parametrize("size", [LAPTOP, SIZES["phone"], SIZES["laptop at 200 %"]], ids=["laptop", "phone", "200 %"])
+def test_time_line_takes_its_room_from_the_rest(page, resized, size):
+    page.tab("Play")
+    page.choose("Sequence", "simulated sweep")
+    resized(size)
+    page.until(lambda: page.page.locator("dockpose-timeline").is_visible() and page.app.wait_until_idle(0.1))
+    assert box(page, "#root")["bottom"] == box(page, "dockpose-timeline")["top"]
+    assert box(page, "dockpose-timeline")["bottom"] == size[1]
+    for part in PARTS if page.page.locator("#parts").is_visible() else [None]:
+        if part is not None:
+            open_part(page, part)
+        assert page.page.evaluate(MEASURE, LEAST) == [], part
+    page.tab("Play")
+    page.choose("Sequence", "(none)")
+    page.until(lambda: page.page.locator("dockpose-timeline").is_hidden())
+
+
+@pytest.mark.parametrize("name", ["laptop", "desk"])
+def test_large_screens_show_all_parts_beside_each_other(page, resized, name):
+    resized(SIZES[name])
+    left, canvas, right = box(page, LEFT), box(page, CANVAS), box(page, RIGHT)
+    assert left["left"] == 0
+    assert left["right"] == pytest.approx(canvas["left"], abs=2)
+    assert canvas["right"] == pytest.approx(right["left"], abs=2)
+    assert right["right"] == SIZES[name][0]
+    assert page.page.locator("#parts").is_hidden()
+    wide, high, plot = {"laptop": (480, 300, 128), "desk": (700, 480, 190)}[name]  # the picture's own shape is 4:3
+    page.until(lambda: box(page, STAGE)["height"] >= high and box(page, PLOT)["height"] >= plot)
+    assert box(page, STAGE)["width"] >= wide
+    assert box(page, "#candidates")["bottom"] < SIZES[name][1]
+    (client,) = page.app._server.get_clients().values()
+    page.until(lambda: client.camera.aspect == pytest.approx(canvas["width"] / canvas["height"], rel=0.01))
+
+
+@pytest.mark.parametrize("name", ["phone", "tablet", "small", "laptop at 200 %"])
+def test_small_screens_show_one_part_at_a_time(page, resized, name):
+    resized(SIZES[name])
+    seen = {"picture": STAGE, "view3d": CANVAS, "tools": f"{RIGHT} [role=tab]"}
+    for part, key in PARTS.items():
+        open_part(page, part)
+        assert page.page.evaluate("document.documentElement.dataset.tab") == key
+        for other, selector in seen.items():
+            there = box(page, selector)
+            is_seen = there["right"] > 0 and page.page.locator(selector).first.is_visible()
+            assert is_seen == (other == key), (part, other)
+        assert page.page.locator("#strip").is_visible()
+        assert page.page.get_by_role("button", name="Fit", exact=True).last.is_visible() == (key == "view3d")
+    open_part(page, "3D")
+    assert box(page, CANVAS)["width"] == SIZES[name][0]
+    open_part(page, "Picture")
+    assert box(page, STAGE)["width"] > 0.8 * SIZES[name][0] - 20
+
+
+def test_3d_view_is_there_on_a_phone_while_methods_are_compared(page, resized):
+    resized(SIZES["phone"])
+    open_part(page, "Picture")
+    page.tab("Compare")
+    page.until(lambda: page.page.evaluate("document.documentElement.dataset.mode") == "compare")
+    open_part(page, "3D")
+    assert box(page, CANVAS)["left"] == 0
+    open_part(page, "Picture")
+    page.tab("Picture")
+
+
+def test_part_stays_open_over_a_reload(page, resized):
+    resized(SIZES["phone"])
+    open_part(page, "Tools")
+    page.page.reload()
+    page.page.locator("#candidates tbody tr").first.wait_for(state="attached")
+    assert page.page.evaluate("document.documentElement.dataset.tab") == "tools"
+    page.page.get_by_role("button", name="Upload pictures").wait_for()
+
+
+def test_a_row_is_taken_on_a_phone(page, resized):
+    resized(SIZES["phone"])
+    open_part(page, "Picture")
+    assert page.page.locator("#candidates tbody tr").count() == 3
+    for cell in page.page.locator("#candidates tbody tr").first.locator("td").all():
+        place = cell.bounding_box()
+        assert 0 <= place["x"] <= place["x"] + place["width"] <= SIZES["phone"][0]
+    open_part(page, "Tools")
+    open_tool(page, "Log")
+    page.box("New session").fill("on a phone")
+    page.page.wait_for_timeout(150)
+    page.page.get_by_role("button", name="Start a new session").click()
+    take = page.page.get_by_role("button", name=re.compile("^Take"))
+    page.until(take.is_enabled)
+    assert take.bounding_box()["height"] >= 48
+    take.click()
+    page.until(lambda: page.page.get_by_text("Frame 1").count() + page.page.get_by_text("1 row").count() > 0)
+    page.choose("Session", "(none)")
+
+
+def test_methods_beside_each_other_have_the_whole_width(page, resized):
+    mode = "document.documentElement.dataset.mode"
+    page.page.evaluate(f"{mode} = 'compare'")
+    left = box(page, LEFT)
+    assert (left["left"], left["width"]) == (0, LAPTOP[0])
+    assert box(page, CANVAS)["right"] <= 0
+    assert page.page.locator(RIGHT).is_hidden()
+    assert page.page.locator("#strip").is_visible()
+    page.page.evaluate(f"{mode} = 'picture'")
+    assert box(page, LEFT)["width"] == pytest.approx(0.41 * LAPTOP[0], abs=0.1)
+    assert page.page.locator(RIGHT).is_visible()
+
+
+def test_everything_is_reached_and_worked_by_keys(page):
+    open_tool(page, "Tank")
+    page.page.wait_for_timeout(300)
+    most = page.page.evaluate(MARK)
+    page.page.evaluate("document.activeElement.blur()")
+    for _ in range(most + 10):
+        page.page.keyboard.press("Tab")
+        page.page.evaluate("document.activeElement.dataset.reached = 'yes'")
+    missed = page.page.evaluate("[...document.querySelectorAll('[data-reached=no]')].map((one) => one.outerHTML)")
+    assert missed == []
+
+    right = page.page.locator(RIGHT)
+    for key, opened in (("ArrowRight", "Detect"), ("ArrowLeft", "Tank")):
+        right.locator("[role=tab][aria-selected=true]").press(key)
+        page.until(lambda name=opened: right.locator("[role=tab][aria-selected=true]").inner_text() == name)
+    for key in ("Enter", " "):
+        for name in ("Simulate", "Tank"):
+            right.get_by_role("tab", name=name, exact=True).press(key)
+            page.until(lambda name=name: right.locator("[role=tab][aria-selected=true]").inner_text() == name)
+    folder = page.page.get_by_role("button", name="Lens distortion", exact=True)
+    before = folder.get_attribute("aria-expanded")
+    for key, expected in (("Enter", "false" if before == "true" else "true"), (" ", before)):
+        folder.press(key)
+        page.until(lambda expected=expected: folder.get_attribute("aria-expanded") == expected)
+
+
+def test_a_tab_that_is_dragged_stays_where_it_is(page):
+    tab = page.page.locator(RIGHT).get_by_role("tab", name="Detect", exact=True)
+    place = tab.bounding_box()
+    page.page.mouse.move(place["x"] + 10, place["y"] + 10)
+    page.page.mouse.down()
+    page.page.mouse.move(place["x"] - 400, place["y"] + 300, steps=8)
+    page.page.mouse.up()
+    page.until(lambda: tab.get_attribute("aria-selected") == "true")
+    assert tab.bounding_box()["y"] == place["y"]
+    assert tab.bounding_box()["x"] == pytest.approx(place["x"], abs=20)  # the one before is no longer in bold
+    assert page.page.locator("[data-floating-window]").count() == 0
+
+
+def test_view_buttons_lie_in_the_3d_view_and_show_the_dock_from_near(page):
+    canvas = box(page, CANVAS)
+    names = ("Fit", "Camera", "Above", "Side", "Dock close-up")
+    for name in names:
+        place = page.page.get_by_role("button", name=name, exact=True).last.bounding_box()
+        assert canvas["left"] < place["x"] < place["x"] + place["width"] < canvas["right"]
+        assert canvas["top"] < place["y"] < canvas["top"] + 60
+    (client,) = page.app._server.get_clients().values()
+
+    def distance():
+        dock = page.app._current.estimate.selected.position_m
+        return ((client.camera.position - dock) ** 2).sum() ** 0.5
+
+    page.page.get_by_role("button", name="Fit", exact=True).last.press("Enter")
+    page.page.wait_for_timeout(500)
+    far = distance()
+    page.page.get_by_role("button", name="Dock close-up", exact=True).press("Enter")
+    page.until(lambda: distance() < 0.6 * far)
+    page.page.wait_for_timeout(500)
+    near = client.camera.position.copy()
+    page.app.change(lambda view: with_sample(view, "tilted"), reload=True)  # the close-up follows to another picture
+    page.until(lambda: page.has_found("tilted") and abs(client.camera.position - near).max() > 0.01)
+    page.page.get_by_role("button", name="Fit", exact=True).last.click()
+
+
+def test_port_is_drawn_where_the_camera_has_one(page):
+    scene = page.app._scene
+    page.until(lambda: page.app.wait_until_idle(1))
+    assert not scene._port._frame.visible
+    page.app.change(lambda view: with_sample(view, "flat_port"), reload=True)
+    page.until(lambda: scene._port._frame.visible and scene._labels["port"].visible)
+    port = page.app.view.camera.port
+    assert scene._port._glass.position[2] == pytest.approx(port.air_gap_m + port.glass_m / 2)
+
+
+def test_notices_leave_the_3d_view_free_but_are_seen(page):
+    canvas = box(page, CANVAS)
+    software = page.page.locator("#webgl-software-rendering")
+    if software.count():  # on a machine without a graphics card
+        place = box(page, "#webgl-software-rendering")
+        assert place["height"] <= 48
+        assert canvas["left"] <= place["left"] < place["right"] <= canvas["right"]
+        assert place["top"] > canvas["bottom"] - 60
+    page.app.notify("A title", "A sentence.", "yellow", None)
+    notice = page.page.get_by_role("alert").filter(has_text="A sentence.")
+    notice.wait_for()
+    page.until(lambda: notice.bounding_box()["x"] >= canvas["left"])  # it slides in
+    assert notice.bounding_box()["height"] > 40
+    notice.get_by_role("button").click()
+
+
+def test_two_fingers_zoom_and_shift_the_picture(page):
+    session = page.page.context.new_cdp_session(page.page)
+    stage = box(page, STAGE)
+    x, y = stage["left"] + stage["width"] / 2, stage["top"] + stage["height"] / 2
+
+    def touch(kind, *places):
+        points = [{"x": place[0], "y": place[1], "id": number} for number, place in enumerate(places)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def viewport():
+        return page.page.locator("dockpose-picture").evaluate(
+            "({ viewport: v }) => [v.scale, ...v.toPicture([v.wide / 2, v.high / 2])]"
+        )
+
+    scale, *middle = viewport()
+    touch("touchStart", (x - 40, y))
+    touch("touchStart", (x - 40, y), (x + 40, y))
+    for apart in (60, 80):
+        touch("touchMove", (x - apart, y), (x + apart, y))
+    page.until(lambda: viewport()[0] == pytest.approx(2 * scale, rel=0.01))
+    assert viewport()[1:] == pytest.approx(middle, abs=0.5)
+    touch("touchMove", (x - 20, y + 30), (x + 140, y + 30))  # both by 60 to the right and 30 down
+    page.until(lambda: viewport()[1] == pytest.approx(middle[0] - 30 / scale, abs=0.5))
+    assert viewport()[0] == pytest.approx(2 * scale, rel=0.01)
+    assert viewport()[2] == pytest.approx(middle[1] - 15 / scale, abs=0.5)
+    touch("touchEnd", (x + 140, y + 30))
+    before = viewport()
+    touch("touchEnd")
+    assert viewport() == before
+    touch("touchStart", (x, y))  # one finger shifts, as before
+    touch("touchMove", (x + 20, y))
+    touch("touchEnd")
+    page.until(lambda: viewport()[1] == pytest.approx(before[1] - 10 / scale, abs=0.5))

@@ -91,6 +91,8 @@ def opened(browser, app):
 def page(opened):
     """The page on its first sample scene; the test fails if the console shows an error meanwhile."""
     first = open_source(None, None, None)
+    opened.page.evaluate("document.activeElement?.blur()")  # a box sends what was typed once it is left
+    opened.page.wait_for_timeout(1000 * THROTTLE_S)
     opened.app.change(lambda _: first, reload=True)
     opened.tab("Picture")
     opened.tab("Pictures")
@@ -154,6 +156,17 @@ class Page:
 
     def slider(self, label):
         return self.row(label).get_by_role("slider")
+
+    def tick(self, label, is_on=True):
+        """Tick a box; once more where the page moved under the click."""
+        box = self.page.get_by_label(label)
+
+        def is_ticked():
+            if box.is_checked() != is_on:
+                box.click()
+            return box.is_checked() == is_on
+
+        self.until(is_ticked)
 
     def choose(self, label, option):
         self.box(label).click()

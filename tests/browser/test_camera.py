@@ -28,11 +28,11 @@ def test_intrinsics(page):
 
 def test_locked_focal_lengths_move_together(page):
     page.tab("Tank")
-    page.page.get_by_label("Lock fx = fy").check()
+    page.tick("Lock fx = fy")
     page.box("fy (px)").fill("650")
     page.until(lambda: page.app.view.camera.fx == page.app.view.camera.fy == 650)
     page.until(lambda: float(page.box("fx (px)").input_value()) == 650)
-    page.page.get_by_label("Lock fx = fy").uncheck()
+    page.tick("Lock fx = fy", False)
 
 
 def test_distortion(page):
@@ -44,7 +44,7 @@ def test_distortion(page):
 def test_port_and_water(page):
     page.tab("Tank")
     z_without = page.z_cm
-    page.page.get_by_label("Flat port").check()
+    page.tick("Flat port")
     page.until(lambda: page.app.view.camera.port is not None and page.box("Air gap (mm)").is_enabled())
     page.until(lambda: page.z_cm != z_without)
     page.page.get_by_text("high in the water").wait_for()
@@ -63,7 +63,7 @@ def test_port_and_water(page):
         page.choose("Water is", water)
         page.until(lambda: page.app.view.camera.port.water_index == index)  # noqa: B023
         page.until(lambda: float(page.box("Water index").input_value()) == index)  # noqa: B023
-    page.page.get_by_label("Flat port").uncheck()
+    page.tick("Flat port", False)
     page.until(lambda: page.app.view.camera.port is None)
 
 

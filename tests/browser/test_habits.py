@@ -69,7 +69,7 @@ def test_keys_turn_pages(page):
 def test_dark_mode(page):
     scheme = "document.documentElement.getAttribute('data-mantine-color-scheme')"
     page.tab("Settings")
-    page.page.get_by_label("Dark mode (D)").check()
+    page.tick("Dark mode (D)")
     page.until(lambda: page.page.evaluate(scheme) == "dark")
     assert page.app._memory.now.dark
     blur(page)

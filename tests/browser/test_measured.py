@@ -20,7 +20,7 @@ def rows(folder):
 
 def test_ticking_the_comparison_measures_nothing_and_blank_is_logged_as_blank(page, root):
     page.unfold("Which of the two poses")
-    page.page.get_by_label("Compare with a measured pose").check()
+    page.tick("Compare with a measured pose")
     page.until(lambda: page.row_names()[-1] == "Measured")
     assert [page.box(f"Measured {name}").input_value() for name in BOXES[:5]] == [""] * 5
     page.tab("Log")
@@ -39,15 +39,15 @@ def test_ticking_the_comparison_measures_nothing_and_blank_is_logged_as_blank(pa
     page.until(lambda: page.box("z (cm)").input_value() == "100")
     assert page.box("x (cm)").input_value() == ""
     page.tab("Detect")
-    page.page.get_by_label("Compare with a measured pose").uncheck()
+    page.tick("Compare with a measured pose", False)
     page.until(lambda: page.app.view.measured is None)
     page.tab("Log")
     page.until(lambda: page.box("z (cm)").input_value() == "")
     page.unfold("Which of the two poses")
-    page.page.get_by_label("Compare with a measured pose").check()
+    page.tick("Compare with a measured pose")
     page.until(lambda: page.app.view.measured is not None)
     assert page.box("Measured z (cm)").input_value() == ""
-    page.page.get_by_label("Compare with a measured pose").uncheck()
+    page.tick("Compare with a measured pose", False)
 
 
 def test_keys_never_fall_into_a_box_and_ctrl_enter_takes_the_row(page, root):
@@ -71,11 +71,11 @@ def test_keys_never_fall_into_a_box_and_ctrl_enter_takes_the_row(page, root):
     page.until(lambda: "Frame 2 is on disk" in words(page))
     assert [row["notes"] for row in rows(root / "keys")] == ["", "tilted"]
     page.unfold("Which of the two poses")
-    page.page.get_by_label("Compare with a measured pose").check()
+    page.tick("Compare with a measured pose")
     page.until(lambda: page.app.view.measured is not None)
     page.box("Measured y (cm)").click()
     page.page.keyboard.type("t-t4.5k", delay=60)
     assert page.box("Measured y (cm)").input_value() == "-4.5"
     page.until(lambda: page.app.view.measured.y_cm == -4.5)
     page.page.wait_for_timeout(1000 * THROTTLE_S)
-    page.page.get_by_label("Compare with a measured pose").uncheck()
+    page.tick("Compare with a measured pose", False)

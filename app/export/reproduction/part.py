@@ -1,0 +1,133 @@
+"""A part of the report on the paper: one of its figures or tables, beside ours."""
+
+from __future__ import annotations
+
+import base64
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dockpose.app.drawing.figures import to_png, to_svg
+from markupsafe import Markup
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Cell = str | int | float | None
+MISSING = "–"
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A drawn figure.
+
+    Attributes
+    ----------
+    name : str
+        Stem of its files.
+    caption : str
+        One or two sentences below it.
+    png, svg : bytes
+        The files.
+    is_photograph : bool
+        Shown as PNG within the report, since an SVG would hold all pixels of a picture.
+    """
+
+    name: str
+    caption: str
+    png: bytes
+    svg: bytes
+    is_photograph: bool = False
+
+    @classmethod
+    def of(cls, name: str, caption: str, figure: Figure, *, is_photograph: bool = False) -> Plot:
+        """Draw a figure."""
+        return cls(name, caption, to_png(figure), to_svg(figure, name), is_photograph)
+
+    @property
+    def inline(self) -> Markup:
+        """What stands in the page."""
+        if self.is_photograph:
+            alt = Markup.escape(self.caption)
+            uri = "data:image/png;base64," + base64.b64encode(self.png).decode()
+            return Markup('<img alt="{}" src="{}">').format(alt, uri)
+        text = self.svg.decode()
+        return Markup(text[text.index("<svg") :])
+
+
+@dataclass(frozen=True)
+class NumberTable:
+    """A table of numbers: rounded in the page, whole in its CSV file.
+
+    Attributes
+    ----------
+    name : str
+        Stem of its file.
+    caption : str
+        What the rows are.
+    head : sequence of str
+        Names of the columns, with units.
+    rows : sequence of sequences
+        Text, numbers, and None where there is none.
+    digits : int
+        Significant digits in the page.
+    is_shown : bool
+        False for the points of a curve, which only the file has.
+    """
+
+    name: str
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    digits: int = 3
+    is_shown: bool = True
+
+    @property
+    def shown(self) -> list[list[str]]:
+        """The cells as the page has them."""
+        return [[self._text(cell) for cell in row] for row in self.rows]
+
+    def _text(self, cell: Cell) -> str:
+        if cell is None or cell != cell:  # not a number
+            return MISSING
+        if isinstance(cell, float):
+            return f"{cell:.{self.digits}g}" if abs(cell) < 10**self.digits else f"{cell:.0f}"
+        return str(cell)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One figure or table of the paper, reproduced.
+
+    Attributes
+    ----------
+    key : str
+        Of files and links, as ``figure_14``.
+    title : str
+        As "Figure 14: error of the dock's centre against the level".
+    paper, ours, differs : str
+        What the paper shows; what ours shows, in numbers; where and why they differ.
+    plots, tables : sequence
+        In the order in which they are shown.
+    """
+
+    key: str
+    title: str
+    paper: str
+    ours: str
+    differs: str
+    plots: Sequence[Plot] = ()
+    tables: Sequence[NumberTable] = ()
+
+    def write(self, folder: Path) -> None:
+        """Write each plot as PNG and SVG, and each table as CSV."""
+        for plot in self.plots:
+            (folder / f"{plot.name}.png").write_bytes(plot.png)
+            (folder / f"{plot.name}.svg").write_bytes(plot.svg)
+        for table in self.tables:
+            with open(folder / f"{table.name}.csv", "w", encoding="utf-8", newline="") as file:
+                writer = csv.writer(file)
+                writer.writerow(table.head)
+                writer.writerows([["" if cell is None else cell for cell in row] for row in table.rows])

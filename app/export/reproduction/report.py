@@ -1,0 +1,94 @@
+"""The report on the paper: all parts, made by several processes, in one HTML file that opens offline."""
+
+from __future__ import annotations
+
+import datetime
+import importlib
+from collections.abc import Callable
+from concurrent.futures import as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+from dockpose.app.errors import UserError, writing
+from dockpose.app.experiment.versions import versions
+from dockpose.app.export.reproduction.part import Part
+from dockpose.app.processing.parallel import workers
+from dockpose.app.resources import static_path
+
+# Key of each part, in the order of the report, and the module here whose function of that name makes it.
+PARTS: dict[str, str] = {}
+# The slowest, which begin first.
+_SLOW: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """The report, ready to be written.
+
+    Attributes
+    ----------
+    seed : int
+        Of all that is random in it.
+    parts : list of Part
+        In the order of the paper.
+    """
+
+    seed: int
+    parts: list[Part]
+
+    def html(self) -> str:
+        """Return the text of the file."""
+        environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+        template = environment.from_string(static_path("reproduction.html").read_text(encoding="utf-8"))
+        made = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
+        return template.render(report=self, made=made, versions=versions())
+
+
+def make_part(key: str, seed: int) -> Part:
+    """Make one part; see ``PARTS`` for the keys."""
+    module = importlib.import_module(f"dockpose.app.export.reproduction.{PARTS[key]}")
+    return getattr(module, key)(seed)
+
+
+def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> Reproduction:
+    """Make the report and its files in the folder ``out``.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for ``index.html`` and the PNG, SVG and CSV files of each part; made if it is not there.
+    seed : int
+        Of all that is random; the same seed gives the same numbers.
+    jobs : int
+        Number of processes.
+    only : tuple of str
+        Keys of the parts wanted; empty for all.
+    done : callable
+        Receives the key of each part that is done.
+
+    Raises
+    ------
+    UserError
+        If a key is unknown or a file cannot be written.
+    """
+    for key in only:
+        if key not in PARTS:
+            raise UserError(f"there is no part {key!r}; there are {', '.join(PARTS)}")
+    wanted = [key for key in PARTS if not only or key in only]
+    with writing(f"--out {out}"):
+        out.mkdir(parents=True, exist_ok=True)
+    parts: dict[str, Part] = {}
+    with workers(jobs, None) as (executor, _):
+        begun = sorted(wanted, key=lambda key: _SLOW.index(key) if key in _SLOW else len(_SLOW))
+        waiting = {executor.submit(make_part, key, seed): key for key in begun}
+        for future in as_completed(waiting):
+            key = waiting[future]
+            parts[key] = future.result()
+            with writing(f"--out {out}"):
+                parts[key].write(out)
+            done(key)
+    report = Reproduction(seed, [parts[key] for key in wanted])
+    with writing(f"--out {out}"):
+        (out / "index.html").write_text(report.html(), encoding="utf-8")
+    return report

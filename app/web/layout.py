@@ -28,7 +28,7 @@ from dockpose.app.web.panels.settings import Actions, SettingsPanel
 from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.panels.strip import StripPanel
-from dockpose.app.web.panels.tank import ChipsPanel, TanksPanel
+from dockpose.app.web.panels.tank import BudgetPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
@@ -89,6 +89,7 @@ class Layout:
         with tab("Tank", "tank"):
             tanks = TanksPanel(gui, parts.tanks, change, parts.notify)
             camera = CameraPanel(gui, change)
+            budget = BudgetPanel(gui)
         with tab("Detect", "detect"):
             detect = DetectPanel(gui, change)
             with gui.add_folder("Which of the two poses", expand_by_default=False):
@@ -108,7 +109,8 @@ class Layout:
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels = [*self.panels, self.sequence, self.live, source, simulator, tanks, camera, detect, pose]
+        self.panels = [*self.panels, self.sequence, self.live, source, simulator, tanks, camera, budget]
+        self.panels += [detect, pose]
         self.panels += [self.settings, self.experiment, self.export, viewpoint, self.chips, self.compare]
 
     def _add_pictures(self, server: viser.ViserServer, parts: Parts) -> None:

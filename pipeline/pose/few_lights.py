@@ -15,7 +15,7 @@ from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.assignments import FEWEST, assignments, basis_of, plane_of, squares_of
 from dockpose.pose.choice import Choice, choice_of
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.refine import Fit, LightRays, light_rays, refine
+from dockpose.pose.refine import HOPELESS, HOPELESS_PX2, Fit, LightRays, light_rays, refine
 from dockpose.pose.spacing import Placement
 from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 
@@ -86,7 +86,7 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
     if camera.port is not None:
         rays = light_rays(points[order], camera, float(np.median(positions[:, 2])))
     which = best[which]
-    fit = refine(rotations, positions, dock.light_angles_rad()[rows[which]], dock.radius, rays)
+    fit = _refined(rotations, positions, which, dock.light_angles_rad()[rows[which]], dock.radius, rays)
     fit, which = _distinct(fit, which)
     weights = _weights(fit)
     kept = _different(fit, weights, near)
@@ -99,6 +99,29 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
     period = 2 * math.pi if dock.angles_deg else 2 * math.pi / len(known)
     placement = Placement(lights, np.zeros(len(chosen)), known[lights], [True] * len(chosen), period)
     return choice_of(_taken(fit, chosen), (weights[chosen] / total).tolist(), placement, "spacing", camera)
+
+
+def _refined(
+    rotations: np.ndarray,
+    positions_m: np.ndarray,
+    which: np.ndarray,
+    angles_rad: np.ndarray,
+    radius_m: float,
+    rays: LightRays,
+) -> Fit:
+    """Refined poses; those of the best one's assignment that were given up as far worse are refined to their end.
+
+    They may be on their way to the best one, and would pass for another pose half-way.
+    """
+    fit = refine(rotations, positions_m, angles_rad, radius_m, rays)
+    best = int(np.argmin(fit.squares_px2))
+    worse = fit.squares_px2 > HOPELESS * fit.squares_px2[best] + HOPELESS_PX2
+    for row in np.flatnonzero(worse & (which == which[best])).tolist():
+        only = [row]
+        again = refine(fit.rotations[only], fit.positions_m[only], angles_rad[only], radius_m, rays)
+        for name in ("rotations", "positions_m", "squares_px2", "covariances"):
+            getattr(fit, name)[only] = getattr(again, name)
+    return fit
 
 
 def _check(points: np.ndarray, dock: Dock) -> None:

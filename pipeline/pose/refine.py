@@ -14,7 +14,7 @@ MAX_STEPS = 15
 # Stop after a step that lowers the sum of squares by less than this share or this much; what remains is far less.
 _SETTLED, _SETTLED_PX2 = 1e-3, 1e-6
 # A pose whose sum of squares exceeds this multiple of the best one's plus this much is certainly wrong.
-_HOPELESS, _HOPELESS_PX2 = 30.0, 2.0
+HOPELESS, HOPELESS_PX2 = 30.0, 2.0
 _LONGEST = 0.3  # radians, or a share of the range, in one step
 _DAMPING = 1e-9
 
@@ -194,7 +194,7 @@ def _minimised(
             t[k] += share * steps[k, :3]
             R[k] = R[k] @ _turn(share * steps[k, 3:])
         # A pose has converged, or is so much worse than the best one that it need not.
-        hopeless = _HOPELESS * squares.min() + _HOPELESS_PX2
+        hopeless = HOPELESS * squares.min() + HOPELESS_PX2
         if np.all((gains <= _SETTLED * np.abs(squares) + _SETTLED_PX2) | (squares > hopeless)):
             break
     return R, t, np.maximum(squares, 0.0), covariances

@@ -1,15 +1,28 @@
-"""Buttons for what rules the next picture too, and the saved tanks."""
+"""Buttons for what rules the next picture too, the saved tanks, and the error budget of camera and dock."""
 
 from __future__ import annotations
 
+from html import escape
+
 import viser
+from dockpose import Camera, Dock
+from dockpose.app.drawing.budget import (
+    HEAD,
+    TILTS_DEG,
+    budget_cells,
+    budget_sentences,
+    set_up_words,
+    usual_ranges_m,
+)
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.chips import Chip, chips
 from dockpose.app.state.in_force import with_tank, with_these_as_mine
 from dockpose.app.state.tank import Tanks, tank_words
 from dockpose.app.state.view import View
+from dockpose.app.web.html import row, small, table
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.widgets import Change, Panel, on_click, on_person
+from dockpose.study.budget import budgets
 from msgspec.structs import replace as changed
 
 NOT_SAVED = "(not saved)"
@@ -38,6 +51,43 @@ class ChipsPanel(Panel):
     def _press(self, index: int, client: viser.ClientHandle) -> None:
         if index < len(self._chips):
             self._change(self._chips[index].press, client, reload=True)
+
+
+class BudgetPanel(Panel):
+    """Which errors to expect of the camera and the dock in force, by range and tilt."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._view: View | None = None
+        self._shown: tuple[Camera, Dock] | None = None
+        with gui.add_folder("Error budget", expand_by_default=False):
+            button = gui.add_button(
+                "Which errors to expect",
+                icon=viser.Icon.RULER_MEASURE,
+                hint="Of this camera and this dock, by range and tilt.",
+            )
+            self._table = gui.add_html("")
+        on_click(button, lambda client: self._fill())
+
+    def show(self, analysis: Analysis) -> None:
+        """Remember the camera and the dock; a table of others is no longer true."""
+        self._view = analysis.view
+        if self._shown is not None and self._shown != (self._view.camera, self._view.dock):
+            self._shown = None
+            self._table.content = small("The camera or the dock has changed: press again.")
+
+    def _fill(self) -> None:
+        if self._view is None:
+            return
+        self._shown = camera, dock = self._view.camera, self._view.dock
+        try:
+            rows = [budget_cells(one) for one in budgets(camera, dock, usual_ranges_m(camera, dock), TILTS_DEG)]
+            words = [set_up_words(camera, dock), *budget_sentences(camera, dock)]
+        except ValueError as error:
+            self._table.content = small(f"No budget: {escape(str(error))}.")
+            return
+        # Range and tilt name a row; the page has no room for more columns than these.
+        lines = [row(f"{cells[0]} m, {cells[1]}°", cells[3:]) for cells in rows]
+        self._table.content = table("budget", HEAD[3:], lines, escape(" ".join(words)))
 
 
 class TanksPanel(Panel):

@@ -1,0 +1,123 @@
+"""``dockpose budget``: which errors a camera and a dock allow, by range and tilt."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import csv
+import math
+import sys
+from collections.abc import Sequence
+from typing import TextIO
+
+from dockpose import Camera, Dock
+from dockpose.app.commands.arguments import Commands, camera_of, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ
+from dockpose.app.commands.output import open_text
+from dockpose.app.drawing.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, set_up_words, usual_ranges_m
+from dockpose.app.errors import UserError, blaming
+from dockpose.study.budget import USUAL_NOISE_PX, Budget, budgets, simulated_budget
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+_COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg", "told_apart")
+
+
+def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command ``budget``."""
+    parser = commands.add_parser("budget", help="say which errors to expect of a camera and a dock, by range and tilt")
+    parser.add_argument("--camera", metavar="C.yaml", required=True, help="camera file: ROS, OpenCV or dockpose")
+    parser.add_argument(
+        "--dock-diameter",
+        metavar="M",
+        required=True,
+        help="of the ring of lights, in metres, or with its unit as 30cm",
+    )
+    parser.add_argument("--lights", type=int, metavar="N", required=True, help="how many lights, evenly spaced")
+    parser.add_argument(
+        "--noise",
+        type=float,
+        metavar="PX",
+        default=USUAL_NOISE_PX,
+        help=f"of a light's centre, in pixels: 0.1 for bright, sharp lights, 1 in turbid water "
+        f"(default: {USUAL_NOISE_PX:g})",
+    )
+    parser.add_argument(
+        "--ranges", metavar="M,M,...", help="in metres (default: from filling the picture to lights run together)"
+    )
+    parser.add_argument(
+        "--tilts",
+        metavar="DEG,DEG,...",
+        help=f"in degrees, 0 is square on (default: {','.join(f'{tilt:g}' for tilt in TILTS_DEG)})",
+    )
+    parser.add_argument("--draws", type=int, metavar="N", default=200, help="simulated for each row (default: 200)")
+    parser.add_argument("--seed", type=int, metavar="N", default=0, help="of the simulation (default: 0)")
+    parser.add_argument("--csv", metavar="FILE", help="write the table in full; - for standard output")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose budget``; returns the exit status."""
+    camera, dock = camera_of(arguments), dock_of(arguments)
+    assert camera is not None
+    assert dock is not None
+    ranges_m, tilts_deg = _numbers("--ranges", arguments.ranges), _numbers("--tilts", arguments.tilts)
+    with contextlib.ExitStack() as files:
+        file = open_text(arguments.csv, files)
+        with blaming("no error budget: "):
+            rows = _rows(camera, dock, ranges_m or usual_ranges_m(camera, dock), tilts_deg or TILTS_DEG, arguments)
+        if file is not None:
+            _write(rows, file)
+        if arguments.csv != "-":
+            _print(camera, dock, rows, arguments)
+    return EXIT_ALL_READ
+
+
+def _rows(
+    camera: Camera, dock: Dock, ranges_m: Sequence[float], tilts_deg: Sequence[float], arguments: argparse.Namespace
+) -> list[tuple[Budget, Budget]]:
+    """Expected and simulated errors."""
+    draws = {"noise_px": arguments.noise, "draws": arguments.draws, "seed": arguments.seed}
+    return [
+        (one, simulated_budget(camera, dock, one.range_m, one.tilt_deg, **draws))
+        for one in budgets(camera, dock, ranges_m, tilts_deg, arguments.noise)
+    ]
+
+
+def _write(rows: Sequence[tuple[Budget, Budget]], file: TextIO) -> None:
+    writer = csv.writer(file, lineterminator="\n")
+    simulated = [f"simulated_{name}" for name in _COLUMNS]
+    writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *_COLUMNS, *simulated])
+    for one, other in rows:
+        writer.writerow([one.range_m, one.tilt_deg, one.apart_px, int(one.in_view), *_values(one), *_values(other)])
+
+
+def _values(budget: Budget) -> list[float | str]:
+    told = "" if budget.tells_apart is None else budget.tells_apart
+    return [*budget.sigma_position_m, *map(math.degrees, budget.sigma_theta_rad), told]
+
+
+def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], arguments: argparse.Namespace) -> None:
+    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 120)
+    table = Table(box=box.SIMPLE)
+    for name in HEAD:
+        table.add_column(name, justify="right")
+    for number, (one, other) in enumerate(rows):
+        is_last = number + 1 == len(rows) or rows[number + 1][0].range_m != one.range_m
+        table.add_row(*budget_cells(one, other), end_section=is_last)
+    console.print(set_up_words(camera, dock, arguments.noise))
+    console.print(table)
+    for sentence in budget_sentences(camera, dock, arguments.noise):
+        console.print(sentence)
+    console.print(
+        f"By the covariance of the refined pose; in brackets, what came of {arguments.draws} simulated sets of lights. "
+        "Errors of the intrinsics and of the dock's diameter come on top: 1 % of either is 1 % of the range."
+    )
+
+
+def _numbers(option: str, text: str | None) -> list[float]:
+    try:
+        return [] if text is None else [float(word) for word in text.split(",")]
+    except ValueError as error:
+        raise UserError(f"{option} {text} must be numbers with commas between them") from error

@@ -1,0 +1,81 @@
+"""An error budget in words and cells, for the terminal and the page."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from dockpose import Camera, Dock
+from dockpose.app.drawing.numbers import MISSING, length_words, number
+from dockpose.study.budget import (
+    USUAL_NOISE_PX,
+    Budget,
+    farthest_apart_m,
+    farthest_told_m,
+    farthest_within_m,
+    nearest_m,
+)
+
+TILTS_DEG = (0.0, 10.0, 20.0, 40.0)
+_RANGES = 6
+_GOOD_SHARE, _SURE = 0.05, 0.95  # of the range, and the chance, from which on the page warns
+HEAD = ("range (m)", "tilt (°)", "lights apart (px)", "x, y (cm)", "range ± (cm)", "angles ± (°)", "told apart (%)")
+
+
+def usual_ranges_m(camera: Camera, dock: Dock) -> list[float]:
+    """Ranges from where the dock fills the picture to where its lights run together, to two digits."""
+    near, far = nearest_m(camera, dock), farthest_apart_m(camera, dock)
+    ranges = np.geomspace(near, max(far, 2 * near), _RANGES)
+    return [float(f"{range_m:.2g}") for range_m in ranges]
+
+
+def budget_cells(budget: Budget, simulated: Budget | None = None) -> list[str]:
+    """Return the cells of ``HEAD``; what came out of simulation stands in brackets."""
+    apart = f"{budget.apart_px:.0f}" + ("" if budget.lights_apart else " (merge)")
+    pairs = zip(_numbers(budget), _numbers(simulated) if simulated else [""] * 4, strict=True)
+    shown = [f"{one} ({other})" if other not in ("", MISSING) else one for one, other in pairs]
+    tilt = f"{budget.tilt_deg:g}" + ("" if budget.in_view else " (not all in view)")
+    return [f"{budget.range_m:g}", tilt, apart, *shown]
+
+
+def _numbers(budget: Budget) -> list[str]:
+    x, y, z = (100 * sigma for sigma in budget.sigma_position_m)
+    angle = math.degrees(max(budget.sigma_theta_rad))
+    told = None if budget.tells_apart is None else 100 * budget.tells_apart
+    return [_digits(max(x, y)), _digits(z), _digits(angle), number(told, 0)]
+
+
+def _digits(value: float) -> str:
+    """Two significant digits, and no more than hundredths."""
+    return number(value, 0 if value >= 10 else 1 if value >= 1 else 2)
+
+
+def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> list[str]:
+    """Say up to where the dock's lights, its range and its attitude can be told."""
+    apart, good = farthest_apart_m(camera, dock), farthest_within_m(camera, dock, _GOOD_SHARE, 20.0, noise_px)
+    told = {tilt: farthest_told_m(camera, dock, _SURE, tilt, noise_px) for tilt in (10.0, 20.0)}
+    words = " and ".join(f"up to {_metres(range_m)} at a tilt of {tilt:g}°" for tilt, range_m in told.items())
+    within = f"up to {_metres(good)}"
+    if good >= 0.999 * apart:
+        within = "wherever its lights can be seen one by one"
+    return [
+        f"The lights can be seen one by one up to {_metres(apart)}.",
+        f"The range is known to {100 * _GOOD_SHARE:.0f} % {within}.",
+        f"One picture tells the two poses apart, with a chance of {100 * _SURE:.0f} %, {words}. "
+        "Farther away, several pictures from different places do.",
+    ]
+
+
+def set_up_words(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> str:
+    """Say whose budget it is."""
+    focal = f"{camera.fx:.0f}" if round(camera.fx) == round(camera.fy) else f"{camera.fx:.0f}, {camera.fy:.0f}"
+    port = " behind its port" if camera.port is not None else ""
+    return (
+        f"A dock of {length_words(dock.diameter)} with {dock.lights} lights, straight ahead of a camera of "
+        f"{camera.width} x {camera.height} pixels with a focal length of {focal} px{port}; "
+        f"the lights' centres have a noise of {noise_px:g} px. All errors are one sigma."
+    )
+
+
+def _metres(range_m: float) -> str:
+    return "no range at all" if range_m == 0 else f"{range_m:.2g} m"

@@ -1,0 +1,288 @@
+"""What a camera and a dock allow: standard errors and the chance to tell both poses apart, by range and tilt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.checks import check_number, check_whole
+from dockpose.dock import Dock
+from dockpose.lights.ellipse import NoEllipseError
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.refine import light_rays, refine
+from dockpose.pose.solve import find_poses
+from dockpose.pose.uncertainty import deviations
+from scipy.optimize import brentq
+from scipy.special import ndtr
+
+USUAL_NOISE_PX = 0.3  # of a light's centre along each axis; 0.1 for bright, sharp lights, 1 in turbid water
+# Two neighbouring lights are one group where less than this lies between their centres: each is about three pixels
+# wide, and a darker pixel must lie between them.
+LEAST_APART_PX = 4.0
+FEWEST_LIGHTS = 4  # three leave no residual: which of their up to four poses is right, a prior decides
+_LARGEST_SHARE = 0.9  # of the picture's smaller side that a ring seen square on fills at the nearest range
+_MOST_TILTED_DEG = 85.0
+_SAME_RAD = math.radians(0.2)  # poses nearer to each other are the same
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Errors to expect of a dock straight ahead at one range and tilt.
+
+    Attributes
+    ----------
+    range_m, tilt_deg : float
+        Distance of the dock's centre, and angle between its normal and the line of sight (a yaw).
+    apart_px : float, pixels
+        Least distance between the images of two neighbouring lights.
+    in_view : bool
+        Whether all lights are in the picture.
+    sigma_position_m : tuple of 3 float, metres
+        Standard errors of x, y and z.
+    sigma_theta_rad : tuple of 2 float, radians
+        Standard errors of theta_x and theta_y, given the right one of the two poses.
+    tells_apart : float or None
+        Chance that the likelier of the two poses is the right one; None where they are the same, as square on.
+    """
+
+    range_m: float
+    tilt_deg: float
+    apart_px: float
+    in_view: bool
+    sigma_position_m: tuple[float, float, float]
+    sigma_theta_rad: tuple[float, float]
+    tells_apart: float | None
+
+    @property
+    def lights_apart(self) -> bool:
+        """Whether all lights can be seen one by one."""
+        return self.apart_px >= LEAST_APART_PX
+
+
+def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px: float = USUAL_NOISE_PX) -> Budget:
+    """Errors to expect, by the covariance of the refined pose.
+
+    Parameters
+    ----------
+    camera : Camera
+        The camera, behind its port where it has one.
+    dock : Dock
+        Its diameter and its lights, at least four.
+    range_m : float, metres
+        Distance of the dock's centre, which is straight ahead.
+    tilt_deg : float, degrees
+        Angle between the dock's normal and the line of sight, 0 to 85; a yaw.
+    noise_px : float, pixels
+        Standard deviation of a light's centre along each axis.
+
+    Returns
+    -------
+    Budget
+        What one picture with all lights tells.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range, or the number of lights is not known.
+
+    Notes
+    -----
+    The standard errors are those of s^2 (J^T J)^-1 at the true pose, see :func:`dockpose.pose.refine.refine`. Far away
+    and near square on, this linear model fails: the ratio of the ellipse's axes is cos(tilt), which tells a tilt only
+    by its square. Each axis of N lights at R pixels from the centre is known to s sqrt(2 / N), so the ratio to
+    q = 2 s / (R sqrt(N)). Since 1 - cos(tilt) is about tilt^2 / 2, tilts below sqrt(2 q) look alike. There, theta_x
+    and theta_y have an error of sqrt(q) each at most, and the position at least that of a tilt of sqrt(2 q).
+
+    Let S be the least sum of squared residuals, in pixels squared, that the wrong pose leaves in a picture without
+    noise. With noise of standard deviation s, the difference of the two poses' chi-squared values is normal with mean
+    S / s^2 and variance 4 S / s^2, so the right one is the likelier with probability Phi(sqrt(S) / (2 s)), as for any
+    two points a distance sqrt(S) apart.
+    """
+    _check(dock, range_m, tilt_deg, noise_px)
+    lights_px, rotation, position = _seen(camera, dock, range_m, tilt_deg)
+    sigma_m, sigma_rad = _linear(camera, dock, lights_px, rotation, position, noise_px)
+    ratio = _sigma_of_ratio(camera, dock, range_m, noise_px)
+    alike_deg = math.degrees(math.sqrt(2 * ratio))
+    if tilt_deg < alike_deg < _MOST_TILTED_DEG:
+        tilted_m, _ = _linear(camera, dock, *_seen(camera, dock, range_m, alike_deg), noise_px)
+        x, y, z = (max(pair) for pair in zip(sigma_m, tilted_m, strict=True))
+        sigma_m = x, y, z
+        theta_x, theta_y = (min(sigma, math.sqrt(ratio)) for sigma in sigma_rad)
+        sigma_rad = theta_x, theta_y
+    tells = _tells_apart(camera, dock, tilt_deg, lights_px, noise_px)
+    return Budget(range_m, tilt_deg, _apart(lights_px), _in_view(camera, lights_px), sigma_m, sigma_rad, tells)
+
+
+def simulated_budget(
+    camera: Camera,
+    dock: Dock,
+    range_m: float,
+    tilt_deg: float,
+    noise_px: float = USUAL_NOISE_PX,
+    draws: int = 200,
+    seed: int = 0,
+) -> Budget:
+    """Errors as they come out: the pose of lights whose centres have noise, drawn again and again.
+
+    Parameters
+    ----------
+    camera, dock, range_m, tilt_deg, noise_px : Camera, Dock, float, float, float
+        As for :func:`budget`.
+    draws : int
+        How many times.
+    seed : int
+        Of the noise, and of the dock's roll.
+
+    Returns
+    -------
+    Budget
+        Root mean square errors of the candidate nearer to the truth, and the share in which it was chosen.
+
+    Raises
+    ------
+    ValueError
+        As for :func:`budget`, or if no draw gives a pose.
+    """
+    _check(dock, range_m, tilt_deg, noise_px)
+    check_whole("draws", draws, least=1)
+    rng = np.random.default_rng([seed, round(1e6 * range_m), round(1e6 * tilt_deg)])
+    lights_px, errors, right = np.empty((0, 2)), [], []
+    for _ in range(draws):
+        roll = rng.uniform(0, 2 * math.pi)
+        lights_px, rotation, position = _seen(camera, dock, range_m, tilt_deg, roll)
+        noisy = lights_px + rng.normal(0, noise_px, lights_px.shape)
+        try:
+            _, choice = find_poses(noisy, camera, dock)
+        except NoEllipseError:
+            continue
+        nearest = max(choice.candidates, key=lambda pose: float(pose.normal @ -rotation[:, 2]))
+        errors.append(_errors(nearest, rotation, position))
+        right.append(nearest is choice.candidates[choice.selected])
+    if not errors:
+        raise ValueError(f"range_m is {range_m!r}; no pose was found in {draws} draws")
+    x, y, z, theta_x, theta_y = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
+    tells = None if math.radians(tilt_deg) < _SAME_RAD else float(np.mean(right))
+    in_view = _in_view(camera, lights_px)
+    return Budget(range_m, tilt_deg, _apart(lights_px), in_view, (x, y, z), (theta_x, theta_y), tells)
+
+
+def budgets(
+    camera: Camera, dock: Dock, ranges_m: Sequence[float], tilts_deg: Sequence[float], noise_px: float = USUAL_NOISE_PX
+) -> Iterator[Budget]:
+    """Yield :func:`budget` for each range and, within it, each tilt."""
+    for range_m in ranges_m:
+        for tilt_deg in tilts_deg:
+            yield budget(camera, dock, range_m, tilt_deg, noise_px)
+
+
+def nearest_m(camera: Camera, dock: Dock) -> float:
+    """Range, in metres, at which a dock square on fills most of the picture."""
+    return max(camera.fx / camera.width, camera.fy / camera.height) * dock.diameter / _LARGEST_SHARE
+
+
+def farthest_apart_m(camera: Camera, dock: Dock) -> float:
+    """Range, in metres, up to which the lights of a dock square on are seen one by one."""
+    return min(camera.fx, camera.fy) * _apart(dock.light_points()) / LEAST_APART_PX
+
+
+def farthest_within_m(
+    camera: Camera, dock: Dock, share: float, tilt_deg: float = 20.0, noise_px: float = USUAL_NOISE_PX
+) -> float:
+    """Range, in metres, up to which the standard error of the range is at most a share of it."""
+
+    def over(log_range: float) -> float:
+        range_m = math.exp(log_range)
+        return budget(camera, dock, range_m, tilt_deg, noise_px).sigma_position_m[2] / range_m - share
+
+    return _crossing(over, camera, dock)
+
+
+def farthest_told_m(
+    camera: Camera, dock: Dock, chance: float, tilt_deg: float, noise_px: float = USUAL_NOISE_PX
+) -> float:
+    """Range, in metres, up to which both poses at that tilt are told apart with at least that chance."""
+
+    def under(log_range: float) -> float:
+        return chance - (budget(camera, dock, math.exp(log_range), tilt_deg, noise_px).tells_apart or 0.5)
+
+    return _crossing(under, camera, dock)
+
+
+def _crossing(rises: Callable[[float], float], camera: Camera, dock: Dock) -> float:
+    """Range where a function of its logarithm becomes positive, between 0 and where lights can be seen one by one."""
+    low, high = math.log(nearest_m(camera, dock)), math.log(farthest_apart_m(camera, dock))
+    if low >= high or rises(low) > 0:
+        return 0.0
+    if rises(high) <= 0:
+        return math.exp(high)
+    return math.exp(cast("float", brentq(rises, low, high, xtol=1e-4)))
+
+
+def _check(dock: Dock, range_m: float, tilt_deg: float, noise_px: float) -> None:
+    if dock.lights is None or dock.lights < FEWEST_LIGHTS:
+        count = "an unknown number of" if dock.lights is None else dock.lights
+        raise ValueError(f"the dock has {count} lights; an error budget needs at least {FEWEST_LIGHTS}")
+    check_number("range_m", range_m, above=0)
+    check_number("noise_px", noise_px, above=0)
+    check_number("tilt_deg", tilt_deg)
+    if not 0 <= tilt_deg <= _MOST_TILTED_DEG:
+        raise ValueError(f"tilt_deg is {tilt_deg!r}; it must be within 0 to {_MOST_TILTED_DEG:g}")
+
+
+def _seen(
+    camera: Camera, dock: Dock, range_m: float, tilt_deg: float, roll_rad: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The lights' images, and the dock's rotation, roll included, and position."""
+    turn = np.array(
+        [[math.cos(roll_rad), -math.sin(roll_rad), 0], [math.sin(roll_rad), math.cos(roll_rad), 0], [0, 0, 1]]
+    )
+    rotation = rotation_from_angles(0.0, math.radians(tilt_deg)) @ turn
+    position = np.array([0.0, 0.0, range_m])
+    lights_m = position + dock.light_points() @ rotation.T
+    return camera.project(lights_m), rotation, position
+
+
+def _linear(
+    camera: Camera, dock: Dock, lights_px: np.ndarray, rotation: np.ndarray, position_m: np.ndarray, noise_px: float
+) -> tuple[tuple[float, float, float], tuple[float, float]]:
+    """Standard errors of position and angles by the covariance at a pose."""
+    rays = light_rays(lights_px, camera, float(position_m[2]))
+    fit = refine(rotation[None], position_m[None], dock.light_angles_rad()[None], dock.radius, rays)
+    return deviations(fit.covariances[0], rotation, noise_px)
+
+
+def _sigma_of_ratio(camera: Camera, dock: Dock, range_m: float, noise_px: float) -> float:
+    """Standard error of the ratio of the ellipse's axes, of a dock square on."""
+    radius_px = math.sqrt(camera.fx * camera.fy) * dock.radius / range_m
+    return 2 * noise_px / (radius_px * math.sqrt(dock.lights or 1))
+
+
+def _tells_apart(camera: Camera, dock: Dock, tilt_deg: float, lights_px: np.ndarray, noise_px: float) -> float | None:
+    if math.radians(tilt_deg) < _SAME_RAD:
+        return None
+    _, choice = find_poses(lights_px, camera, dock)
+    others = [pose.rms_px or 0.0 for index, pose in enumerate(choice.candidates) if index != choice.selected]
+    if not others:
+        return 1.0
+    return float(ndtr(min(others) * math.sqrt(len(lights_px)) / (2 * noise_px)))
+
+
+def _apart(points: np.ndarray) -> float:
+    """Least distance between two of the points (N, 2) or (N, 3)."""
+    off = points[:, None] - points
+    return float(np.sqrt((off**2).sum(axis=2) + 1e18 * np.eye(len(off))).min())
+
+
+def _in_view(camera: Camera, lights_px: np.ndarray) -> bool:
+    return bool(((lights_px >= 0) & (lights_px <= [camera.width - 1, camera.height - 1])).all())
+
+
+def _errors(pose: CirclePose, rotation: np.ndarray, position_m: np.ndarray) -> tuple[float, ...]:
+    """Errors of x, y, z in metres, of theta_x and theta_y in radians."""
+    true = CirclePose(position_m, -rotation[:, 2], np.zeros(2))
+    x, y, z = (pose.position_m - position_m).tolist()
+    return x, y, z, pose.theta_x_rad - true.theta_x_rad, pose.theta_y_rad - true.theta_y_rad

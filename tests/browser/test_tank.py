@@ -188,3 +188,15 @@ def test_line_on_my_tank_is_in_view_from_every_tab(page, other_page):
         place = other_page.page.locator("#tank").bounding_box()
         assert 560 <= place["x"] <= place["x"] + place["width"] <= 1366
         assert 0 <= place["y"] <= place["y"] + place["height"] <= 56
+
+
+def test_error_budget_of_the_tank_in_force(page):
+    page.tab("Tank")
+    page.unfold("Error budget")
+    page.page.get_by_role("button", name="Which errors to expect").click()
+    rows = page.page.locator("#budget tbody tr")
+    page.until(lambda: rows.count() == 24)
+    assert "10 lights" in page.page.locator("#budget").locator("xpath=..").inner_text()
+    page.page.get_by_label("Number of lights").fill("8")
+    page.page.get_by_text("The camera or the dock has changed: press again.").wait_for()
+    assert rows.count() == 0

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from dockpose.app.commands import budget, calibrate, compare, estimate, export, reproduce, serve, simulate
+from dockpose.app.commands import budget, calibrate, compare, estimate, export, reproduce, serve, simulate, study
 from dockpose.app.commands.console import EXIT_BAD_ARGUMENTS, EXIT_STOPPED, say
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import sample_source
@@ -27,6 +27,7 @@ COMMANDS = {
     "calibrate": calibrate,
     "budget": budget,
     "reproduce": reproduce,
+    "study": study,
 }
 _COMPILING = "compiling the loops over pixels; the first run takes some seconds longer"
 

@@ -1,0 +1,1 @@
+"""The study's page: plots, tables, and what they say in words, all computed from its file."""

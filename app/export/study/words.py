@@ -1,0 +1,164 @@
+"""What the study says, in sentences made from its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
+
+_TRUSTED = 0.9  # of the poses reported, from which on a range counts as one where they can be relied on
+# How the judgement goes where the interval is above zero, below it, or holds it.
+_BETTER, _WORSE, _OPEN = "better", "worse", "open"
+
+
+def claim_text(summary: Mapping[str, Any]) -> list[str]:
+    """Whether HATS's claim against its rivals stands, in sentences."""
+    result = summary["methods"][HATS]
+    sentences = [
+        f"On {summary['docks']} scenes with a dock, HATS alone gives the right pose in {_share(result['success'])}, "
+        f"and with levels of each light's own where no one level serves, as the program does, in "
+        f"{_share(summary['methods'][PRODUCT]['success'])}."
+    ]
+    for first in (HATS, PRODUCT):
+        against = summary["against"][first]
+        name = METHODS[first].title
+        sorts: dict[str, list[str]] = {_BETTER: [], _WORSE: [], _OPEN: []}
+        for rival in RIVALS:
+            sorts[verdict(against[rival])].append(f"{METHODS[rival].title} ({_points(against[rival])})")
+        words = {
+            _BETTER: f"the claim of {name} stands against",
+            _WORSE: f"{name} falls behind",
+            _OPEN: f"these scenes cannot tell {name} from",
+        }
+        parts = [f"{words[sort]} {_list(names)}" for sort, names in sorts.items() if names]
+        sentences.append(_sentence("; ".join(parts)))
+    return sentences
+
+
+def factor_text(summary: Mapping[str, Any]) -> list[str]:
+    """For each rival, where HATS is better or worse than it by more than chance."""
+    sentences = []
+    for rival in RIVALS:
+        parts = []
+        for sort in (_BETTER, _WORSE):
+            found = []
+            for factor in summary["factors"].values():
+                differences = zip(factor["bins"], factor["against"][rival], strict=True)
+                bins = [name for name, difference in differences if verdict(difference) == sort]
+                if len(bins) == len(factor["bins"]):
+                    found.append(f"everywhere by {factor['title']}")
+                elif bins:
+                    found.append(f"{factor['title']} {_list(bins)}")
+            if found:
+                parts.append(f"{sort} at {', '.join(found)}")
+        name = METHODS[rival].title
+        sentences.append(f"Against {name}, HATS is {'; and '.join(parts) or 'nowhere better or worse beyond chance'}.")
+    compared = sum(len(factor["bins"]) for factor in summary["factors"].values())
+    sentences.append(
+        f"Each rival is compared in {compared} bins; of as many without any difference, about "
+        f"{0.05 * compared:.0f} would seem to differ by chance."
+    )
+    return sentences
+
+
+def verdict(difference: Mapping[str, Any]) -> str:
+    """Whether the first method is better, worse, or neither can be told with 95 % confidence."""
+    if difference["value"] is None:
+        return _OPEN
+    return _BETTER if difference["low"] > 0 else _WORSE if difference["high"] < 0 else _OPEN
+
+
+def calibration_text(summary: Mapping[str, Any]) -> list[str]:
+    """Whether probabilities and intervals hold."""
+    sentences = []
+    events = {"probability": "of the chosen pose", "detection": "that it is a dock"}
+    for key, of in events.items():
+        rows = [row for row in summary["calibration"][key] if row["came"]["count"]]
+        off = [row for row in rows if not row["came"]["low"] <= row["told"] <= row["came"]["high"]]
+        held = f"{len(rows) - len(off)} of {len(rows)} bins"
+        text = f"The probability {of} is within the interval of what came true in {held}"
+        if off:
+            cases = [
+                f"{row['bin']} (told {_percent(row['told'])}, came {_percent(row['came']['value'])})" for row in off
+            ]
+            text += f", but not at {_list(cases)}"
+        sentences.append(text + ".")
+    for name, of in (("all", "all poses of the dock"), ("nearer", "those where the nearer of the two was chosen")):
+        shares = [f"{key} {_share(share)}" for key, share in summary["coverage"][name].items()]
+        sentences.append(f"The 95 % intervals hold the truth, of {of}: {', '.join(shares)}.")
+    return sentences
+
+
+def advice_text(summary: Mapping[str, Any]) -> list[str]:
+    """Which method when, and how far to trust the pose at which range."""
+    methods = summary["methods"]
+    order = sorted(METHODS, key=lambda label: -(methods[label]["success"]["value"] or 0))
+    best = order[0]
+    sentences = [
+        f"{METHODS[best].title} finds the right pose most often, in {_share(methods[best]['success'])} of the docks; "
+        f"the program's own way, {METHODS[PRODUCT].title}, in {_share(methods[PRODUCT]['success'])}, HATS with one "
+        f"level for all lights in {_share(methods[HATS]['success'])}.",
+        _sentence(_exceptions(summary)),
+        f"What the program reports is a dock and its right pose in {_share(methods[PRODUCT]['right_of_reported'])} of "
+        f"the docks it reports; in scenes without one it reports a dock in "
+        f"{_share(methods[PRODUCT]['false_dock_without'])}.",
+        *(_reach(summary, name) for name in ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share")),
+    ]
+    return sentences
+
+
+def _exceptions(summary: Mapping[str, Any]) -> str:
+    """Where another method does better than the program's by more than both intervals."""
+    found = []
+    for factor in summary["factors"].values():
+        for number, name in enumerate(factor["bins"]):
+            own = factor["methods"][PRODUCT][number]["success"]
+            others = [label for label in METHODS if label != PRODUCT]
+            better = [label for label in others if _above(factor["methods"][label][number]["success"], own)]
+            if better:
+                found.append(f"{_list([METHODS[label].title for label in better])} at {factor['title']} {name}")
+    if not found:
+        return "in no bin of any factor does another method do better beyond both intervals"
+    return f"another does better, beyond both intervals, only in these: {'; '.join(found)}"
+
+
+def _above(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    return one["value"] is not None and other["value"] is not None and one["low"] > other["high"]
+
+
+def _reach(summary: Mapping[str, Any], name: str) -> str:
+    """In which bins of a factor reported poses can be relied on."""
+    factor = summary["factors"][name]
+    results = [one["right_of_reported"] for one in factor["methods"][PRODUCT]]
+    bins = zip(factor["bins"], results, strict=True)
+    trusted = [label for label, share in bins if share["value"] is not None and share["value"] >= _TRUSTED]
+    if len(trusted) == len(factor["bins"]):
+        return f"By {factor['title']}, at least {_percent(_TRUSTED)} of the reported poses are right everywhere."
+    where = f"at {_list(trusted)}, but not elsewhere" if trusted else "nowhere"
+    return f"By {factor['title']}, at least {_percent(_TRUSTED)} of the reported poses are right {where}."
+
+
+def _share(share: Mapping[str, Any]) -> str:
+    if share["value"] is None:
+        return "none of no cases"
+    return f"{100 * share['value']:.1f} % ({100 * share['low']:.1f} to {100 * share['high']:.1f})"
+
+
+def _points(difference: Mapping[str, Any]) -> str:
+    if difference["value"] is None:
+        return "no scenes"
+    value, low, high = (100 * difference[key] for key in ("value", "low", "high"))
+    return f"{value:+.1f} points, {low:+.1f} to {high:+.1f}"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.3g} %"
+
+
+def _list(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."

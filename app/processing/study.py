@@ -1,0 +1,235 @@
+"""The study's scenes by several processes or on a cluster, kept block by block, so that a killed run can go on.
+
+A block of scenes is drawn, rendered and tried by a worker, and its rows are written here as one file, whole or not at
+all. Scenes depend on the seed and their number alone, so that it does not matter who works on which, or when.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import functools
+import hashlib
+import io
+import json
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import dockpose
+from dockpose.app.errors import UserError, writing
+from dockpose.app.experiment.durable_files import remove_temporaries, sync_folder, write_whole
+from dockpose.app.experiment.lock import FolderLock, InUseError
+from dockpose.app.experiment.versions import versions
+from dockpose.app.processing.parallel import workers
+from dockpose.study.methods import METHODS
+from dockpose.study.scenes import ELAPSED, as_text, block_rows
+
+BLOCK = 4  # scenes: a second or two of one core, which is what a kill can cost
+_AHEAD = 2  # submitted blocks for each worker
+_ABOUT, _SCENES, STUDY_CSV, COST_CSV = "study.json", "scenes", "study.csv", "cost.csv"
+_COST = ("scene", "method", "width_px", "height_px", ELAPSED)
+# Idle threads of the linear algebra would take the cores from the other processes.
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study in a folder.
+
+    Attributes
+    ----------
+    folder : Path
+        Where its files are.
+    scenes, seed : int
+        How many scenes, and the seed of all that is random in them.
+    """
+
+    folder: Path
+    scenes: int
+    seed: int
+
+    def run(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
+        """Work on the scenes that are not done yet, and write ``study.csv`` and ``cost.csv`` when all are.
+
+        Parameters
+        ----------
+        jobs : int
+            Number of processes.
+        scheduler : str or None
+            Address of a Dask cluster's scheduler, which takes their place.
+        done : callable
+            Receives the number of scenes that are done, at first those of an earlier run.
+
+        Raises
+        ------
+        UserError
+            If the folder holds another study, is in use by another program or cannot be written, or there is no
+            cluster.
+        """
+        with writing(f"--out {self.folder}"):
+            (self.folder / _SCENES).mkdir(parents=True, exist_ok=True)
+            try:
+                lock = FolderLock(self.folder)
+            except InUseError as error:
+                raise UserError(f"--out {self.folder}: {error} is at work on the study in it") from error
+            try:
+                self._begin()
+                self._work(jobs, scheduler, done)
+                self._assemble()
+            finally:
+                lock.release()
+
+    @property
+    def done(self) -> int:
+        """Number of scenes that are done."""
+        return sum(stop - start for start, stop in self._blocks())
+
+    def _begin(self) -> None:
+        """Check that what is in the folder belongs to this study, and note what it is."""
+        remove_temporaries(self.folder)
+        remove_temporaries(self.folder / _SCENES)
+        about = {"seed": self.seed, "scenes": self.scenes, "code": code_print(), "versions": versions()}
+        path = self.folder / _ABOUT
+        if path.exists():
+            _check_same(json.loads(path.read_text(encoding="utf-8")), about, self.folder)
+        elif any(self._blocks()):
+            raise UserError(f"--out {self.folder}: has scenes of a study, but no {_ABOUT}; use another folder")
+        write_whole(path, (json.dumps(about, indent=1) + "\n").encode())
+        sync_folder(self.folder)
+
+    def _work(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
+        count = self.done
+        done(count)
+        todo = self._todo()
+        first = next(todo, None)
+        if first is None:
+            return
+        with _one_thread(), workers(jobs, scheduler) as (executor, at_once):
+            for start, stop, text in _results(executor, at_once, self.seed, first, todo):
+                write_whole(self._path(start, stop), text.encode())
+                sync_folder(self.folder / _SCENES)
+                count += stop - start
+                done(count)
+
+    def _todo(self) -> Iterator[tuple[int, int]]:
+        """Blocks of scenes that are not done; they begin at multiples of ``BLOCK`` where nothing is done yet."""
+        done = {scene for start, stop in self._blocks() for scene in range(start, stop)}
+        start = 0
+        while start < self.scenes:
+            stop = start
+            last = min(self.scenes, start - start % BLOCK + BLOCK)
+            while stop < last and stop not in done:
+                stop += 1
+            if stop > start:
+                yield start, stop
+            start = max(stop, start + 1)
+
+    def _blocks(self) -> list[tuple[int, int]]:
+        """First scene of each finished block, and the one after its last; in order."""
+        found = (re.fullmatch(r"(\d+)-(\d+)\.csv", path.name) for path in (self.folder / _SCENES).glob("*.csv"))
+        return sorted((int(match[1]), int(match[2]) + 1) for match in found if match)
+
+    def _path(self, start: int, stop: int) -> Path:
+        return self.folder / _SCENES / f"{start:06d}-{stop - 1:06d}.csv"
+
+    def _assemble(self) -> None:
+        """Write the rows of all blocks, in order, and apart from them what was timed."""
+        rows, cost = io.StringIO(), io.StringIO()
+        study_writer, cost_writer = None, csv.writer(cost, lineterminator="\n")
+        cost_writer.writerow(_COST)
+        for start, stop in self._blocks():
+            with open(self._path(start, stop), encoding="utf-8", newline="") as file:
+                for row in csv.DictReader(file):
+                    cost_writer.writerow([row[name] for name in _COST])
+                    del row[ELAPSED]
+                    if study_writer is None:
+                        study_writer = csv.DictWriter(rows, list(row), lineterminator="\n")
+                        study_writer.writeheader()
+                    study_writer.writerow(row)
+        write_whole(self.folder / COST_CSV, cost.getvalue().encode())
+        write_whole(self.folder / STUDY_CSV, rows.getvalue().encode())
+        sync_folder(self.folder)
+
+
+def block_text(seed: int, start: int, stop: int) -> tuple[str, str]:
+    """Work on a block of scenes: the print of the code that did, and the rows as CSV. Runs in a worker."""
+    cv2.setNumThreads(1)
+    rows = list(block_rows(seed, start, stop))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(rows[0])
+    writer.writerows([[as_text(value) for value in row.values()] for row in rows])
+    return code_print(), text.getvalue()
+
+
+@functools.cache
+def code_print() -> str:
+    """A print of the library's code, which differs where a study might give other numbers."""
+    folder = Path(dockpose.__file__).parent
+    paths = [path for kind in ("*.py", "*.csv") for path in folder.rglob(kind)]
+    total = hashlib.sha256()
+    for name, path in sorted((path.relative_to(folder).as_posix(), path) for path in paths):
+        if not name.startswith("app/"):
+            total.update(name.encode() + b"\0" + path.read_bytes())
+    return total.hexdigest()
+
+
+def _results(
+    executor: Executor, at_once: int, seed: int, first: tuple[int, int], todo: Iterable[tuple[int, int]]
+) -> Iterator[tuple[int, int, str]]:
+    """Yield each block's scenes and rows as it is done."""
+    waiting: dict[Future[tuple[str, str]], tuple[int, int]] = {executor.submit(block_text, seed, *first): first}
+    todo = iter(todo)
+    try:
+        while waiting:
+            while len(waiting) < _AHEAD * at_once and (block := next(todo, None)):
+                waiting[executor.submit(block_text, seed, *block)] = block
+            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                start, stop = waiting.pop(future)
+                code, text = future.result()
+                if code != code_print():
+                    raise UserError("a worker runs another version of dockpose; all must run the same")
+                if text.count("\n") != 1 + (stop - start) * len(METHODS):
+                    raise UserError(f"scenes {start} to {stop - 1}: a worker sent not all of their rows")
+                yield start, stop, text
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def _check_same(there: dict[str, Any], ours: dict[str, Any], folder: Path) -> None:
+    """Raise UserError where a folder's study is another one, or has more scenes."""
+    use = "use another folder"
+    if there.get("seed") != ours["seed"]:
+        raise UserError(f"--out {folder}: has a study with the seed {there.get('seed')}, not {ours['seed']}; {use}")
+    if there.get("scenes", 0) > ours["scenes"]:
+        more = f"has a study of {there['scenes']} scenes, more than {ours['scenes']}"
+        raise UserError(f"--out {folder}: {more}; give --scenes {there['scenes']} or more, or {use}")
+    before = there.get("versions", {})
+    now = ours["versions"]
+    changed = [f"{name} {before.get(name)}, not {now[name]}" for name in now if before.get(name) != now[name]]
+    if changed:
+        raise UserError(f"--out {folder}: its study was begun with {'; '.join(changed)}; {use}")
+    if there.get("code") != ours["code"]:
+        raise UserError(f"--out {folder}: its study was begun with other code of dockpose; {use}")
+
+
+@contextlib.contextmanager
+def _one_thread() -> Iterator[None]:
+    """Processes that are started within this context compute with one thread each."""
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,0 +1,253 @@
+"""Scenes of the study, each drawn at random in all its factors at once, with a camera that exposes as cameras do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.simulate.emitters import emitters_of
+from dockpose.simulate.optics.glow import light_on_sensor
+from dockpose.simulate.optics.water import water_of_turbidity
+from dockpose.simulate.parts import Background, Lamp, Lights, Mirror, Pose, Sensor, Snow, Text
+from dockpose.simulate.scene import Scene
+from dockpose.simulate.sensor import expose
+from dockpose.simulate.surroundings import add_snow, background_picture
+from dockpose.simulate.truth import Truth, truth_of
+
+# Sizes of pictures, and how often each is drawn; large ones are few for their cost.
+SIZES = {(320, 240): 0.2, (640, 480): 0.42, (800, 600): 0.15, (1280, 720): 0.17, (1920, 1080): 0.06}
+FOCAL_WIDTHS = (0.5, 3.0)  # focal length in widths of the picture
+DIAMETERS_M = (0.2, 0.8)
+FEWEST_LIGHTS, MOST_LIGHTS = 4, 24
+LEAST_RADIUS_PX, LARGEST_RADIUS = 10.0, 0.45  # of the ring square on; the largest in heights of the picture
+LEAST_SPACING_PX = 5.0  # of neighbouring lights square on; closer ones no camera would tell apart
+FARTHEST_M, MOST_LENGTHS = 15.0, 8.0  # range, and range in attenuation lengths, beyond which lamps are not seen
+MOST_TILT_DEG, AWAY_DEG = 60.0, 120.0  # between the dock's normal and the line of sight; away: from there to 180
+LAMP_SPACINGS, LARGEST_LAMP = (0.03, 0.4), 0.25  # radius of a lamp in spacings of the lights; at most, in ring radii
+BRIGHTEST_LEVELS = (100.0, 2000.0)  # of the brightest light, of which 255 can be stored
+AMBIENT_LEVELS, GRADIENT_LEVELS = 120.0, 60.0
+READ_NOISE_LEVELS = (0.5, 6.0)
+MOST_STRAYS = 10
+NO_DOCK = 0.2  # share of the scenes
+LIT_LEVELS = 25.0  # a pixel to which the lamps add a tenth of the scale is lit
+_PLACES = ("2026-11-20 15:24:59", "IPC 07", "DEPTH 3.2 m")
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A scene of the study.
+
+    Attributes
+    ----------
+    scene : Scene
+        With its lamps as bright as the camera exposes them only after :func:`picture_of`.
+    has_dock : bool
+        Whether a dock faces the camera; otherwise only stray lamps shine.
+    turbidity : float
+        0 for clear water to 1 for harbour water.
+    brightest : float
+        Grey levels, before clipping, that the camera's exposure gives to the brightest light.
+    strays : int
+        Lamps that are no lights of the dock.
+    """
+
+    scene: Scene
+    has_dock: bool
+    turbidity: float
+    brightest: float
+    strays: int
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A rendered scene of the study.
+
+    Attributes
+    ----------
+    image : (H, W) uint8 array
+        The picture.
+    scene : Scene
+        What it shows, with its lamps as bright as they are.
+    truth : Truth
+        Where the dock is.
+    lit_share, saturated_share : float
+        Share of the pixels to which lamps add at least ``LIT_LEVELS``, and share that lamps and water saturate.
+    """
+
+    image: np.ndarray
+    scene: Scene
+    truth: Truth
+    lit_share: float
+    saturated_share: float
+
+
+def draw(seed: int, index: int) -> Drawn:
+    """Draw scene ``index`` of the study with a seed; it depends on nothing else.
+
+    Returns
+    -------
+    Drawn
+        The scene, not yet exposed.
+
+    Notes
+    -----
+    U is uniform, L uniform in the logarithm. The factors are independent unless said otherwise:
+
+    - picture: one of ``SIZES``; focal length L(0.5, 3) widths, principal point in the middle, no distortion, exact;
+    - dock: diameter L(0.2, 0.8) m; 4 to 24 lights, evenly spaced, and their number is told to the method;
+    - ring: radius in the picture L from 10 px, or what leaves 5 px between neighbours, to 0.45 heights; that gives the
+      range, of at most 15 m and at most 8 attenuation lengths, so that far docks are found in clear water only;
+    - its centre U over the picture, at least 0.8 radii from the border: some rings are cut. Tilt U(0, 60) degrees off
+      the line of sight to any side, roll U;
+    - lights: brightness U(0.35, 1) each; radius L(0.03, 0.4) of their spacing, at most a quarter of the ring's radius;
+      beam exponent U(0, 2); dead in half of the scenes, then U over 0 to a third of them;
+    - water: turbidity U(0, 1), see :func:`dockpose.simulate.optics.water.water_of_turbidity`;
+    - exposure: brightest light L(100, 2000) levels, of which 255 are stored;
+    - ambient light U(0, 120) levels with gradients U(-60, 60) across and down;
+    - strays in half of the scenes: U over 1 to 10 lamps anywhere in view, U(0.2, 1.5) as bright as a light of the dock;
+      burnt-in text in 0.2, a reflecting surface in 0.2, 5 to 60 flakes of snow in 0.4 of the scenes;
+    - sensor: read noise L(0.5, 6) levels, 10 to 100 electrons a level, lens blur U(0.5, 1.5) px, vignetting U(0, 0.4),
+      motion blur U(1, 5) px in 0.15, JPEG of quality 40 to 95 in 0.35 of the scenes.
+
+    One scene in five has no dock: its ring is turned away, so that no light of it reaches the camera, and in half of
+    these as many lamps as it has lights are strewn over the picture.
+    """
+    rng = np.random.default_rng([seed, index])
+    turbidity = float(rng.uniform())
+    water = water_of_turbidity(turbidity)
+    camera, dock, radius_px = _camera_and_dock(rng, min(FARTHEST_M, MOST_LENGTHS / water.attenuation_per_m))
+    z_m = camera.fx * dock.radius / radius_px
+    has_dock = bool(rng.random() >= NO_DOCK)
+    tilt_deg = float(rng.uniform(0, MOST_TILT_DEG) if has_dock else rng.uniform(AWAY_DEG, 180))
+    pose = _pose(rng, camera, radius_px, z_m, tilt_deg)
+    lights = _lights(rng, dock)
+    strays = _count(rng, 1, MOST_STRAYS)
+    if not has_dock and rng.random() < 0.5:
+        strays += dock.lights or 0
+    scene = Scene(
+        camera=camera,
+        dock=dock,
+        pose=pose,
+        lights=lights,
+        water=water,
+        background=Background(
+            level=float(rng.uniform(0, AMBIENT_LEVELS)),
+            gradient_x=float(rng.uniform(-GRADIENT_LEVELS, GRADIENT_LEVELS)),
+            gradient_y=float(rng.uniform(-GRADIENT_LEVELS, GRADIENT_LEVELS)),
+        ),
+        snow=Snow(count=int(rng.integers(5, 61)), level=float(rng.uniform(20, 120))) if rng.random() < 0.4 else None,
+        mirror=_mirror(rng, z_m) if rng.random() < 0.2 else None,
+        lamps=tuple(_stray(rng, camera, z_m, lights) for _ in range(strays)),
+        texts=_texts(rng, camera) if rng.random() < 0.2 else (),
+        sensor=_sensor(rng),
+        seed=int(rng.integers(2**31)),
+    )
+    return Drawn(scene, has_dock, turbidity, _log_uniform(rng, *BRIGHTEST_LEVELS), strays)
+
+
+def picture_of(drawn: Drawn) -> Picture:
+    """Render a drawn scene once; the lamps' light is scaled to the exposure afterwards.
+
+    The picture is that of :func:`dockpose.simulate.render` for the returned scene, but for rounding of its last bit.
+    """
+    scene = drawn.scene
+    truth = truth_of(scene)
+    direct, glow = light_on_sensor(scene, emitters_of(scene, truth), scene.water)
+    light = direct + glow
+    brightest = float(light.max())
+    factor = drawn.brightest / brightest if brightest > 0 else 1.0
+    light *= np.float32(factor)
+    scene = msgspec.structs.replace(
+        scene,
+        lights=msgspec.structs.replace(scene.lights, level=scene.lights.level * factor),
+        lamps=tuple(msgspec.structs.replace(lamp, level=lamp.level * factor) for lamp in scene.lamps),
+    )
+    lit = float((light >= LIT_LEVELS).mean())
+    light += background_picture(scene, scene.water)
+    saturated = float((light >= 255).mean())
+    add_snow(light, scene)
+    return Picture(expose(light, scene), scene, truth, lit, saturated)
+
+
+def _camera_and_dock(rng: np.random.Generator, farthest_m: float) -> tuple[Camera, Dock, float]:
+    """Camera, dock, and the radius of its ring in the picture; drawn again where the dock would be too far away."""
+    while True:
+        width, height = list(SIZES)[rng.choice(len(SIZES), p=list(SIZES.values()))]
+        focal_px = width * _log_uniform(rng, *FOCAL_WIDTHS)
+        dock = Dock(_log_uniform(rng, *DIAMETERS_M), int(rng.integers(FEWEST_LIGHTS, MOST_LIGHTS + 1)))
+        spaced_px = LEAST_SPACING_PX * (dock.lights or 0) / (2 * math.pi)
+        radius_px = _log_uniform(rng, max(LEAST_RADIUS_PX, spaced_px), LARGEST_RADIUS * height)
+        if focal_px * dock.radius / radius_px <= farthest_m:
+            camera = Camera(focal_px, focal_px, (width - 1) / 2, (height - 1) / 2, width, height)
+            return camera, dock, radius_px
+
+
+def _pose(rng: np.random.Generator, camera: Camera, radius_px: float, z_m: float, tilt_deg: float) -> Pose:
+    """Attitude by the angle between the dock's normal and the line of sight, which is what the camera sees of it."""
+    reach = [max(0.0, side / 2 - 0.8 * radius_px) * z_m / camera.fx for side in (camera.width, camera.height)]
+    x_m, y_m = (float(rng.uniform(-each, each)) for each in reach)
+    sight = np.array([x_m, y_m, z_m]) / math.hypot(x_m, y_m, z_m)
+    right = np.cross([0.0, 1.0, 0.0], sight)
+    right /= np.linalg.norm(right)
+    tilt, around = math.radians(tilt_deg), float(rng.uniform(0, 2 * math.pi))
+    side = math.cos(around) * right + math.sin(around) * np.cross(sight, right)
+    x, y, z = (math.sin(tilt) * side - math.cos(tilt) * sight).tolist()
+    return Pose(
+        position_m=(x_m, y_m, z_m),
+        theta_x_deg=math.degrees(math.asin(y)),
+        theta_y_deg=math.degrees(math.atan2(-x, -z)),
+        roll_deg=float(rng.uniform(0, 360)),
+    )
+
+
+def _lights(rng: np.random.Generator, dock: Dock) -> Lights:
+    number = dock.lights or 0
+    spacing_m = 2 * math.pi * dock.radius / number
+    dead = rng.choice(number, _count(rng, 0, number // 3), replace=False)
+    return Lights(
+        radius_m=min(_log_uniform(rng, *LAMP_SPACINGS) * spacing_m, LARGEST_LAMP * dock.radius),
+        beam_exponent=float(rng.uniform(0, 2)),
+        brightness=tuple(rng.uniform(0.35, 1.0, number).tolist()),
+        missing=tuple(sorted(dead.tolist())),
+    )
+
+
+def _stray(rng: np.random.Generator, camera: Camera, z_m: float, lights: Lights) -> Lamp:
+    depth_m = z_m * float(rng.uniform(0.5, 1.5))
+    x = (float(rng.uniform(0, camera.width - 1)) - camera.cx) / camera.fx * depth_m
+    y = (float(rng.uniform(0, camera.height - 1)) - camera.cy) / camera.fy * depth_m
+    return Lamp(position_m=(x, y, depth_m), level=lights.level * float(rng.uniform(0.2, 1.5)), radius_m=lights.radius_m)
+
+
+def _mirror(rng: np.random.Generator, z_m: float) -> Mirror:
+    return Mirror(height_m=z_m * float(rng.uniform(0.15, 0.5)), ripple_deg=float(rng.uniform(0, 1.5)))
+
+
+def _texts(rng: np.random.Generator, camera: Camera) -> tuple[Text, ...]:
+    x, y = rng.uniform(0, 0.6) * camera.width, rng.uniform(0, 1) * (camera.height - 20)
+    return (Text(text=_PLACES[rng.integers(len(_PLACES))], x_px=float(x), y_px=float(y)),)
+
+
+def _sensor(rng: np.random.Generator) -> Sensor:
+    return Sensor(
+        electrons_per_level=_log_uniform(rng, 10, 100),
+        read_noise_levels=_log_uniform(rng, *READ_NOISE_LEVELS),
+        vignetting=float(rng.uniform(0, 0.4)),
+        blur_px=float(rng.uniform(0.5, 1.5)),
+        motion_blur_px=float(rng.uniform(1, 5)) if rng.random() < 0.15 else 0.0,
+        motion_angle_deg=float(rng.uniform(0, 180)),
+        jpeg_quality=int(rng.integers(40, 96)) if rng.random() < 0.35 else None,
+    )
+
+
+def _count(rng: np.random.Generator, least: int, most: int) -> int:
+    """0 in half of the scenes, otherwise anything within the limits."""
+    return int(rng.integers(least, most + 1)) if rng.random() < 0.5 else 0
+
+
+def _log_uniform(rng: np.random.Generator, least: float, most: float) -> float:
+    return float(np.exp(rng.uniform(np.log(least), np.log(most))))

@@ -1,0 +1,94 @@
+"""The rows of the study: what every method makes of a scene, beside all that was drawn for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from dockpose.study.draw import Drawn, Picture, draw, picture_of
+from dockpose.study.judge import Value, judge
+from dockpose.study.methods import METHODS
+
+Row = dict[str, Value]
+ELAPSED = "elapsed_ms"  # the only number that is timed
+DIGITS = 6  # of numbers in files; leaves out the last digits, which differ between machines' linear algebra
+
+
+def scene_rows(seed: int, index: int) -> list[Row]:
+    """Draw and render scene ``index`` of the study with a seed, and try every method on it.
+
+    Returns
+    -------
+    list of dict
+        A row for each of ``METHODS``, in their order: the factors, the method, its judgement, and ``elapsed_ms``.
+    """
+    drawn = draw(seed, index)
+    picture = picture_of(drawn)
+    factors = {"scene": index, "seed": seed, **factors_of(drawn, picture)}
+    rows = []
+    for label, method in METHODS.items():
+        found = method.find(picture)
+        judged = judge(found, picture.truth, picture.scene.dock.radius, has_dock=drawn.has_dock)
+        rows.append({**factors, "method": label, **judged, ELAPSED: round(found.elapsed_ms, 3)})
+    return rows
+
+
+def factors_of(drawn: Drawn, picture: Picture) -> Row:
+    """All that was drawn for a scene, by name with units."""
+    scene, truth = picture.scene, picture.truth
+    camera, sensor, background, water = scene.camera, scene.sensor, scene.background, scene.water
+    range_m = float(np.linalg.norm(truth.position_m))
+    spacing = 2 * math.pi * scene.dock.radius / (scene.dock.lights or 1)
+    cosine = float(-truth.normal @ truth.position_m) / range_m
+    return {
+        "has_dock": drawn.has_dock,
+        "width_px": camera.width,
+        "height_px": camera.height,
+        "focal_px": camera.fx,
+        "focal_widths": camera.fx / camera.width,
+        "diameter_m": scene.dock.diameter,
+        "range_m": range_m,
+        "range_diameters": range_m / scene.dock.diameter,
+        "attenuation_lengths": water.attenuation_per_m * range_m,
+        "ring_radius_px": camera.fx * scene.dock.radius / float(truth.position_m[2]),
+        "tilt_deg": math.degrees(math.acos(max(-1.0, min(1.0, cosine)))),
+        "turbidity": drawn.turbidity,
+        "absorption_per_m": water.absorption_per_m,
+        "scattering_per_m": water.scattering_per_m,
+        "attenuation_per_m": water.attenuation_per_m,
+        "ambient_levels": background.level,
+        "gradient_levels": math.hypot(background.gradient_x, background.gradient_y),
+        "brightest_levels": drawn.brightest,
+        "lit_share": picture.lit_share,
+        "saturated_share": picture.saturated_share,
+        "read_noise_levels": sensor.read_noise_levels,
+        "electrons_per_level": sensor.electrons_per_level,
+        "blur_px": sensor.blur_px,
+        "motion_blur_px": sensor.motion_blur_px,
+        "vignetting": sensor.vignetting,
+        "jpeg_quality": sensor.jpeg_quality,
+        "lights": scene.dock.lights,
+        "missing": len(scene.lights.missing),
+        "lights_in_view": int(truth.visible.sum()),
+        "lamp_spacings": scene.lights.radius_m / spacing,
+        "strays": drawn.strays,
+        "has_text": bool(scene.texts),
+        "has_mirror": scene.mirror is not None,
+        "snow_flakes": 0 if scene.snow is None else scene.snow.count,
+    }
+
+
+def block_rows(seed: int, start: int, stop: int) -> Iterator[Row]:
+    """Rows of scenes ``start`` to ``stop`` (excluded), in order."""
+    for index in range(start, stop):
+        yield from scene_rows(seed, index)
+
+
+def as_text(value: Value) -> str:
+    """A value in a file: nothing for None, 0 or 1 for truth values, numbers with ``DIGITS`` significant digits."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, (bool, np.bool_)):
+        return str(int(value))
+    return f"{value:.{DIGITS}g}" if isinstance(value, float) else str(value)

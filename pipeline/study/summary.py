@@ -1,0 +1,159 @@
+"""What the study says: success, false docks and errors by method and factor, HATS against its rivals, calibration."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+from dockpose.study.judge import FALSE_DOCK, REFUSED, SUCCESS, WRONG_POSE
+from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
+from dockpose.study.statistics import Share, median, paired_difference, quantile, wilson
+from dockpose.study.table import FACTORS, Columns, Factor, of_method, where
+
+INTERVALS = ("x", "y", "z", "theta_x", "theta_y")
+PROBABILITY_EDGES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
+DETECTION_EDGES = (0.0, 0.5, 0.8, 0.95, 0.99, 0.999, 1.0)
+Summary = dict[str, Any]
+
+
+def summary_of(columns: Columns) -> Summary:
+    """Summarise the study's table.
+
+    Parameters
+    ----------
+    columns : dict of str to array
+        Of ``study.csv``; see :func:`dockpose.study.table.columns_of`.
+
+    Returns
+    -------
+    dict
+        Plain values, for a JSON file: ``methods``, ``against`` (HATS and the product against each rival),
+        ``factors``, ``calibration`` and ``coverage`` of the product. Shares are 0 to 1; None where there is no case.
+        Nothing in it is timed.
+    """
+    by_method = {label: of_method(columns, label) for label in METHODS}
+    product = by_method[PRODUCT]
+    docks = product["has_dock"] == 1
+    return _plain(
+        {
+            "seed": int(product["seed"][0]),
+            "scenes": len(docks),
+            "docks": int(docks.sum()),
+            "methods": {
+                label: {"title": METHODS[label].title, **_result(one), **_more(one)} for label, one in by_method.items()
+            },
+            "against": {
+                first: {rival: _difference(by_method[first], by_method[rival]) for rival in RIVALS}
+                for first in (HATS, PRODUCT)
+            },
+            "factors": {name: _by_factor(factor, by_method) for name, factor in FACTORS.items()},
+            "calibration": {"probability": _of_probability(product), "detection": _of_detection(product)},
+            "coverage": _coverage(product),
+        }
+    )
+
+
+def _result(one: Columns) -> dict[str, Any]:
+    """What a method reached on some scenes."""
+    docks, outcome = one["has_dock"] == 1, one["outcome"]
+    hits = docks & (outcome == SUCCESS)
+    seen = docks & ((outcome == SUCCESS) | (outcome == WRONG_POSE))
+    return {
+        "success": wilson(int(hits.sum()), int(docks.sum())),
+        "false_dock": wilson(int((outcome == FALSE_DOCK).sum()), len(docks)),
+        "right_of_reported": wilson(int(hits.sum()), int((docks & (outcome != REFUSED)).sum())),
+        "nearer": wilson(int((one["chosen_nearer"][seen] == 1).sum()), int(seen.sum())),
+        "position_error_share": median(one["position_error_share"][seen]),
+        "angle_error_deg": median(one["angle_error_deg"][seen]),
+        "position_error_share_90": quantile(one["position_error_share"][seen], 0.9),
+        "angle_error_deg_90": quantile(one["angle_error_deg"][seen], 0.9),
+    }
+
+
+def _more(one: Columns) -> dict[str, Any]:
+    """The rest of what a method reached, which is told over all scenes only."""
+    docks, outcome = one["has_dock"] == 1, one["outcome"]
+    count = int(docks.sum())
+    false = outcome == FALSE_DOCK
+    return {
+        "either_right": wilson(int((docks & (one["either_right"] == 1)).sum()), count),
+        "position_right": wilson(int((docks & (one["position_right"] == 1)).sum()), count),
+        "wrong_pose": wilson(int((outcome == WRONG_POSE).sum()), count),
+        "refused": wilson(int((docks & (outcome == REFUSED)).sum()), count),
+        "false_dock_without": wilson(int((false & ~docks).sum()), len(docks) - count),
+        "false_dock_beside": wilson(int((false & docks).sum()), count),
+    }
+
+
+def _difference(first: Columns, second: Columns) -> dict[str, Any]:
+    """First less second in success, on the scenes with a dock."""
+    docks = first["has_dock"] == 1
+    return dataclasses.asdict(
+        paired_difference((first["outcome"] == SUCCESS)[docks], (second["outcome"] == SUCCESS)[docks])
+    )
+
+
+def _by_factor(factor: Factor, by_method: dict[str, Columns]) -> dict[str, Any]:
+    bins = factor.bins_of(by_method[PRODUCT][factor.name])
+    parts = {
+        label: [where(one, bins == number) for number in range(len(factor.labels))] for label, one in by_method.items()
+    }
+    return {
+        "title": factor.title,
+        "bins": factor.labels,
+        "scenes": [int((bins == number).sum()) for number in range(len(factor.labels))],
+        "methods": {label: [_result(part) for part in each] for label, each in parts.items()},
+        "against": {
+            rival: [_difference(*pair) for pair in zip(parts[HATS], parts[rival], strict=True)] for rival in RIVALS
+        },
+    }
+
+
+def _of_probability(product: Columns) -> list[dict[str, Any]]:
+    """How often the chosen one of two poses is the nearer to the truth, by the probability that it was given."""
+    seen = np.isin(product["outcome"], [SUCCESS, WRONG_POSE]) & np.isfinite(product["probability"])
+    return _reliability(product["probability"][seen], product["chosen_nearer"][seen] == 1, PROBABILITY_EDGES)
+
+
+def _of_detection(product: Columns) -> list[dict[str, Any]]:
+    """How often what is reported is the dock, by the detection that it was given."""
+    told = np.isfinite(product["detection"])
+    return _reliability(product["detection"][told], (product["outcome"] != FALSE_DOCK)[told], DETECTION_EDGES)
+
+
+def _reliability(told: np.ndarray, came: np.ndarray, edges: tuple[float, ...]) -> list[dict[str, Any]]:
+    factor = Factor("", "", edges)
+    bins = factor.bins_of(told)
+    return [
+        {
+            "bin": label,
+            "told": float(told[bins == number].mean()) if (bins == number).any() else math.nan,
+            "came": wilson(int(came[bins == number].sum()), int((bins == number).sum())),
+        }
+        for number, label in enumerate(factor.labels)
+    ]
+
+
+def _coverage(product: Columns) -> dict[str, Any]:
+    """How often the truth is within the 95 % interval: of all poses of the dock, and where the nearer was chosen."""
+    seen = np.isin(product["outcome"], [SUCCESS, WRONG_POSE])
+    parts = {"all": seen, "nearer": seen & (product["chosen_nearer"] == 1)}
+    return {name: {key: _held(product[f"{key}_in_95"][rows]) for key in INTERVALS} for name, rows in parts.items()}
+
+
+def _held(held: np.ndarray) -> Share:
+    told = held[np.isfinite(held)]
+    return wilson(int(told.sum()), len(told))
+
+
+def _plain(value: Any) -> Any:
+    """The same in dicts, lists, numbers and None, as JSON has them."""
+    if isinstance(value, Share):
+        value = dataclasses.asdict(value)
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -44,9 +44,9 @@ class Method:
 METHODS = {
     method.label: method
     for method in (
-        Method(PRODUCT, "HATS, then local", "hats", fall_back=True),
+        Method(PRODUCT, "HATS + local", "hats", fall_back=True),
         Method("hats", "HATS", "hats"),
-        Method("hats_local", "HATS, local only", "hats_local"),
+        Method("hats_local", "Local HATS", "hats_local"),
         Method("otsu", "Otsu", "otsu"),
         Method("kapur", "Kapur", "kapur"),
         Method("kittler", "Kittler-Illingworth", "kittler"),

@@ -26,17 +26,22 @@ class Factor:
         Of the bins; a bin holds its lower edge, and the last one its upper edge too.
     is_whole : bool
         Whether it is counted, so that a bin is named by the first and last number in it.
+    is_listed : bool
+        Whether it has a few values only, the lower edges, so that each bin is named by its own.
     """
 
     name: str
     title: str
     edges: tuple[float, ...]
     is_whole: bool = False
+    is_listed: bool = False
 
     @property
     def labels(self) -> list[str]:
         """Names of the bins."""
         pairs = list(zip(self.edges[:-1], self.edges[1:], strict=True))
+        if self.is_listed:
+            return [f"{low:g}" for low, _ in pairs]
         if not self.is_whole:
             return [f"{low:g} to {high:g}" for low, high in pairs]
         last = [*(int(high) - 1 for _, high in pairs[:-1]), int(self.edges[-1])]
@@ -66,7 +71,7 @@ FACTORS = {
         Factor("missing", "missing lights", (0, 1, 2, 3, 5, 8), is_whole=True),
         Factor("strays", "stray lights", (0, 1, 4, 7, 11, 20, 34), is_whole=True),
         Factor("focal_widths", "focal length in picture widths", (0.5, 0.75, 1, 1.5, 2, 3)),
-        Factor("width_px", "picture's width in pixels", (320, 640, 800, 1280, 1920, 1921), is_whole=True),
+        Factor("width_px", "picture's width in pixels", (320, 640, 800, 1280, 1920, 1921), is_listed=True),
     )
 }
 

@@ -44,21 +44,20 @@ def factor_plot(name: str, factor: Mapping[str, Any]) -> Plot:
     figure = new_figure(11.5, 5.6)
     axes = figure.subplots(2, len(_PANELS), sharex=True, sharey="col")
     places = range(len(factor["bins"]))
-    for row, (group, labels) in zip(axes, _GROUPS.items(), strict=True):
+    for row, (group, labels) in zip(axes.tolist(), _GROUPS.items(), strict=True):
         for panel, (key, title, scale, is_log) in zip(row, _PANELS, strict=True):
             for number, label in enumerate(labels):
                 shares = [one[key] for one in factor["methods"][label]]
                 _line(panel, [place + _STEP * (number - 2) for place in places], shares, label, scale)
             panel.set_yscale("log" if is_log else "linear")
+            panel.tick_params(labelsize=7)
             panel.grid(axis="y", color="#dddddd", linewidth=0.6)
-            if row is axes[0]:
-                panel.set_title(title, fontsize=9)
-            else:
-                panel.set_xticks(list(places), factor["bins"], rotation=40, ha="right", fontsize=7)
-                panel.set_xlabel(factor["title"], fontsize=8)
+            panel.set_title(title if labels[0] == HATS else "", fontsize=9)
+            panel.set_xticks(list(places), factor["bins"], rotation=40, ha="right")
         row[0].set_ylim(-3, 103)
         row[0].set_ylabel(group, fontsize=8)
         row[-1].legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
+    figure.supxlabel(factor["title"], fontsize=8)
     figure.tight_layout()
     caption = f"Every method against {factor['title']}; bars: 95 % intervals. Errors are medians over docks found."
     return Plot.of(f"by_{name}", caption, figure)
@@ -97,9 +96,11 @@ def against_plot(summary: Mapping[str, Any]) -> Plot:
     for panel in axes[: len(factors) + 1]:
         panel.axhline(0, color="black", linewidth=0.8)
         panel.grid(axis="y", color="#dddddd", linewidth=0.6)
+        panel.tick_params(axis="y", labelsize=7)
     for panel in axes[len(factors) + 1 :]:
         panel.axis("off")
-    axes[1].legend(fontsize=6, loc="lower left")
+    marks, names = axes[1].get_legend_handles_labels()
+    axes[-1].legend(marks, names, fontsize=8, loc="center")
     figure.supylabel("HATS less the rival, in percentage points of success", fontsize=8)
     figure.tight_layout()
     caption = (
@@ -135,7 +136,7 @@ def calibration_plot(summary: Mapping[str, Any]) -> Plot:
     panel.set_title("truths within the 95 % interval, in %", fontsize=9)
     panel.legend(fontsize=7, loc="lower right")
     figure.tight_layout()
-    return Plot.of("calibration", "Whether the probabilities and intervals of HATS, then local, hold.", figure)
+    return Plot.of("calibration", f"Whether the probabilities and intervals of {METHODS[PRODUCT].title} hold.", figure)
 
 
 def cost_plot(cost: Mapping[str, Mapping[int, float]]) -> Plot:

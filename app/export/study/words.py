@@ -16,9 +16,8 @@ def claim_text(summary: Mapping[str, Any]) -> list[str]:
     """Whether HATS's claim against its rivals stands, in sentences."""
     result = summary["methods"][HATS]
     sentences = [
-        f"On {summary['docks']} scenes with a dock, HATS alone gives the right pose in {_share(result['success'])}, "
-        f"and with levels of each light's own where no one level serves, as the program does, in "
-        f"{_share(summary['methods'][PRODUCT]['success'])}."
+        f"On {summary['docks']} scenes with a dock, HATS gives the right pose in {_share(result['success'])}, and "
+        f"{METHODS[PRODUCT].title}, the program's default, in {_share(summary['methods'][PRODUCT]['success'])}."
     ]
     for first in (HATS, PRODUCT):
         against = summary["against"][first]
@@ -95,10 +94,15 @@ def advice_text(summary: Mapping[str, Any]) -> list[str]:
     methods = summary["methods"]
     order = sorted(METHODS, key=lambda label: -(methods[label]["success"]["value"] or 0))
     best = order[0]
+    others = [label for label in (PRODUCT, HATS) if label != best]
+    own = (
+        "HATS + local, the program's default, first tries one level for all lights, and where that shows no ring, one "
+    )
     sentences = [
+        own + "for each light; HATS tries the one level only.",
         f"{METHODS[best].title} finds the right pose most often, in {_share(methods[best]['success'])} of the docks; "
-        f"the program's own way, {METHODS[PRODUCT].title}, in {_share(methods[PRODUCT]['success'])}, HATS with one "
-        f"level for all lights in {_share(methods[HATS]['success'])}.",
+        + ", ".join(f"{METHODS[label].title} in {_share(methods[label]['success'])}" for label in others)
+        + ".",
         _sentence(_exceptions(summary)),
         f"What the program reports is a dock and its right pose in {_share(methods[PRODUCT]['right_of_reported'])} of "
         f"the docks it reports; in scenes without one it reports a dock in "
@@ -119,8 +123,8 @@ def _exceptions(summary: Mapping[str, Any]) -> str:
             if better:
                 found.append(f"{_list([METHODS[label].title for label in better])} at {factor['title']} {name}")
     if not found:
-        return "in no bin of any factor does another method do better beyond both intervals"
-    return f"another does better, beyond both intervals, only in these: {'; '.join(found)}"
+        return f"nowhere does another method do better than {METHODS[PRODUCT].title} beyond the intervals of both"
+    return f"better than {METHODS[PRODUCT].title}, beyond the intervals of both, are only: {'; '.join(found)}"
 
 
 def _above(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
@@ -131,12 +135,12 @@ def _reach(summary: Mapping[str, Any], name: str) -> str:
     """In which bins of a factor reported poses can be relied on."""
     factor = summary["factors"][name]
     results = [one["right_of_reported"] for one in factor["methods"][PRODUCT]]
-    bins = zip(factor["bins"], results, strict=True)
-    trusted = [label for label, share in bins if share["value"] is not None and share["value"] >= _TRUSTED]
-    if len(trusted) == len(factor["bins"]):
-        return f"By {factor['title']}, at least {_percent(_TRUSTED)} of the reported poses are right everywhere."
-    where = f"at {_list(trusted)}, but not elsewhere" if trusted else "nowhere"
-    return f"By {factor['title']}, at least {_percent(_TRUSTED)} of the reported poses are right {where}."
+    known = [(label, share) for label, share in zip(factor["bins"], results, strict=True) if share["value"] is not None]
+    trusted = [label for label, share in known if share["value"] >= _TRUSTED]
+    doubtful = [f"{label} ({_share(share)})" for label, share in known if share["value"] < _TRUSTED]
+    where = "everywhere" if not doubtful else f"at {_list(trusted)}" if trusted else "nowhere"
+    text = f"By {factor['title']}, at least {_percent(_TRUSTED)} of the reported poses are right {where}"
+    return f"{text}; fewer at {_list(doubtful)}." if trusted and doubtful else f"{text}."
 
 
 def _share(share: Mapping[str, Any]) -> str:

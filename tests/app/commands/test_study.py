@@ -1,0 +1,118 @@
+"""The command itself, on a few real scenes: processes, a cluster, and kills give the same bytes."""
+
+import os
+import signal
+import subprocess
+import sys
+import warnings
+
+import pandas as pd
+import pytest
+from dockpose.app.cli import main
+from dockpose.study.judge import OUTCOMES
+from dockpose.study.methods import METHODS
+from dockpose.study.table import FACTORS
+
+SCENES = 10
+WORDS = ["study", "--scenes", str(SCENES), "--seed", "4"]
+DRAWN = ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share")
+RUN = (
+    "import sys; from pathlib import Path; from dockpose.app.processing.study import Study\n"
+    "if __name__ == '__main__': "
+    f"Study(Path(sys.argv[1]), {SCENES}, 4).run(2, None, lambda count: print(count, flush=True))\n"
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_plots():
+    """Each factor takes a second to draw."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("dockpose.study.summary.FACTORS", {name: FACTORS[name] for name in DRAWN})
+        yield
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory, few_plots):
+    """The folder of a study by one process."""
+    folder = tmp_path_factory.mktemp("study") / "alone"
+    assert main([*WORDS, "--jobs", "1", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_the_table_loads_with_pandas(alone):
+    table = pd.read_csv(alone / "study.csv")
+    assert len(table) == SCENES * len(METHODS)
+    assert set(table["outcome"]) <= set(OUTCOMES)
+    assert table["range_m"].dtype == float
+    assert not [name for name in table if "elapsed" in name]
+    cost = pd.read_csv(alone / "cost.csv")
+    assert (cost["elapsed_ms"] > 0).all()
+    assert len(cost) == len(table)
+
+
+def test_page_and_plots_are_there(alone):
+    text = (alone / "index.html").read_text(encoding="utf-8")
+    assert "Which method when" in text
+    assert "src=" not in text  # it needs nothing beside it
+    for name in ("by_lit_share", "hats_against", "methods", "calibration", "cost"):
+        for kind in ("png", "svg"):
+            assert (alone / "plots" / f"{name}.{kind}").stat().st_size > 1000
+
+
+def test_a_dask_cluster_gives_the_same_bytes(alone, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
+        cluster = distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            worker_dashboard_address=None,
+        )
+        with cluster:
+            words = [*WORDS, "--scheduler", cluster.scheduler_address, "--out", str(tmp_path)]
+            assert main(words) == 0
+    assert (tmp_path / "study.csv").read_bytes() == (alone / "study.csv").read_bytes()
+    assert (tmp_path / "summary.json").read_bytes() == (alone / "summary.json").read_bytes()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="kills a process group")
+def test_killed_and_gone_on_with_gives_the_same_bytes(alone, tmp_path):
+    script = tmp_path / "run.py"
+    script.write_text(RUN)
+    program = [sys.executable, str(script), str(tmp_path / "study")]
+    process = subprocess.Popen(program, start_new_session=True, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "0\n"
+    assert int(process.stdout.readline()) > 0  # the first block is kept, the second under way
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not (tmp_path / "study" / "study.csv").exists()
+    done = subprocess.run(program, check=True, stdout=subprocess.PIPE, text=True).stdout.split()
+    assert 0 < int(done[0]) < int(done[-1]) == SCENES
+    assert (tmp_path / "study" / "study.csv").read_bytes() == (alone / "study.csv").read_bytes()
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):
+    def run(study, jobs, scheduler, done):
+        done(0)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("dockpose.app.processing.study.Study.run", run)
+    assert main([*WORDS, "--out", str(tmp_path)]) == 130
+    assert f"0 of {SCENES} scenes are kept in {tmp_path}, and the same command goes on" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--scenes", "0", "--seed", "1"], "--scenes is 0; it must be at least 1"),
+        (["--scenes", "1", "--seed", "-1"], "--seed is -1; it must be at least 0"),
+        (["--scenes", "1", "--seed", "1", "--jobs", "0"], "--jobs is 0; it must be at least 1"),
+    ],
+)
+def test_bad_arguments_end_with_2(words, message, capsys):
+    assert main(["study", *words]) == 2
+    assert message in capsys.readouterr().err

@@ -1,0 +1,132 @@
+import contextlib
+import json
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from dockpose.app.errors import UserError
+from dockpose.app.experiment.lock import FolderLock
+from dockpose.app.processing import study as module
+from dockpose.app.processing.study import BLOCK, Study
+from dockpose.study.methods import METHODS
+
+
+class StoppedError(Exception):
+    """Stands for a kill."""
+
+
+@pytest.fixture
+def worked_on(monkeypatch):
+    """Scenes that were worked on, by threads and without any picture."""
+    scenes = []
+
+    def block_text(seed, start, stop):
+        scenes.extend(range(start, stop))
+        rows = [
+            f"{scene},{seed},{label},{scene * seed},320,240,1.5" for scene in range(start, stop) for label in METHODS
+        ]
+        return module.code_print(), "\n".join(["scene,seed,method,value,width_px,height_px,elapsed_ms", *rows, ""])
+
+    @contextlib.contextmanager
+    def workers(jobs, scheduler):
+        with ThreadPoolExecutor(jobs) as pool:
+            yield pool, jobs
+
+    monkeypatch.setattr(module, "block_text", block_text)
+    monkeypatch.setattr(module, "workers", workers)
+    return scenes
+
+
+def run(folder, scenes, seed=2, jobs=2):
+    told = []
+    Study(folder, scenes, seed).run(jobs, None, told.append)
+    return told
+
+
+def test_rows_are_in_order_and_nothing_timed_is_among_them(tmp_path, worked_on):
+    told = run(tmp_path, 11)
+    assert told[0] == 0
+    assert told[-1] == 11
+    assert sorted(worked_on) == list(range(11))
+    lines = (tmp_path / "study.csv").read_text().splitlines()
+    assert lines[0] == "scene,seed,method,value,width_px,height_px"
+    assert [line.split(",")[0] for line in lines[1 :: len(METHODS)]] == [str(scene) for scene in range(11)]
+    assert (tmp_path / "cost.csv").read_text().splitlines()[1] == "0,hats_and_local,320,240,1.5"
+
+
+def test_a_stopped_run_keeps_what_is_done_and_goes_on(tmp_path, worked_on):
+    def stop(count):
+        if count >= 2 * BLOCK:
+            raise StoppedError
+
+    with pytest.raises(StoppedError):
+        Study(tmp_path / "one", 30, 2).run(1, None, stop)
+    kept = Study(tmp_path / "one", 30, 2).done
+    assert kept == 2 * BLOCK
+    assert not (tmp_path / "one" / "study.csv").exists()
+    worked_on.clear()
+    assert run(tmp_path / "one", 30)[0] == kept
+    assert sorted(worked_on) == list(range(kept, 30))
+    run(tmp_path / "other", 30)
+    assert (tmp_path / "one" / "study.csv").read_bytes() == (tmp_path / "other" / "study.csv").read_bytes()
+
+
+def test_more_scenes_go_on_from_those_that_are_done(tmp_path, worked_on):
+    run(tmp_path / "one", 6)
+    worked_on.clear()
+    run(tmp_path / "one", 15)
+    assert sorted(worked_on) == list(range(6, 15))
+    run(tmp_path / "other", 15)
+    assert (tmp_path / "one" / "study.csv").read_bytes() == (tmp_path / "other" / "study.csv").read_bytes()
+
+
+def test_a_lost_block_alone_is_done_again(tmp_path, worked_on):
+    run(tmp_path, 12)
+    whole = (tmp_path / "study.csv").read_bytes()
+    (tmp_path / "scenes" / "000004-000007.csv").unlink()
+    (tmp_path / "scenes" / ".000004-000007.csv.part").write_text("scene")
+    worked_on.clear()
+    run(tmp_path, 12)
+    assert sorted(worked_on) == [4, 5, 6, 7]
+    assert (tmp_path / "study.csv").read_bytes() == whole
+    assert not list((tmp_path / "scenes").glob(".*"))
+
+
+@pytest.mark.parametrize(
+    ("scenes", "seed", "changed", "message"),
+    [
+        (12, 3, {}, "has a study with the seed 2, not 3; use another folder"),
+        (8, 2, {}, "has a study of 12 scenes, more than 8; give --scenes 12 or more, or use another folder"),
+        (12, 2, {"code": "other"}, "begun with other code of dockpose; use another folder"),
+        (12, 2, {"versions": {"numpy": "1.0"}}, "numpy 1.0, not"),
+    ],
+)
+def test_another_study_in_the_folder_is_refused(tmp_path, worked_on, scenes, seed, changed, message):
+    run(tmp_path, 12)
+    about = tmp_path / "study.json"
+    about.write_text(json.dumps(json.loads(about.read_text()) | changed))
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file() and path.name != ".lock"}
+    with pytest.raises(UserError, match=message):
+        run(tmp_path, scenes, seed)
+    assert {path: path.read_bytes() for path in before} == before
+
+
+def test_scenes_of_an_unknown_study_are_refused(tmp_path, worked_on):
+    run(tmp_path, 4)
+    (tmp_path / "study.json").unlink()
+    with pytest.raises(UserError, match="has scenes of a study, but no study"):
+        run(tmp_path, 4)
+
+
+def test_one_program_at_a_time(tmp_path, worked_on):
+    lock = FolderLock(tmp_path)
+    with pytest.raises(UserError, match="is at work on the study in it"):
+        run(tmp_path, 4)
+    lock.release()
+    run(tmp_path, 4)
+
+
+def test_a_worker_of_another_version_is_refused(tmp_path, worked_on, monkeypatch):
+    monkeypatch.setattr(module, "block_text", lambda *block: ("other", ""))
+    with pytest.raises(UserError, match="another version of dockpose"):
+        run(tmp_path, 4)
+    assert Study(tmp_path, 4, 2).done == 0

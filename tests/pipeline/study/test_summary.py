@@ -1,0 +1,62 @@
+import json
+
+import pytest
+from dockpose.study.methods import HATS, METHODS, PRODUCT
+from dockpose.study.summary import summary_of
+
+from tests.support.studied import table
+
+
+def outcome(scene, method):
+    """Of 10 scenes 8 have a dock: HATS is right in 6, Otsu in the first 3; Sezan sees one in a scene without."""
+    if scene >= 8:
+        return "false dock" if method == "sezan" and scene == 9 else "correct refusal"
+    right = {"otsu": 3, HATS: 6}.get(method, 8)
+    return "success" if scene < right else "wrong pose" if method == HATS else "refused"
+
+
+@pytest.fixture(scope="module")
+def summary():
+    return summary_of(table(10, outcome, docks=8))
+
+
+def test_shares_of_the_methods(summary):
+    assert (summary["scenes"], summary["docks"], summary["seed"]) == (10, 8, 3)
+    hats, otsu, sezan = (summary["methods"][label] for label in (HATS, "otsu", "sezan"))
+    assert hats["success"]["value"] == 6 / 8
+    assert hats["wrong_pose"]["value"] == 2 / 8
+    assert hats["right_of_reported"]["value"] == 6 / 8
+    assert otsu["refused"]["value"] == 5 / 8
+    assert otsu["right_of_reported"]["value"] == 1.0
+    assert sezan["false_dock"]["value"] == 1 / 10
+    assert sezan["false_dock_without"]["value"] == 1 / 2
+    assert sezan["false_dock_beside"]["value"] == 0
+    assert hats["position_error_share"]["value"] == pytest.approx(0.01)
+
+
+def test_hats_against_a_rival_on_the_same_scenes(summary):
+    one = summary["against"][HATS]["otsu"]
+    assert (one["value"], one["first_only"], one["second_only"], one["count"]) == (3 / 8, 3, 0, 8)
+
+
+def test_a_factors_bins_add_up(summary):
+    for factor in summary["factors"].values():
+        assert len(factor["bins"]) == len(factor["scenes"])
+        for results in factor["methods"].values():
+            assert sum(result["success"]["count"] for result in results) <= 8
+    width = summary["factors"]["width_px"]
+    assert [result["success"]["hits"] for result in width["methods"][HATS]] == [3, 3, 0, 0, 0]
+
+
+def test_calibration_and_coverage_of_the_product(summary):
+    (row,) = (row for row in summary["calibration"]["probability"] if row["came"]["count"])
+    assert (row["bin"], row["came"]["value"], row["came"]["count"]) == ("0.95 to 0.99", 1.0, 8)
+    assert row["told"] == pytest.approx(0.97)
+    assert summary["coverage"]["all"]["x"]["count"] == 8
+    assert summary["methods"][PRODUCT]["nearer"]["value"] == 1.0
+
+
+def test_it_is_plain_json_without_anything_timed(summary):
+    assert json.loads(json.dumps(summary, allow_nan=False)) == summary
+    assert "elapsed" not in json.dumps(summary)
+    assert list(summary["methods"]) == list(METHODS)

@@ -21,6 +21,7 @@ SUCCESS, WRONG_POSE, REFUSED, FALSE_DOCK, CORRECT_REFUSAL = OUTCOMES = (
 )
 _AXES = ("x", "y", "z")
 _ANGLES = ("theta_x", "theta_y")
+_UNITS = {**dict.fromkeys(_AXES, "m"), **dict.fromkeys(_ANGLES, "deg")}
 # Columns of a judgement in a table, in order; those of intervals and sigmas follow.
 COLUMNS = (
     "status",
@@ -37,6 +38,8 @@ COLUMNS = (
     "selected_by",
     "lights_found",
     "lights_on_ring",
+    *(f"error_{axis}_m" for axis in _AXES),
+    *(f"error_{angle}_deg" for angle in _ANGLES),
     *(f"sigma_{axis}_m" for axis in _AXES),
     *(f"sigma_{angle}_deg" for angle in _ANGLES),
     *(f"{name}_in_95" for name in (*_AXES, *_ANGLES)),
@@ -109,7 +112,8 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
         "position_error_share": own.share,
         "angle_error_deg": own.angle_deg,
     }
-    row |= _intervals(chosen, truth)
+    row |= _signed(chosen, truth)
+    row |= {f"{name}_in_95": _is_within(row, name, unit) for name, unit in _UNITS.items()}
     range_m = float(np.linalg.norm(truth.position_m))
     is_beside = _between_rad(chosen.position_m, truth.position_m) > math.atan2(radius_m, range_m)
     row["outcome"] = SUCCESS if own.is_right else FALSE_DOCK if is_beside else WRONG_POSE
@@ -137,17 +141,19 @@ def _sigmas(pose: CirclePose) -> dict[str, Value]:
     return sigmas
 
 
-def _intervals(pose: CirclePose, truth: Truth) -> dict[str, Value]:
-    """Whether the truth is within the 95 % interval of each number."""
-    within: dict[str, Value] = {}
-    if pose.sigma_position_m is not None:
-        off_m = np.abs(pose.position_m - truth.position_m).tolist()
-        for axis, off, sigma in zip(_AXES, off_m, pose.sigma_position_m, strict=True):
-            within[f"{axis}_in_95"] = off <= HOLD_SIGMAS * sigma
-    if pose.sigma_theta_rad is not None:
-        true = CirclePose(truth.position_m, truth.normal, truth.centre_px)
-        off_x = abs(pose.theta_x_rad - true.theta_x_rad)
-        off_y = abs(math.remainder(pose.theta_y_rad - true.theta_y_rad, 2 * math.pi))
-        for angle, off, sigma in zip(_ANGLES, (off_x, off_y), pose.sigma_theta_rad, strict=True):
-            within[f"{angle}_in_95"] = off <= HOLD_SIGMAS * sigma
-    return within
+def _signed(pose: CirclePose, truth: Truth) -> dict[str, Value]:
+    """What was found less the truth, number by number."""
+    true = CirclePose(truth.position_m, truth.normal, truth.centre_px)
+    off_m = (pose.position_m - truth.position_m).tolist()
+    off_x_deg = math.degrees(pose.theta_x_rad - true.theta_x_rad)
+    off_y_deg = math.degrees(math.remainder(pose.theta_y_rad - true.theta_y_rad, 2 * math.pi))
+    errors = zip((*_AXES, *_ANGLES), (*off_m, off_x_deg, off_y_deg), strict=True)
+    return {f"error_{name}_{_UNITS[name]}": off for name, off in errors}
+
+
+def _is_within(row: dict[str, Value], name: str, unit: str) -> bool | None:
+    """Whether the truth is within the 95 % interval of a number; None where that has none."""
+    error, sigma = row[f"error_{name}_{unit}"], row[f"sigma_{name}_{unit}"]
+    if not isinstance(error, float) or not isinstance(sigma, float):
+        return None
+    return abs(error) <= HOLD_SIGMAS * sigma

@@ -65,6 +65,8 @@ def _result(one: Columns) -> dict[str, Any]:
         "false_dock": wilson(int((outcome == FALSE_DOCK).sum()), len(docks)),
         "right_of_reported": wilson(int(hits.sum()), int((docks & (outcome != REFUSED)).sum())),
         "nearer": wilson(int((one["chosen_nearer"][seen] == 1).sum()), int(seen.sum())),
+        "z_in_95": _held(one["z_in_95"][seen]),
+        "too_far": _held(np.where(np.isfinite(one["error_z_m"]), one["error_z_m"] > 0, np.nan)[seen]),
         "position_error_share": median(one["position_error_share"][seen]),
         "angle_error_deg": median(one["angle_error_deg"][seen]),
         "position_error_share_90": quantile(one["position_error_share"][seen], 0.9),

@@ -70,6 +70,7 @@ FACTORS = {
         Factor("lights", "number of lights", (4, 5, 6, 8, 11, 15, 20, 24), is_whole=True),
         Factor("missing", "missing lights", (0, 1, 2, 3, 5, 8), is_whole=True),
         Factor("strays", "stray lights", (0, 1, 4, 7, 11, 20, 34), is_whole=True),
+        Factor("lamp_spacings", "lamp's radius in spacings of the lights", (0.02, 0.05, 0.1, 0.2, 0.3, 0.4)),
         Factor("focal_widths", "focal length in picture widths", (0.5, 0.75, 1, 1.5, 2, 3)),
         Factor("width_px", "picture's width in pixels", (320, 640, 800, 1280, 1920, 1921), is_listed=True),
     )

@@ -37,6 +37,7 @@ def table(scenes: int, outcome: Callable[[int, str], str], docks: int | None = N
     columns["probability"] = np.where(reported, 0.97, np.nan)
     columns["detection"] = np.where(reported, 0.97, np.nan)
     columns["position_error_share"] = np.where(seen, np.where(hit, 0.01, 0.2), np.nan)
+    columns["error_z_m"] = np.where(seen, np.where(hit, 0.01, -0.2), np.nan)
     columns["angle_error_deg"] = np.where(seen, np.where(hit, 1.0, 30.0), np.nan)
     columns[ELAPSED] = np.full(len(keys), 5.0)
     return columns

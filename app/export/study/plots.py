@@ -126,7 +126,6 @@ def calibration_plot(summary: Mapping[str, Any]) -> Plot:
         panel.set_xticks(range(len(rows)), names, fontsize=6, rotation=30)
         panel.set_xlabel(f"{key} that was told (cases)", fontsize=8)
         panel.set_title(title, fontsize=9)
-        panel.legend(fontsize=7, loc="lower right")
     panel = axes[2]
     for number, (name, shares) in enumerate(summary["coverage"].items()):
         words = {"all": "all poses of the dock", "nearer": "where the nearer was chosen"}[name]
@@ -136,7 +135,11 @@ def calibration_plot(summary: Mapping[str, Any]) -> Plot:
     panel.axhline(95, color="black", linewidth=0.8, linestyle="--")
     panel.set_xticks(range(len(INTERVALS)), INTERVALS)
     panel.set_title("truths within the 95 % interval, in %", fontsize=9)
-    panel.legend(fontsize=7, loc="lower right")
+    for panel in axes:
+        panel.set_ylim(0, 103)
+        panel.tick_params(axis="y", labelsize=7)
+        if panel.get_legend_handles_labels()[0]:
+            panel.legend(fontsize=7, loc="lower right")
     figure.tight_layout()
     return Plot.of("calibration", f"Whether the probabilities and intervals of {METHODS[PRODUCT].title} hold.", figure)
 
@@ -151,6 +154,8 @@ def cost_plot(cost: Mapping[str, Mapping[int, float]]) -> Plot:
         axes.plot(list(by_width), list(by_width.values()), line, marker=mark, color=colour, label=METHODS[label].title)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter("{x:g}")
     widths = sorted({width for by_width in cost.values() for width in by_width})
     axes.set_xticks(widths, [str(width) for width in widths])
     axes.set_xticks([], minor=True)

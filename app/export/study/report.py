@@ -71,7 +71,7 @@ def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
     factor = summary["factors"][name]
     rows = []
     for label, result in zip(factor["bins"], factor["methods"][PRODUCT], strict=True):
-        shares = [_hundred(result[key]["value"]) for key in ("success", "right_of_reported", "nearer")]
+        shares = [_hundred(result[key]["value"]) for key in ("success", "right_of_reported", "nearer", "z_in_95")]
         errors = [_hundred(result["position_error_share"]["value"]), _hundred(result["position_error_share_90"])]
         angles = [result["angle_error_deg"]["value"], result["angle_error_deg_90"]]
         rows.append([label, result["success"]["count"], *shares, *errors, *angles])
@@ -81,6 +81,7 @@ def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
         "found and right in %",
         "right of those reported in %",
         "nearer pose chosen in %",
+        "z within its 95 % interval in %",
         "position error, median, in % of range",
         "9 of 10 within",
         "angle error, median, in degrees",
@@ -91,7 +92,7 @@ def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
 
 def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
     """All that the page shows after the advice."""
-    claim = " ".join([*claim_text(summary), *factor_text(summary)])
+    claim = "\n".join([*claim_text(summary), *factor_text(summary)])
     factors = [factor_plot(name, factor) for name, factor in summary["factors"].items()]
     by_width = _cost_by_width(cost)
     return [
@@ -101,7 +102,7 @@ def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
         _part(
             "calibration",
             "Probabilities and intervals",
-            " ".join(calibration_text(summary)),
+            "\n".join(calibration_text(summary)),
             [calibration_plot(summary)],
         ),
         _part("cost", "Cost", "", [cost_plot(by_width)], [_cost_table(cost)]),

@@ -46,7 +46,7 @@ def factor_text(summary: Mapping[str, Any]) -> list[str]:
                 differences = zip(factor["bins"], factor["against"][rival], strict=True)
                 bins = [name for name, difference in differences if verdict(difference) == sort]
                 if len(bins) == len(factor["bins"]):
-                    found.append(f"everywhere by {factor['title']}")
+                    found.append(f"{factor['title']} throughout")
                 elif bins:
                     found.append(f"{factor['title']} {_list(bins)}")
             if found:
@@ -86,7 +86,24 @@ def calibration_text(summary: Mapping[str, Any]) -> list[str]:
     for name, of in (("all", "all poses of the dock"), ("nearer", "those where the nearer of the two was chosen")):
         shares = [f"{key} {_share(share)}" for key, share in summary["coverage"][name].items()]
         sentences.append(f"The 95 % intervals hold the truth, of {of}: {', '.join(shares)}.")
-    return sentences
+    return [*sentences, *_bias_text(summary)]
+
+
+def _bias_text(summary: Mapping[str, Any]) -> list[str]:
+    """Whether the range comes out too long or too short, and what that does to its intervals."""
+    too_far = summary["methods"][PRODUCT]["too_far"]
+    if too_far["value"] is None or too_far["low"] <= 0.5 <= too_far["high"]:
+        return [f"The range is too long in {_share(too_far)} of the poses of the dock, as often as not."]
+    lamps = summary["factors"]["lamp_spacings"]
+    results = zip(lamps["bins"], lamps["methods"][PRODUCT], strict=True)
+    held = [f"{label}: {_share(one['z_in_95'])}" for label, one in results if one["z_in_95"]["count"]]
+    way = "towards" if too_far["value"] > 0.5 else "away from"
+    return [
+        f"The range is too long in {_share(too_far)} of the poses of the dock: the centres that are measured lie off the "
+        f"lamps' own {way} the ring's middle. An error that all lights share leaves no residuals, of which the standard "
+        "errors are computed, so that the intervals do not have it in them.",
+        f"The interval of z holds, by {lamps['title']}: {'; '.join(held)}.",
+    ]
 
 
 def advice_text(summary: Mapping[str, Any]) -> list[str]:

@@ -17,7 +17,9 @@ TRUTH = truth_of(Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0,
 def pose(position=(0.0, 0.0, 2.0), theta_y_deg=20.0, sigma_m=0.01, sigma_deg=1.0):
     normal = -rotation_from_angles(0.0, math.radians(theta_y_deg))[:, 2]
     sigma = math.radians(sigma_deg)
-    return CirclePose(np.array(position), normal, np.zeros(2), 0.9, 0.1, 0.0, (sigma_m,) * 3, (sigma, sigma))
+    return CirclePose(
+        np.array(position), normal, np.zeros(2), 0.9, 0.1, 0.0, (sigma_m, sigma_m, sigma_m), (sigma, sigma)
+    )
 
 
 def found(*poses, status="ok"):
@@ -67,6 +69,8 @@ def test_errors_by_hand():
     assert row["position_error_m"] == pytest.approx(0.05)
     assert row["position_error_share"] == pytest.approx(0.025)
     assert row["angle_error_deg"] == pytest.approx(3.0)
+    signed = [row[name] for name in ("error_x_m", "error_y_m", "error_z_m", "error_theta_x_deg", "error_theta_y_deg")]
+    assert signed == pytest.approx([0.03, 0.0, 0.04, 0.0, 3.0])
 
 
 def test_intervals_of_95_percent():

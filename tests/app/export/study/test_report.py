@@ -6,7 +6,7 @@ from dockpose.study.summary import summary_of
 
 from tests.support.studied import table
 
-DRAWN = ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share")
+DRAWN = ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share", "lamp_spacings")
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def test_trust_by_range(summary):
     assert trust.head[:3] == ["range in dock diameters", "docks", "found and right in %"]
     # 40 scenes spread evenly over 0 to 60 diameters: 1.5 apart, so 0 and 1.5 are below 2, of which the second is right.
     assert list(rows[0][:4]) == ["0 to 2", 2, 50.0, 100.0]
-    assert rows[0][5] == pytest.approx(1.0)
+    assert rows[0][6] == pytest.approx(1.0)
 
 
 def test_the_page_has_everything_and_stands_alone(summary, columns):

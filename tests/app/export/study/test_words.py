@@ -67,3 +67,10 @@ def test_calibration_tells_what_does_not_hold():
     text = " ".join(calibration_text(summary_of(table(SCENES, wrong))))
     assert "in 0 of 1 bins, but not at 0.95 to 0.99 (told 97 %, came 50 %)" in text
     assert "x 50.0 %" in text
+    assert "as often as not" in text
+
+
+def test_a_range_that_is_mostly_too_long_is_told(summary):
+    text = " ".join(calibration_text(summary))
+    assert "The range is too long in 100.0 %" in text
+    assert "towards the ring's middle" in text

@@ -99,9 +99,9 @@ def _bias_text(summary: Mapping[str, Any]) -> list[str]:
     held = [f"{label}: {_share(one['z_in_95'])}" for label, one in results if one["z_in_95"]["count"]]
     way = "towards" if too_far["value"] > 0.5 else "away from"
     return [
-        f"The range is too long in {_share(too_far)} of the poses of the dock: the centres that are measured lie off the "
-        f"lamps' own {way} the ring's middle. An error that all lights share leaves no residuals, of which the standard "
-        "errors are computed, so that the intervals do not have it in them.",
+        f"The range is too long in {_share(too_far)} of the poses of the dock: the centres that are measured lie off "
+        f"those of the lamps {way} the ring's middle. An error that all lights share leaves no residuals, of which the "
+        "standard errors are computed, so that the intervals do not have it in them.",
         f"The interval of z holds, by {lamps['title']}: {'; '.join(held)}.",
     ]
 

@@ -183,8 +183,8 @@ def _line(axes: Axes, places: Sequence[float], shares: Sequence[Mapping[str, Any
         *([place for place, _ in known], values), marker=mark, color=colour, ms=3.5, lw=1, label=METHODS[label].title
     )
     sure = [(place, share) for place, share in known if share["low"] is not None]
-    ends = [[scale * share[end] for _, share in sure] for end in ("low", "high")]
-    axes.vlines([place for place, _ in sure], *ends, color=colour, lw=0.7)
+    lows, highs = ([scale * share[end] for _, share in sure] for end in ("low", "high"))
+    axes.vlines([place for place, _ in sure], lows, highs, color=colour, lw=0.7)
 
 
 def _bar(axes: Axes, share: Mapping[str, Any], place: float, colour: str, mark: str) -> None:

@@ -97,10 +97,11 @@ def _bias_text(summary: Mapping[str, Any]) -> list[str]:
     lamps = summary["factors"]["lamp_spacings"]
     results = zip(lamps["bins"], lamps["methods"][PRODUCT], strict=True)
     held = [f"{label}: {_share(one['z_in_95'])}" for label, one in results if one["z_in_95"]["count"]]
-    way = "towards" if too_far["value"] > 0.5 else "away from"
+    pull = "towards the ring's middle, where the glow of the other lamps and vignetting pull them"
+    way = pull if too_far["value"] > 0.5 else "away from the ring's middle"
     return [
         f"The range is too long in {_share(too_far)} of the poses of the dock: the centres that are measured lie off "
-        f"those of the lamps {way} the ring's middle. An error that all lights share leaves no residuals, of which the "
+        f"those of the lamps {way}. An error that all lights share leaves no residuals, of which the "
         "standard errors are computed, so that the intervals do not have it in them.",
         f"The interval of z holds, by {lamps['title']}: {'; '.join(held)}.",
     ]

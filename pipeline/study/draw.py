@@ -32,7 +32,10 @@ BRIGHTEST_LEVELS = (100.0, 2000.0)  # of the brightest light, of which 255 can b
 AMBIENT_LEVELS, GRADIENT_LEVELS = 120.0, 60.0
 READ_NOISE_LEVELS = (0.5, 6.0)
 MOST_STRAYS = 10
-NO_DOCK = 0.2  # share of the scenes
+NO_DOCK, STREWN = (
+    0.2,
+    2 / 3,
+)  # share of the scenes, and of these the share with as many more lamps as the dock has lights
 LIT_LEVELS = 25.0  # a pixel to which the lamps add a tenth of the scale is lit
 _PLACES = ("2026-11-20 15:24:59", "IPC 07", "DEPTH 3.2 m")
 
@@ -113,8 +116,8 @@ def draw(seed: int, index: int) -> Drawn:
     - sensor: read noise L(0.5, 6) levels, 10 to 100 electrons a level, lens blur U(0.5, 1.5) px, vignetting U(0, 0.4),
       motion blur U(1, 5) px in 0.15, JPEG of quality 40 to 95 in 0.35 of the scenes.
 
-    One scene in five has no dock: its ring is turned away, so that no light of it reaches the camera, and in half of
-    these as many lamps as it has lights are strewn over the picture.
+    One scene in five has no dock: its ring is turned away, so that no light of it reaches the camera; always 1 to 10
+    strays, and in two of three such scenes as many more as the dock has lights, are strewn over the picture.
     """
     rng = np.random.default_rng([seed, index])
     turbidity = float(rng.uniform())
@@ -125,8 +128,8 @@ def draw(seed: int, index: int) -> Drawn:
     tilt_deg = float(rng.uniform(0, MOST_TILT_DEG) if has_dock else rng.uniform(AWAY_DEG, 180))
     pose = _pose(rng, camera, radius_px, z_m, tilt_deg)
     lights = _lights(rng, dock)
-    strays = _count(rng, 1, MOST_STRAYS)
-    if not has_dock and rng.random() < 0.5:
+    strays = _count(rng, 1, MOST_STRAYS) if has_dock else int(rng.integers(1, MOST_STRAYS + 1))
+    if not has_dock and rng.random() < STREWN:
         strays += dock.lights or 0
     scene = Scene(
         camera=camera,

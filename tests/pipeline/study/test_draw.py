@@ -24,7 +24,8 @@ def test_about_one_scene_in_five_has_no_dock(many):
     assert 0.2 - 0.07 < len(without) / len(many) < 0.2 + 0.07  # three standard errors
     assert not any(truth_of(one.scene).visible.any() for one in without)
     strewn = [one for one in without if one.strays >= (one.scene.dock.lights or 0)]
-    assert 0.25 < len(strewn) / len(without) < 0.85
+    assert all(one.strays > 0 for one in without)
+    assert 0.5 < len(strewn) / len(without) < 0.95  # of the others, some have as many strays by chance
 
 
 def test_a_dock_faces_the_camera(many):

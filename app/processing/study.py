@@ -30,7 +30,7 @@ from dockpose.app.processing.parallel import workers
 from dockpose.study.methods import METHODS
 from dockpose.study.scenes import ELAPSED, as_text, block_rows
 
-BLOCK = 4  # scenes: a second or two of one core, which is what a kill can cost
+BLOCK = 2  # scenes: about half a second of one core, which is what a kill can cost
 _AHEAD = 2  # submitted blocks for each worker
 _ABOUT, _SCENES, STUDY_CSV, COST_CSV = "study.json", "scenes", "study.csv", "cost.csv"
 _COST = ("scene", "method", "width_px", "height_px", ELAPSED)

@@ -71,10 +71,10 @@ def test_a_stopped_run_keeps_what_is_done_and_goes_on(tmp_path, worked_on):
 
 
 def test_more_scenes_go_on_from_those_that_are_done(tmp_path, worked_on):
-    run(tmp_path / "one", 6)
+    run(tmp_path / "one", 7)  # ends amid a block
     worked_on.clear()
     run(tmp_path / "one", 15)
-    assert sorted(worked_on) == list(range(6, 15))
+    assert sorted(worked_on) == list(range(7, 15))
     run(tmp_path / "other", 15)
     assert (tmp_path / "one" / "study.csv").read_bytes() == (tmp_path / "other" / "study.csv").read_bytes()
 
@@ -82,11 +82,12 @@ def test_more_scenes_go_on_from_those_that_are_done(tmp_path, worked_on):
 def test_a_lost_block_alone_is_done_again(tmp_path, worked_on):
     run(tmp_path, 12)
     whole = (tmp_path / "study.csv").read_bytes()
-    (tmp_path / "scenes" / "000004-000007.csv").unlink()
-    (tmp_path / "scenes" / ".000004-000007.csv.part").write_text("scene")
+    lost = f"{2 * BLOCK:06d}-{3 * BLOCK - 1:06d}.csv"
+    (tmp_path / "scenes" / lost).unlink()
+    (tmp_path / "scenes" / f".{lost}.part").write_text("scene")
     worked_on.clear()
     run(tmp_path, 12)
-    assert sorted(worked_on) == [4, 5, 6, 7]
+    assert sorted(worked_on) == list(range(2 * BLOCK, 3 * BLOCK))
     assert (tmp_path / "study.csv").read_bytes() == whole
     assert not list((tmp_path / "scenes").glob(".*"))
 

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 import numpy as np
-from dockpose.study.judge import FALSE_DOCK, REFUSED, SUCCESS, WRONG_POSE
+from dockpose.study.judge import FALSE_DOCK, HOLD_SIGMAS, REFUSED, SUCCESS, WRONG_POSE
 from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
 from dockpose.study.statistics import Share, median, paired_difference, quantile, wilson
 from dockpose.study.table import FACTORS, Columns, Factor, of_method, where
@@ -30,7 +30,8 @@ def summary_of(columns: Columns) -> Summary:
     -------
     dict
         Plain values, for a JSON file: ``methods``, ``against`` (HATS and the product against each rival),
-        ``factors``, ``calibration`` and ``coverage`` of the product. Shares are 0 to 1; None where there is no case.
+        ``factors``, and of the product ``calibration``, ``coverage``, and ``widen``, how many times as wide its 95 %
+        intervals would have to be to hold 95 % of the truths. Shares are 0 to 1; None where there is no case.
         Nothing in it is timed.
     """
     by_method = {label: of_method(columns, label) for label in METHODS}
@@ -51,6 +52,7 @@ def summary_of(columns: Columns) -> Summary:
             "factors": {name: _by_factor(factor, by_method) for name, factor in FACTORS.items()},
             "calibration": {"probability": _of_probability(product), "detection": _of_detection(product)},
             "coverage": _coverage(product),
+            "widen": _widen(product),
         }
     )
 
@@ -143,6 +145,17 @@ def _coverage(product: Columns) -> dict[str, Any]:
     seen = np.isin(product["outcome"], [SUCCESS, WRONG_POSE])
     parts = {"all": seen, "nearer": seen & (product["chosen_nearer"] == 1)}
     return {name: {key: _held(product[f"{key}_in_95"][rows]) for key in INTERVALS} for name, rows in parts.items()}
+
+
+def _widen(product: Columns) -> dict[str, float]:
+    """The factor on the standard errors with which 95 % intervals would hold 95 %, number by number."""
+    seen = np.isin(product["outcome"], [SUCCESS, WRONG_POSE])
+    widths = {}
+    for name in INTERVALS:
+        unit = "deg" if name.startswith("theta") else "m"
+        off = np.abs(product[f"error_{name}_{unit}"][seen]) / product[f"sigma_{name}_{unit}"][seen]
+        widths[name] = quantile(off, 0.95) / HOLD_SIGMAS
+    return widths
 
 
 def _held(held: np.ndarray) -> Share:

@@ -38,6 +38,7 @@ def table(scenes: int, outcome: Callable[[int, str], str], docks: int | None = N
     columns["detection"] = np.where(reported, 0.97, np.nan)
     columns["position_error_share"] = np.where(seen, np.where(hit, 0.01, 0.2), np.nan)
     columns["error_z_m"] = np.where(seen, np.where(hit, 0.01, -0.2), np.nan)
+    columns["sigma_z_m"] = np.where(seen, 0.01, np.nan)
     columns["angle_error_deg"] = np.where(seen, np.where(hit, 1.0, 30.0), np.nan)
     columns[ELAPSED] = np.full(len(keys), 5.0)
     return columns

@@ -125,9 +125,23 @@ def advice_text(summary: Mapping[str, Any]) -> list[str]:
         f"What the program reports is a dock and its right pose in {_share(methods[PRODUCT]['right_of_reported'])} of "
         f"the docks it reports; in scenes without one it reports a dock in "
         f"{_share(methods[PRODUCT]['false_dock_without'])}.",
+        *_widen_text(summary),
         *(_reach(summary, name) for name in ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share")),
     ]
     return sentences
+
+
+def _widen_text(summary: Mapping[str, Any]) -> list[str]:
+    """By how much too narrow the intervals are."""
+    known = {key: value for key, value in summary["widen"].items() if value is not None}
+    if not known:
+        return []
+    held = [f"{key} {_percent(summary['coverage']['all'][key]['value'])}" for key in known]
+    factors = [f"{value:.1f} for {key}" for key, value in known.items()]
+    return [
+        f"Its 95 % intervals hold the truth of {_list(held)}; to hold 95 %, their widths would have to be "
+        f"multiplied by {_list(factors)}."
+    ]
 
 
 def _exceptions(summary: Mapping[str, Any]) -> str:

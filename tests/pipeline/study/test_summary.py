@@ -53,6 +53,8 @@ def test_calibration_and_coverage_of_the_product(summary):
     assert (row["bin"], row["came"]["value"], row["came"]["count"]) == ("0.95 to 0.99", 1.0, 8)
     assert row["told"] == pytest.approx(0.97)
     assert summary["coverage"]["all"]["x"]["count"] == 8
+    assert summary["widen"]["z"] == pytest.approx(1 / 1.96)  # every error is one standard error
+    assert summary["widen"]["x"] is None
     assert summary["methods"][PRODUCT]["nearer"]["value"] == 1.0
 
 

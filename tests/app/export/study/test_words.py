@@ -47,6 +47,7 @@ def test_where_hats_is_better_or_worse(summary):
 def test_advice_names_the_best_and_how_far(summary):
     text = " ".join(advice_text(summary))
     assert "HATS + local finds the right pose most often, in 100.0 %" in text
+    assert "hold the truth of z 100 %; to hold 95 %, their widths would have to be multiplied by 0.5 for z." in text
     assert "nowhere does another method do better" in text.lower()
     assert "By range in dock diameters, at least 90 % of the reported poses are right everywhere." in text
 

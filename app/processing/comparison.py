@@ -14,7 +14,7 @@ from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
 from dockpose.camera.image import to_grey
 from dockpose.lights.masks import hide
-from dockpose.paper.baselines import centres
+from dockpose.paper.baselines import centre_errors_px
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, METHODS, Histogram, Threshold, histogram_of
 
@@ -113,7 +113,7 @@ def sweep_levels(
         settings = msgspec.structs.replace(view.settings, method="fixed", level=level)
         found = _by_hand(estimate(view.image, view.camera, view.dock, settings, fall_back=False), view)
         if centre is not None:
-            errors[index] = _errors_px(found, centre)
+            errors[index] = centre_errors_px(found, centre)
         show(LevelSweep(np.asarray(levels[: index + 1]), errors[: index + 1].copy(), reference))
     return LevelSweep(np.asarray(levels), errors, reference)
 
@@ -131,13 +131,3 @@ def _reference(view: View, present: Estimate) -> tuple[np.ndarray | None, str]:
     if present.selected is not None:
         return present.selected.centre_px, "the centre found with the present settings"
     return None, "nothing: no dock was found with the present settings"
-
-
-def _errors_px(found: Estimate, centre_px: np.ndarray) -> np.ndarray | float:
-    """Distance of each of ``CENTRES`` (3,) from the reference, undistorted; NaN without a pose."""
-    if found.selected is None or found.ellipse is None or found.markers is None or found.ring is None:
-        return np.nan
-    points = found.markers.points_px[found.ring.on_ring]
-    undistorted = found.camera.virtual_pixels(points, float(found.selected.position_m[2]))
-    three = centres(undistorted, found.ellipse, found.selected)
-    return np.linalg.norm(np.array([three.mass_moment_px, three.ellipse_px, three.true_px]) - centre_px, axis=1)

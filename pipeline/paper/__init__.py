@@ -1,4 +1,4 @@
 """Tables and figures of the paper, and the methods it compares with.
 
-May import `dockpose.camera`, `dockpose.lights` and `dockpose.pose`.
+May import all of the library but `dockpose.sources`.
 """

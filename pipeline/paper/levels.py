@@ -1,0 +1,177 @@
+"""What depends on the level of a threshold: groups, ellipse, pose and centre (Figures 3, 14 and 16)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from dockpose.camera.image import to_grey
+from dockpose.estimate import Estimate, estimate
+from dockpose.lights.ellipse import MIN_POINTS, Ellipse, fit_ellipse
+from dockpose.paper.baselines import centre_errors_px
+from dockpose.paper.outcomes import group_centres, is_right, pose_errors
+from dockpose.settings import Settings
+from dockpose.simulate import Scene, Truth, render
+from dockpose.thresholds import LEVELS, Histogram, Threshold, histogram_of
+from dockpose.thresholds.hats import background_mode, hats
+
+MIN_AREA_PX = Settings().min_area_px
+FEWER = 2 / 3  # of the lights are left at the higher of two levels, at most
+PARAMETERS = ("centre x", "centre y", "semi-major axis", "semi-minor axis", "angle", "eccentricity")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A rendered picture with what the threshold methods need of it.
+
+    Attributes
+    ----------
+    image : (H, W) uint8 array
+        The picture.
+    scene, truth : Scene, Truth
+        What it shows.
+    histogram : Histogram
+        Of the picture.
+    hats : Threshold
+        HATS's.
+    groups : (256,) int array
+        Number of groups of at least the minimum area at every level.
+    """
+
+    image: np.ndarray
+    scene: Scene
+    truth: Truth
+    histogram: Histogram
+    hats: Threshold
+    groups: np.ndarray
+
+    @property
+    def lights(self) -> int:
+        """How many lights are visible."""
+        return int(self.truth.visible.sum())
+
+
+@dataclass(frozen=True)
+class AtLevel:
+    """What a picture shows at a level.
+
+    Attributes
+    ----------
+    level : int
+        The level.
+    kept : float
+        Share of the picture that is at or above it.
+    groups : int
+        Groups of at least the minimum area.
+    found : Estimate
+        How far the search came.
+    distance_m, angle_deg : float
+        Errors of the chosen pose; NaN where there is none.
+    is_right : bool
+        Whether the chosen pose is the true one.
+    """
+
+    level: int
+    kept: float
+    groups: int
+    found: Estimate
+    distance_m: float
+    angle_deg: float
+    is_right: bool
+
+
+def picture_of(scene: Scene) -> Picture:
+    """Render a scene, and count its groups at every level."""
+    image, truth = render(scene)
+    histogram = histogram_of(to_grey(image))
+    groups = histogram.bright(0).groups_at_every_level(MIN_AREA_PX)
+    return Picture(image, scene, truth, histogram, hats(histogram, MIN_AREA_PX), groups)
+
+
+def at_level(picture: Picture, level: int) -> AtLevel:
+    """Search a picture at a fixed level."""
+    scene = picture.scene
+    found = estimate(picture.image, scene.camera, scene.dock, Settings(method="fixed", level=level), fall_back=False)
+    kept = float((picture.histogram.levels >= level).mean())
+    groups, pose = int(picture.groups[level]), found.selected
+    distance_m, angle_deg = (np.nan, np.nan) if pose is None else pose_errors(pose, picture.truth)
+    right = pose is not None and is_right(pose, picture.truth)
+    return AtLevel(level, kept, groups, found, distance_m, angle_deg, right)
+
+
+def merged_level(picture: Picture) -> int:
+    """The highest level below HATS's at which groups have run together: at most half as many as lights are left."""
+    below = np.flatnonzero(picture.groups[: picture.hats.level] <= picture.lights / 2)
+    return int(below[-1]) if len(below) else 0
+
+
+def flooded_level(picture: Picture) -> int:
+    """The level above the background's most frequent one, at which noise keeps about half of the background."""
+    return background_mode(picture.histogram.counts) + 1
+
+
+def losing_level(picture: Picture, share: float = 0.5) -> int:
+    """The lowest level above HATS's at which at most this share of the lights is left."""
+    above = np.flatnonzero(picture.groups[picture.hats.level :] <= share * picture.lights)
+    return picture.hats.level + int(above[0]) if len(above) else LEVELS - 1
+
+
+def centre_sweep(picture: Picture, levels: Sequence[int]) -> np.ndarray:
+    """Errors (N, 3) of the dock's centre at each level in pixels: mass moment, ellipse, pose; NaN without a pose."""
+    return np.array([centre_errors_px(at_level(picture, level).found, picture.truth.centre_px) for level in levels])
+
+
+@dataclass(frozen=True)
+class TwoLevels:
+    """The ellipse at two levels in pictures that differ in their noise alone.
+
+    Attributes
+    ----------
+    levels : tuple of 2 int
+        HATS's level of the first picture, and a higher one.
+    lights : (K, 2) int array
+        Groups of each picture at each.
+    values : (K, 2, 6) float array
+        ``PARAMETERS`` of the ellipse: pixels, and degrees for the angle.
+    """
+
+    levels: tuple[int, int]
+    lights: np.ndarray
+    values: np.ndarray
+
+    @property
+    def mean_difference(self) -> np.ndarray:
+        """Mean (6,) of the higher level's value less the lower one's."""
+        return np.diff(self.values, axis=1)[:, 0].mean(axis=0)
+
+    @property
+    def standard_error(self) -> np.ndarray:
+        """Standard error (6,) of the mean difference."""
+        return np.diff(self.values, axis=1)[:, 0].std(axis=0, ddof=1) / np.sqrt(len(self.values))
+
+
+def two_levels(scene: Scene, pictures: int) -> TwoLevels:
+    """Fit the ellipse at HATS's level and at a higher one that leaves at most ``FEWER`` of the lights.
+
+    The groups are centred by their mass moment, as in the paper. Both levels are those of the first picture.
+    """
+    first = picture_of(scene)
+    levels = first.hats.level, losing_level(first, FEWER)
+    lights, values = [], []
+    for number in range(pictures):
+        image, _ = render(msgspec.structs.replace(scene, seed=scene.seed + number))
+        histogram = histogram_of(to_grey(image))
+        points = [group_centres(histogram, level, MIN_AREA_PX) for level in levels]
+        if min(map(len, points)) < MIN_POINTS:
+            continue
+        lights.append([len(part) for part in points])
+        values.append([ellipse_values(fit_ellipse(part)) for part in points])
+    return TwoLevels(levels, np.array(lights), np.array(values))
+
+
+def ellipse_values(ellipse: Ellipse) -> tuple[float, ...]:
+    """Return an ellipse's ``PARAMETERS``: pixels, and degrees for the angle."""
+    angle = float(np.degrees(ellipse.angle_rad))
+    return (*ellipse.centre_px, *ellipse.semi_axes_px, angle, ellipse.eccentricity)

@@ -1,0 +1,199 @@
+"""HATS read as literally as the paper gives it, and the steps from there to ours.
+
+Ghosh et al. 2016, sections 2.1.1 and 2.1.2, say: the local peaks of the histogram, from bright to dark, are candidates
+for the level; at each, the picture is binarised and its groups are counted; the candidates vote on the number of
+lights; taken is the level that keeps the most lights apart. They leave open how votes weigh, where to stop, and what
+noise does. What is chosen here for what they leave open is said at each function; each choice is the plainest one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from dockpose.thresholds import LEVELS, Histogram
+from dockpose.thresholds.bright import SATURATED
+from dockpose.thresholds.hats import (
+    DIM_LEVELS,
+    NOISE_FACTOR,
+    NOISE_MORE,
+    REAL_LEVELS,
+    REAL_SHARE,
+    RISE_NOISE,
+    background_limit,
+    background_mode,
+)
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Which steps are taken beyond the literal reading; none by default.
+
+    Attributes
+    ----------
+    min_area_px : int
+        Smaller groups do not count.
+    is_bounded : bool
+        Candidates end above the background and at saturation.
+    has_every_level : bool
+        Every level is a candidate, not peaks alone.
+    in_a_row : bool
+        A count's votes are those of its longest unbroken run of candidates, not of all that have it.
+    by_brightness : bool
+        A candidate's vote weighs by how far it reaches down in the logarithm of the brightness above the background.
+    largest_real : bool
+        Elected is the largest count with a real share of the votes, not the one with the most.
+    above_noise : bool
+        Levels at which noise dissolves do not vote, and the level keeps clear of noise.
+    """
+
+    min_area_px: int = 1
+    is_bounded: bool = False
+    has_every_level: bool = False
+    in_a_row: bool = False
+    by_brightness: bool = False
+    largest_real: bool = False
+    above_noise: bool = False
+
+
+# Each step adds to the one before.
+STEPS: dict[str, Scheme] = {
+    "literal": Scheme(),
+    "+ minimum area": Scheme(2),
+    "+ bounds": Scheme(2, True),
+    "+ every level": Scheme(2, True, True),
+    "+ unbroken run": Scheme(2, True, True, True),
+    "+ log brightness": Scheme(2, True, True, True, True),
+    "+ largest real count": Scheme(2, True, True, True, True, True),
+    "+ clear of noise": Scheme(2, True, True, True, True, True, True),
+}
+
+
+@dataclass(frozen=True)
+class Vote:
+    """How the candidates voted.
+
+    Attributes
+    ----------
+    level : int
+        The elected level, 0..255; 256 where there is no candidate with a group.
+    groups : int
+        The elected number of groups.
+    candidates : (n,) int array
+        Levels, from bright to dark.
+    counts : (n,) int array
+        Number of groups at each.
+    weights : (n,) float array
+        Weight of each one's vote.
+    """
+
+    level: int
+    groups: int
+    candidates: np.ndarray
+    counts: np.ndarray
+    weights: np.ndarray
+
+
+def local_peaks(counts: np.ndarray) -> np.ndarray:
+    """Levels, from bright to dark, that have more pixels than the next darker and no fewer than the next brighter.
+
+    The histogram is taken as it is, without smoothing. Beyond its ends it has no pixels, so that an end can be a peak.
+    Of levels with equally many the darkest is the peak.
+    """
+    padded = np.concatenate([[0], counts, [0]])
+    return np.flatnonzero((padded[1:-1] > padded[:-2]) & (padded[1:-1] >= padded[2:]))[::-1]
+
+
+def literal_hats(histogram: Histogram, scheme: Scheme | None = None) -> Vote:
+    """Choose a level by the literal reading, or with the steps of a scheme.
+
+    Parameters
+    ----------
+    histogram : Histogram
+        Of the picture.
+    scheme : Scheme, optional
+        Which steps to take; None for the literal reading.
+
+    Returns
+    -------
+    Vote
+        The elected level and all votes.
+
+    Notes
+    -----
+    Choices in the literal reading: all peaks are candidates, down to the darkest, since the paper names no end; groups
+    of a single pixel count; each candidate has one vote, for the number of groups at its level; elected is the number
+    with the most votes, of several the largest, since it keeps the most lights apart; the level is the brightest
+    candidate with that number. With ``in_a_row`` it is the brightest of the run.
+    """
+    scheme = scheme or Scheme()
+    sketch = histogram.sketch if scheme.is_bounded else histogram.counts
+    mode, floor, top = 0, 0, LEVELS - 1
+    if scheme.is_bounded:
+        mode, floor = background_mode(sketch), background_limit(sketch)
+    if floor >= LEVELS or (pixels := histogram.bright(floor)).is_empty:
+        nothing = np.empty(0, dtype=int)
+        return Vote(LEVELS, 0, nothing, nothing, nothing.astype(float))
+    groups = pixels.groups_at_every_level(scheme.min_area_px)
+    if scheme.is_bounded:
+        top = max(floor, min(int(pixels.level.max()), SATURATED))
+    if scheme.above_noise:
+        floor = _above_noise(groups, floor, top)
+    candidates = np.arange(LEVELS)[::-1] if scheme.has_every_level else local_peaks(histogram.counts)
+    candidates = candidates[(candidates >= floor) & (candidates <= top)]
+    counts = groups[candidates]
+    weights = _weights(candidates, floor, mode) if scheme.by_brightness else np.ones(len(candidates))
+    return _elected(scheme, candidates, counts, weights, histogram.noise)
+
+
+def _weights(candidates: np.ndarray, floor: int, mode: int) -> np.ndarray:
+    """How much of the logarithm of brightness above the background each stands for, down to the next or the floor."""
+    reached = np.append(candidates[1:], floor - 1)
+    return np.log((candidates - mode + DIM_LEVELS) / (reached - mode + DIM_LEVELS))
+
+
+def _elected(scheme: Scheme, candidates: np.ndarray, counts: np.ndarray, weights: np.ndarray, noise: float) -> Vote:
+    runs = _runs(counts, weights, scheme.in_a_row)
+    if not runs:
+        return Vote(LEVELS, 0, candidates, counts, weights)
+    most = max(votes for _, _, votes in runs.values())
+    if scheme.largest_real:
+        share = min(most, REAL_SHARE * float(weights.sum()))
+        least = min(REAL_LEVELS, max(length for _, length, _ in runs.values()))
+        real = [count for count, (_, length, votes) in runs.items() if _at_least(votes, share) and length >= least]
+        elected = max(real) if real else max(runs, key=lambda count: runs[count][2])
+    else:
+        elected = max(count for count, (_, _, votes) in runs.items() if _at_least(votes, most))
+    first, length, _ = runs[elected]
+    if scheme.above_noise:
+        first += max(0, min(math.floor(RISE_NOISE * noise) - 1, (length - 1) // 2))
+    return Vote(int(candidates[first]), elected, candidates, counts, weights)
+
+
+def _at_least(votes: float, needed: float) -> bool:
+    """Compare sums of weights regardless of the order in which they were added."""
+    return votes >= needed * (1 - 1e-12)
+
+
+def _runs(counts: np.ndarray, weights: np.ndarray, in_a_row: bool) -> dict[int, tuple[int, int, float]]:
+    """For each count above 0 its first candidate, how many there are, and their votes: of all, or the longest run."""
+    found: dict[int, tuple[int, int, float]] = {}
+    if not in_a_row:
+        for count in np.unique(counts[counts > 0]).tolist():
+            same = np.flatnonzero(counts == count)
+            found[count] = int(same[0]), len(same), float(weights[same].sum())
+        return found
+    edges = np.flatnonzero(np.diff(counts)) + 1
+    for run in np.split(np.arange(len(counts)), edges):
+        count = int(counts[run[0]]) if len(run) else 0
+        if count > 0 and len(run) > found.get(count, (0, 0, 0.0))[1]:
+            found[count] = int(run[0]), len(run), float(weights[run].sum())
+    return found
+
+
+def _above_noise(groups: np.ndarray, floor: int, top: int) -> int:
+    """Climb as long as the level above has far fewer groups, as ours does: what dissolves so fast is noise."""
+    while floor < top and groups[floor] > NOISE_FACTOR * groups[floor + 1] + NOISE_MORE:
+        floor += 1
+    return floor

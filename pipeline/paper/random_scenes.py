@@ -1,0 +1,104 @@
+"""Scenes drawn at random, to compare methods on: a plain and a hard half."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.simulate import Lights, Pose, Scene, Sensor, truth_of
+from dockpose.simulate.emitters import emitters_of
+from dockpose.simulate.optics.glow import light_on_sensor
+from dockpose.simulate.optics.water import PRESETS
+from dockpose.simulate.parts import Background, Mirror, Snow, Text
+
+DIAMETER_M = 0.30
+# Sizes of pictures, and how often they are drawn.
+SIZES = {(640, 480): 0.65, (320, 240): 0.15, (1280, 720): 0.15, (1920, 1080): 0.04, (3840, 2160): 0.01}
+FEWEST_LIGHTS, MOST_LIGHTS = 4, 24
+LEAST_SPACING_PX = 8.0  # of lights around a ring that is seen square on
+
+
+def draw_scene(seed: int, *, hard: bool) -> Scene:
+    """A dock of 4 to 24 lights wholly in view, at most 3 m away, tilted up to 40 degrees, in one of the four waters.
+
+    The picture has any of several sizes, and the lens a focal length of half to three times its width.
+    The camera exposes as a camera does: so that the brightest light comes out between 100 and 1000 grey levels, of
+    which 255 can be stored. Ambient light reaches 50 levels, with a gradient; the lights are uneven.
+    """
+    rng = np.random.default_rng([seed, int(hard)])
+    scene = _plain(rng, seed)
+    if hard:
+        scene = _with_trouble(scene, rng)
+    direct, glow = light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water)
+    brightest = float((direct + glow).max())
+    wanted = float(np.exp(rng.uniform(np.log(100), np.log(1000))))
+    lights = msgspec.structs.replace(scene.lights, level=scene.lights.level * wanted / brightest)
+    return msgspec.structs.replace(scene, lights=lights)
+
+
+def _plain(rng: np.random.Generator, seed: int) -> Scene:
+    width, height = list(SIZES)[rng.choice(len(SIZES), p=list(SIZES.values()))]
+    focal_px = width * float(np.exp(rng.uniform(np.log(0.5), np.log(3))))
+    camera = Camera(focal_px, focal_px, (width - 1) / 2, (height - 1) / 2, width, height)
+    largest_px = min(0.27 * width, 0.4 * height)
+    radius_px = float(rng.uniform(min(max(0.055 * width, focal_px * DIAMETER_M / 2 / 3), largest_px), largest_px))
+    most = min(MOST_LIGHTS, int(2 * np.pi * radius_px / LEAST_SPACING_PX))
+    lights = int(rng.integers(FEWEST_LIGHTS, most + 1))
+    z_m = focal_px * DIAMETER_M / 2 / radius_px
+    tilt, around = np.radians(rng.uniform(0, 40)), rng.uniform(0, 2 * np.pi)
+    normal = np.array([np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around), -np.cos(tilt)])
+    theta_x = float(np.degrees(np.arcsin(normal[1])))
+    theta_y = float(np.degrees(np.arctan2(-normal[0], -normal[2])))
+    reach_x, reach_y = (max(0.0, 0.49 * side * z_m / focal_px - 0.17) for side in (width, height))
+    name = list(PRESETS)[rng.integers(len(PRESETS))]
+    return Scene(
+        camera=camera,
+        dock=Dock(DIAMETER_M, lights),
+        pose=Pose(
+            position_m=(float(rng.uniform(-reach_x, reach_x)), float(rng.uniform(-reach_y, reach_y)), z_m),
+            theta_x_deg=theta_x,
+            theta_y_deg=theta_y,
+            roll_deg=float(rng.uniform(0, 36)),
+        ),
+        lights=Lights(
+            radius_m=float(rng.uniform(0.002, 0.006)),
+            beam_exponent=float(rng.uniform(0, 2)),
+            brightness=tuple(rng.uniform(0.35, 1.0, lights).tolist()),
+        ),
+        water=PRESETS[name],
+        background=Background(
+            level=float(rng.uniform(0, 50)),
+            gradient_x=float(rng.uniform(-30, 30)),
+            gradient_y=float(rng.uniform(-30, 30)),
+        ),
+        sensor=Sensor(read_noise_levels=float(rng.uniform(0.5, 2.5)), blur_px=float(rng.uniform(0.6, 1.2))),
+        seed=seed,
+    )
+
+
+def _with_trouble(scene: Scene, rng: np.random.Generator) -> Scene:
+    lights = scene.dock.lights or MOST_LIGHTS
+    width, height = scene.camera.width, scene.camera.height
+    missing = rng.choice(lights, rng.integers(0, min(4, (lights - FEWEST_LIGHTS) // 2 + 1)), replace=False)
+    texts = (
+        Text(text="2026-11-20 15:24:59", x_px=float(rng.uniform(0.52, 0.62) * width), y_px=float(rng.uniform(8, 30))),
+        Text(text="IPC 07", x_px=float(rng.uniform(8, 40)), y_px=float(height - rng.uniform(20, 40))),
+    )
+    height_m = float(rng.uniform(0.25, 0.6))
+    return msgspec.structs.replace(
+        scene,
+        lights=msgspec.structs.replace(scene.lights, missing=tuple(int(number) for number in missing)),
+        texts=texts[: rng.integers(0, 3)],
+        mirror=Mirror(height_m=height_m, ripple_deg=float(rng.uniform(0, 1.5))) if rng.random() < 0.5 else None,
+        snow=Snow(count=int(rng.integers(5, 60)), level=float(rng.uniform(20, 120))) if rng.random() < 0.6 else None,
+        sensor=msgspec.structs.replace(
+            scene.sensor, jpeg_quality=int(rng.integers(50, 96)) if rng.random() < 0.5 else None
+        ),
+    )
+
+
+def draw_scenes(seed: int, a_half: int) -> list[tuple[bool, Scene]]:
+    """Draw ``a_half`` plain scenes and as many hard ones; each with whether it is hard."""
+    seeds = np.random.default_rng([seed, *b"random scenes"]).integers(2**31, size=(2, a_half))
+    return [(hard, draw_scene(one, hard=hard)) for hard in (False, True) for one in seeds[int(hard)].tolist()]

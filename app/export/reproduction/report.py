@@ -17,7 +17,17 @@ from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import static_path
 
 # Key of each part, in the order of the report, and the module here whose function of that name makes it.
-PARTS: dict[str, str] = {}
+PARTS: dict[str, str] = {
+    "figure_3": "levels",
+    "figure_5": "spread",
+    "figure_6": "spread",
+    "figure_7": "spread",
+    "figure_8": "histograms",
+    "figure_14": "levels",
+    "figure_15": "methods",
+    "figure_16": "levels",
+    "literal_hats": "literal",
+}
 # The slowest, which begin first.
 _SLOW: tuple[str, ...] = ()
 

@@ -25,7 +25,7 @@ from dockpose.thresholds.histogram import SMOOTHING
 HOU_WATER, HOU_THETA0_RAD, HOU_DISTANCE_M = Water(0.13, 0.87), 0.03, 5.5
 BRIGHTEST = 220.0  # grey levels of the brightest pixel, below saturation
 SIDE_PX, FOCAL_PX = 161, 700.0
-LAMP_RADIUS_M = 0.12  # 15 pixels at 5.5 m, so that the lamp's image is much wider than the lens blurs it
+LAMP_RADIUS_PX = 15.0  # so that the lamp's image is much wider than the lens blurs it
 _PEAK_WIDTH = 10  # levels on either side of a peak that belong to it
 
 
@@ -88,14 +88,20 @@ class LampPicture:
         return direct / (direct + float(self.glow[self.is_lamp].sum()))
 
 
-def lamp_scene(psf: Psf, water: Water, distance_m: float, seed: int, radius_m: float = LAMP_RADIUS_M) -> Scene:
-    """One lamp on the axis of a small camera, and no dock in view."""
+def lamp_scene(psf: Psf, water: Water, distance_m: float, seed: int, tilt_deg: float = 0.0) -> Scene:
+    """One lamp on the axis of a small camera, 15 pixels in radius at any distance, and no dock in view.
+
+    With a tilt the glow is seen rotated about the vertical, and the lamp shines with the cosine of the tilt.
+    """
+    level, radius_m = math.cos(math.radians(tilt_deg)), LAMP_RADIUS_PX / FOCAL_PX * distance_m
+    if tilt_deg:
+        psf = msgspec.structs.replace(psf, tilt_deg=tilt_deg, tilt_axis_deg=90.0)
     return Scene(
         camera=Camera(FOCAL_PX, FOCAL_PX, (SIDE_PX - 1) / 2, (SIDE_PX - 1) / 2, SIDE_PX, SIDE_PX),
         dock=Dock(0.30, 3),
         pose=Pose(position_m=(0.0, 0.0, distance_m)),
         lights=Lights(missing=(0, 1, 2)),
-        lamps=(Lamp(position_m=(0.0, 0.0, distance_m), level=1.0, radius_m=radius_m),),
+        lamps=(Lamp(position_m=(0.0, 0.0, distance_m), level=level, radius_m=radius_m),),
         water=water,
         psf=psf,
         background=Background(level=8.0),
@@ -115,12 +121,42 @@ def lamp_pictures(scenes: list[Scene], brightest: float = BRIGHTEST) -> list[Lam
     return [_exposed(scene, scale * direct, scale * glow) for scene, (direct, glow) in zip(scenes, light, strict=True)]
 
 
-def side_by_side(one: LampPicture, other: LampPicture, share: float, scene: Scene) -> LampPicture:
-    """Put two pictures into one, the other's light weakened to a share, and expose it anew."""
-    direct = np.hstack([one.direct, share * other.direct])
-    glow = np.hstack([one.glow, share * other.glow])
+def side_by_side(one: LampPicture, other: LampPicture, scene: Scene) -> LampPicture:
+    """Put two pictures into one, and expose it anew."""
+    direct, glow = np.hstack([one.direct, other.direct]), np.hstack([one.glow, other.glow])
     camera = msgspec.structs.replace(scene.camera, width=direct.shape[1])
     return _exposed(msgspec.structs.replace(scene, camera=camera), direct, glow)
+
+
+@dataclass(frozen=True)
+class TwoPeaks:
+    """The peaks of two lamps in one histogram.
+
+    Attributes
+    ----------
+    bright, dim : int
+        Level that the most pixels of each lamp have, lightly smoothed.
+    dip : float
+        Least number of pixels between them over that at the lower peak: 1 where they are one, 0 where they are apart.
+    """
+
+    bright: int
+    dim: int
+    dip: float
+
+
+def two_peaks(both: LampPicture) -> TwoPeaks:
+    """Find the peaks of the lamps of :func:`side_by_side`, the left one brighter."""
+    wide = np.convolve(SMOOTHING, SMOOTHING)
+    levels = []
+    for half in (slice(0, SIDE_PX), slice(SIDE_PX, None)):
+        direct = both.direct[:, half]
+        counts = np.bincount(both.image[:, half][direct >= direct.max() / 2], minlength=LEVELS)
+        levels.append(int(np.convolve(counts, wide, mode="same").argmax()))
+    smooth = np.convolve(both.counts, wide, mode="same")
+    low, high = sorted(levels)
+    dip = smooth[low : high + 1].min() / min(smooth[low], smooth[high])
+    return TwoPeaks(levels[0], levels[1], float(dip))
 
 
 def _exposed(scene: Scene, direct: np.ndarray, glow: np.ndarray) -> LampPicture:

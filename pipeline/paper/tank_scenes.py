@@ -35,7 +35,7 @@ def tank_scenes(seed: int) -> dict[str, Scene]:
                 level=40, gradient_x=45, gradient_y=-20, glares=(Glare(x_px=540, y_px=90, size_px=100, level=90),)
             ),
         ),
-        "turbid, with glow": replace(
+        "glow in turbid water": replace(
             plain,
             pose=Pose(position_m=(0.03, 0.05, 1.3), theta_x_deg=-10.0, theta_y_deg=16.0, roll_deg=20.0),
             water=PRESETS["harbour"],

@@ -219,7 +219,8 @@ def figure_16(seed: int) -> Part:
         "same parameters.",
         ours=f"At level {found.levels[0]} (HATS) {_lights(found, 0)} lights are left, at level {found.levels[1]} "
         f"{_lights(found, 1)}. Over {len(found.values)} pictures that differ in their noise alone, centre and "
-        f"semi-axes differ by at most {largest:.2f} px on average. {_agreement(apart)} In one picture the standard error of the "
+        f"semi-axes differ by at most {largest:.2f} px on average. {_agreement(apart)} In one picture the standard "
+        f"error of the "
         f"semi-major axis is {scatter[0, 2]:.3f} px at the lower level and {scatter[1, 2]:.3f} px at the higher one.",
         differs="The paper compares one picture; here the same scene is taken with new noise each time, so that a "
         "difference can be told from chance. The groups are centred by their mass moment, as in the paper, and nothing "

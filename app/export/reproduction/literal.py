@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
 from dockpose.app.drawing.figures import new_figure
-from dockpose.app.export.reproduction.methods import COLUMNS, DISTRIBUTION, share_table, share_words
+from dockpose.app.export.reproduction.methods import COLUMNS, DISTRIBUTION, difference_head, share_table, share_words
 from dockpose.app.export.reproduction.part import NumberTable, Part, Plot
 from dockpose.paper.proportions import paired_difference, wilson
 from dockpose.paper.rivals import OURS, PER_LIGHT, Tally, compare_schemes
@@ -39,8 +39,9 @@ def literal_hats(seed: int) -> Part:
         f"{_difference_words(whole['exact'])}. The pose that our further steps choose is right in "
         f"{share_words(tally.right[_LITERAL])} and {share_words(tally.right[OURS])}: "
         f"{_difference_words(whole['right'])}. {_steps_words(gains)}",
-        differs="The literal reading takes every local peak of the histogram as it is, down to the darkest; each has one "
-        "vote; groups of one pixel count; elected is the number with the most votes, of several the largest; the level "
+        differs="The literal reading takes every local peak of the histogram as it is, down to the darkest; each has "
+        "one vote; groups of one pixel count; elected is the number with the most votes, of several the largest; the "
+        "level "
         "is the brightest candidate with that number. Each step keeps those before it: groups below two pixels do not "
         "count; candidates end above the background and at saturation; every level is a candidate, not peaks alone; a "
         "number's votes are those of its longest unbroken run; votes weigh by the logarithm of brightness above the "
@@ -55,7 +56,7 @@ def literal_hats(seed: int) -> Part:
             NumberTable(
                 "literal_hats_steps",
                 "What each step adds to the one before, in percentage points, with the interval of 95 %.",
-                ("step", *(part for name in COLUMNS.values() for part in (name, "from", "to"))),
+                difference_head("step"),
                 [
                     (after, *(100 * value for column in COLUMNS for value in of[column]))
                     for (_, after), of in gains.items()
@@ -88,7 +89,11 @@ def _steps_words(gains: dict[tuple[str, str], dict[str, tuple[float, float, floa
         words = "No single step changes more than chance does."
     if nothing:
         words += f" These change nothing on these scenes: {', '.join(nothing)}."
-    return words + " The others cannot be told from chance on so few scenes."
+    cases = len(gains) * len(COLUMNS)
+    return (
+        f"{words} The others cannot be told from chance on so few scenes; of the {cases} intervals, which are not "
+        f"corrected for their number, about {cases * 0.05:.1f} would leave out 0 by chance alone."
+    )
 
 
 def _draw(tally: Tally, steps: list[str]) -> Plot:

@@ -57,7 +57,7 @@ def draw_histogram(axes: Axes, counts: np.ndarray, level: int) -> None:
     axes.fill_between(np.arange(LEVELS), counts + 1, 1, step="mid", color=BARS_COLOUR)
     axes.set_yscale("log")
     draw_level(axes, level)
-    axes.set_xlim(0, LEVELS - 1)
+    axes.set_xlim(0, LEVELS)
     axes.set_ylabel("pixels + 1", fontsize=SMALL)
     axes.tick_params(labelsize=SMALL - 1)
 
@@ -67,7 +67,7 @@ def draw_groups(axes: Axes, groups: np.ndarray, level: int, lights: int) -> None
     axes.plot(np.arange(LEVELS), groups, color=GROUPS_COLOUR, drawstyle="steps-mid", lw=1)
     axes.axhline(lights, color=LIGHT_COLOUR, ls="--", lw=1)
     draw_level(axes, level)
-    axes.set_xlim(0, LEVELS - 1)
+    axes.set_xlim(0, LEVELS)
     axes.set_ylim(0, 3 * lights)
     axes.set_ylabel("groups", fontsize=SMALL)
     axes.tick_params(labelsize=SMALL - 1)

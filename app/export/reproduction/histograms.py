@@ -89,6 +89,7 @@ def _draw(pictures: dict[str, Picture], seen: dict[str, AtLevel]) -> Plot:
     figure.set_layout_engine("constrained")
     caption = (
         "Left: the picture; circles are groups that are taken for lights at the level of HATS. Middle: pixels at each "
-        "grey level. Right: groups that each level leaves; dashed is the number of lights. Dash-dotted: the level."
+        "grey level. Right: groups that each level leaves; dashed is the number of lights; the scale ends at three "
+        "times that. Dash-dotted: the level."
     )
     return Plot.of("figure_8", caption, figure, is_photograph=True)

@@ -77,8 +77,8 @@ def figure_5(seed: int) -> Part:
         differs=f"{_WATER_WORDS} The function is singular at 0; within 0.02 degrees it is taken as constant. The lamp "
         "is a disc of 15 pixels in radius, blurred by the lens, with noise: for a point of light there would be no "
         "plateau and no peak. Both pictures have the same exposure, so that the brightest pixel of Hou's has 220 "
-        "levels and none is saturated. The numbers that the paper used are not known to us, so the shapes are to be "
-        "compared, not the values.",
+        "levels and none is saturated. Of the paper's figures only the functions are known to us, not their "
+        "numbers, so the shapes are to be compared, not the values.",
         plots=[_draw("figure_5", {**spreads, **_faintest(drawn)}, pictures)],
         tables=[
             _table("figure_5", pictures, {"Hou": spreads[f"Hou, {HOU_DISTANCE_M:g} m"]}),

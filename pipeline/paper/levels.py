@@ -125,7 +125,7 @@ def centre_sweep(picture: Picture, levels: Sequence[int]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TwoLevels:
-    """The ellipse at two levels in pictures that differ in their noise alone.
+    """The ellipse at two levels in pictures that differ in their noise, and in where the ring lies on the pixels.
 
     Attributes
     ----------
@@ -133,42 +133,62 @@ class TwoLevels:
         HATS's level of the first picture, and a higher one.
     lights : (K, 2) int array
         Groups of each picture at each.
-    values : (K, 2, 6) float array
-        ``PARAMETERS`` of the ellipse: pixels, and degrees for the angle.
+    true_values : (6,) float array
+        ``PARAMETERS`` of the exact image of the circle in the first picture: pixels, and degrees for the angle.
+    errors : (K, 2, 6) float array
+        The fitted ones less the exact ones of each picture.
     """
 
     levels: tuple[int, int]
     lights: np.ndarray
-    values: np.ndarray
+    true_values: np.ndarray
+    errors: np.ndarray
 
     @property
     def mean_difference(self) -> np.ndarray:
         """Mean (6,) of the higher level's value less the lower one's."""
-        return np.diff(self.values, axis=1)[:, 0].mean(axis=0)
+        return np.diff(self.errors, axis=1)[:, 0].mean(axis=0)
 
     @property
     def standard_error(self) -> np.ndarray:
         """Standard error (6,) of the mean difference."""
-        return np.diff(self.values, axis=1)[:, 0].std(axis=0, ddof=1) / np.sqrt(len(self.values))
+        return np.diff(self.errors, axis=1)[:, 0].std(axis=0, ddof=1) / np.sqrt(len(self.errors))
 
 
 def two_levels(scene: Scene, pictures: int) -> TwoLevels:
     """Fit the ellipse at HATS's level and at a higher one that leaves at most ``FEWER`` of the lights.
 
-    The groups are centred by their mass moment, as in the paper. Both levels are those of the first picture.
+    The groups are centred by their mass moment, as in the paper. Both levels are those of the first picture. In each
+    picture the noise is new and the ring moved by up to half a pixel: of a ring that stays put, the error by which a
+    centre depends on its place between pixels would be the same in all pictures.
     """
     first = picture_of(scene)
     levels = first.hats.level, losing_level(first, FEWER)
-    lights, values = [], []
+    rng = np.random.default_rng([scene.seed, *b"places"])
+    lights, errors = [], []
     for number in range(pictures):
-        image, _ = render(msgspec.structs.replace(scene, seed=scene.seed + number))
+        image, truth = render(_moved(scene, number, rng.uniform(-0.5, 0.5, 2)))
         histogram = histogram_of(to_grey(image))
         points = [group_centres(histogram, level, MIN_AREA_PX) for level in levels]
         if min(map(len, points)) < MIN_POINTS:
             continue
         lights.append([len(part) for part in points])
-        values.append([ellipse_values(fit_ellipse(part)) for part in points])
-    return TwoLevels(levels, np.array(lights), np.array(values))
+        exact = _exact_values(truth)
+        errors.append([np.subtract(ellipse_values(fit_ellipse(part)), exact) for part in points])
+    return TwoLevels(levels, np.array(lights), _exact_values(first.truth), np.array(errors))
+
+
+def _moved(scene: Scene, number: int, shift_px: np.ndarray) -> Scene:
+    """The scene with another noise, its dock moved across by so many pixels."""
+    x, y, z = scene.pose.position_m
+    dx, dy = (shift_px * z / [scene.camera.fx, scene.camera.fy]).tolist()
+    pose = msgspec.structs.replace(scene.pose, position_m=(x + dx, y + dy, z))
+    return msgspec.structs.replace(scene, pose=pose, seed=scene.seed + number)
+
+
+def _exact_values(truth: Truth) -> np.ndarray:
+    assert truth.ellipse is not None
+    return np.array(ellipse_values(truth.ellipse))
 
 
 def ellipse_values(ellipse: Ellipse) -> tuple[float, ...]:

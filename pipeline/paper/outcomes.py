@@ -1,7 +1,7 @@
 """What came of one picture whose truth is known: are the groups the lights, and is the pose right.
 
-Beside the pose that `estimate` finds there is that of the paper's own chain, in which nothing between the threshold
-and the ellipse tells lights from other groups: so the threshold alone is judged.
+Beside the pose that `estimate` finds there is that of the plain chain, as the paper reads: nothing between the
+threshold and the ellipse tells lights from other groups, so that the threshold alone is judged.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def group_centres(histogram: Histogram, level: int, min_area_px: int) -> np.ndar
 
 
 def poses_of_all(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[CirclePose, ...]:
-    """Both poses of the ellipse through all points (N, 2), as in the paper; none where there is no ellipse."""
+    """Both poses of the ellipse through all points (N, 2), as the paper reads; none where there is no ellipse."""
     if len(points_px) < MIN_POINTS:
         return ()
     try:

@@ -41,7 +41,7 @@ class Tally:
     exact : dict of str to (N,) bool array
         Whether the groups at the level are exactly the lights.
     plain_chain : dict of str to (N,) bool array
-        Whether one of both poses of the ellipse through all groups is right, as in the paper.
+        Whether one of both poses of the ellipse through all groups is right, as the paper reads.
     right : dict of str to (N,) bool array
         Whether the pose that our further steps choose is right.
     """

@@ -52,8 +52,9 @@ def figure_3(seed: int) -> Part:
         differs="The picture is simulated: twelve lights from a quarter of full brightness to full, in a harbour's "
         "water. The levels follow from rules. The lights run together at the highest level below that of HATS with at "
         "most half as many groups as lights. The background shows at the level above the one that most of it has. "
-        "Lights are lost at the lowest level above that of HATS with at most half of them. In the paper a wrong number "
-        "of lights means a wrong pose. Here groups that are no lights are told apart after the threshold, and some of "
+        "Lights are lost at the lowest level above that of HATS with at most half of them. Where every group "
+        "is taken for a light, a wrong number of them means a wrong pose. Here groups that are no lights are told "
+        "apart after the threshold, and some of "
         "the lights suffice, so a wrong level does not always lead to a wrong pose.",
         plots=[_draw_levels(picture, seen)],
         tables=[
@@ -134,7 +135,7 @@ def figure_14(seed: int) -> Part:
         paper="The figure shows how far the dock's centre is off in pixels at each level, by the mass moment, by the "
         "centre of the ellipse and by the true centre, and marks the level of HATS.",
         ours=f"At the level of HATS ({pictures[0].hats.level}) the mass moment is off by {at_hats[0][0]:.2f} px, the "
-        f"ellipse's centre by {at_hats[0][1]:.2f} px and the centre by the pose by {at_hats[0][2]:.2f} px. Over the "
+        f"ellipse's centre by {at_hats[0][1]:.2f} px and the centre by the pose by {at_hats[0][2]:.3f} px. Over the "
         f"{len(found[0])} levels at which a pose is found ({_range(found[0])}) the mass moment's error lies between "
         f"{_span_words(errors[0][:, 0])}, the ellipse centre's between {_span_words(errors[0][:, 1])}, that by the "
         f"pose between {_span_words(errors[0][:, 2])}. With three neighbouring lights dead the mass moment is off by "
@@ -173,7 +174,7 @@ def _span(values: np.ndarray) -> tuple[float, float]:
 
 def _span_words(values: np.ndarray) -> str:
     low, high = _span(values)
-    return f"{low:.2f} and {high:.2f} px"
+    return f"{low:.3g} and {high:.3g} px"
 
 
 def _range(levels: np.ndarray) -> str:
@@ -208,50 +209,47 @@ def figure_16(seed: int) -> Part:
     scene = near_ring(seed)
     found = two_levels(scene, _PICTURES)
     difference, error = found.mean_difference, found.standard_error
-    ratio = np.abs(difference) / error
-    scatter = found.values.std(axis=0, ddof=1)
-    apart = [name for name, one in zip(PARAMETERS, ratio, strict=True) if one > _AGREE]
+    apart = [name for name, one in zip(PARAMETERS, np.abs(difference) / error, strict=True) if one > _AGREE]
     largest = float(np.abs(difference[:4]).max())
+    means, scatter = found.errors.mean(axis=0), found.errors.std(axis=0, ddof=1)
+    picture = picture_of(scene)
     return Part(
         key="figure_16",
         title="Figure 16: the ellipse at two levels",
         paper="The figure shows that the ellipses found at two levels, with fewer lights at the higher one, have the "
         "same parameters.",
         ours=f"At level {found.levels[0]} (HATS) {_lights(found, 0)} lights are left, at level {found.levels[1]} "
-        f"{_lights(found, 1)}. Over {len(found.values)} pictures that differ in their noise alone, centre and "
-        f"semi-axes differ by at most {largest:.2f} px on average. {_agreement(apart)} In one picture the standard "
-        f"error of the "
-        f"semi-major axis is {scatter[0, 2]:.3f} px at the lower level and {scatter[1, 2]:.3f} px at the higher one.",
-        differs="The paper compares one picture; here the same scene is taken with new noise each time, so that a "
-        "difference can be told from chance. The groups are centred by their mass moment, as in the paper, and nothing "
-        "tells lights from other groups. A centre counts whole pixels, so that it depends on where a light lies on the "
-        "grid of pixels, and this part of its error is the same in every picture of a scene that does not move: it "
-        "changes with the level and the lights that are left, but not with the noise. Next to the size of the ellipse "
-        f"it is small: {100 * largest / float(found.values[:, 0, 2].mean()):.2g} % of the semi-major axis.",
-        plots=[
-            _draw_two(scene_picture := picture_of(scene), [at_level(scene_picture, level) for level in found.levels])
-        ],
+        f"{_lights(found, 1)}. Over {len(found.errors)} pictures, centre and semi-axes differ by at most "
+        f"{largest:.3f} px on average, {100 * largest / found.true_values[2]:.2g} % of the semi-major axis. "
+        f"{_agreement(apart)} In one picture the standard error of the semi-major axis is {scatter[0, 2]:.3f} px at "
+        f"the lower level and {scatter[1, 2]:.3f} px at the higher one.",
+        differs="The paper compares one picture. Here the scene is taken again and again with new noise, and with the "
+        "ring moved by up to half a pixel, so that a difference can be told from chance; the ellipses are compared "
+        "with the exact image of the circle. The groups are centred by their mass moment, as in the paper, and nothing "
+        "tells lights from other groups."
+        + ("" if apart else " Fewer lights make the ellipse less certain, and not another one."),
+        plots=[_draw_two(picture, [at_level(picture, level) for level in found.levels])],
         tables=[
             NumberTable(
                 "figure_16",
-                "Parameters of the ellipse at both levels: means, standard errors of one picture, and the mean "
-                "difference with its standard error.",
+                "Parameters of the ellipse: those of the circle's exact image, mean error at both levels with the "
+                "standard error of one picture, and the mean difference with its own standard error.",
                 (
-                    *("parameter", f"level {found.levels[0]}", "standard error", f"level {found.levels[1]}"),
-                    *("standard error", "difference", "its standard error"),
+                    *("parameter", "exact", f"error at {found.levels[0]}", "standard error"),
+                    *(f"error at {found.levels[1]}", "standard error", "difference", "its standard error"),
                 ),
                 [
-                    (f"{name} ({unit})", low, low_error, high, high_error, apart_by, apart_error)
-                    for name, unit, low, low_error, high, high_error, apart_by, apart_error in zip(
+                    (f"{name} ({unit})", *numbers)
+                    for name, unit, *numbers in zip(
                         PARAMETERS,
                         ("px", "px", "px", "px", "deg", "1"),
-                        *(values for level in (0, 1) for values in (found.values.mean(axis=0)[level], scatter[level])),
-                        difference,
-                        error,
+                        found.true_values.tolist(),
+                        *(values.tolist() for level in (0, 1) for values in (means[level], scatter[level])),
+                        difference.tolist(),
+                        error.tolist(),
                         strict=True,
                     )
                 ],
-                digits=4,
             )
         ],
     )
@@ -264,8 +262,8 @@ def _lights(found: TwoLevels, column: int) -> str:
 
 def _agreement(apart: list[str]) -> str:
     if not apart:
-        return f"No parameter differs by more than {_AGREE:.0f} standard errors of that mean."
-    return f"More than {_AGREE:.0f} standard errors of that mean apart, so by more than chance: {', '.join(apart)}."
+        return f"No parameter's mean difference is more than {_AGREE:.0f} of its standard errors."
+    return f"More than {_AGREE:.0f} of its standard errors is the mean difference of: {', '.join(apart)}."
 
 
 def _draw_two(picture: Picture, seen: list[AtLevel]) -> Plot:

@@ -41,12 +41,12 @@ def literal_hats(seed: int) -> Part:
         f"{_difference_words(whole['right'])}. {_steps_words(gains)}",
         differs="The literal reading takes every local peak of the histogram as it is, down to the darkest; each has "
         "one vote; groups of one pixel count; elected is the number with the most votes, of several the largest; the "
-        "level "
-        "is the brightest candidate with that number. Each step keeps those before it: groups below two pixels do not "
-        "count; candidates end above the background and at saturation; every level is a candidate, not peaks alone; a "
-        "number's votes are those of its longest unbroken run; votes weigh by the logarithm of brightness above the "
-        "background; elected is the largest number with a fifth of the votes; levels at which noise dissolves do not "
-        "vote. Ours also looks again, with a lower bound, where the vote is not sure. The order of the steps matters: "
+        "level is the brightest candidate with that number. Each step keeps those before it: groups below two pixels "
+        "do not count; candidates end above the background and at saturation; every level is a candidate, not peaks "
+        "alone; a number's votes are those of its longest unbroken run; votes weigh by the logarithm of brightness "
+        "above the background; elected is the largest number with a fifth of the votes; levels at which noise "
+        "dissolves do not vote. Ours also looks again, with a lower bound, where the vote is not sure. The order of "
+        "the steps matters: "
         "a step that costs something alone may be what the next one rests on. " + DISTRIBUTION,
         plots=[_draw(tally, steps)],
         tables=[

@@ -28,10 +28,9 @@ DISTRIBUTION = (
     "Each scene is drawn at random: 4 to 24 lights of 35 to 100 % brightness, wholly in view, at most 3 m away and "
     "tilted by up to 40 degrees; one of four waters from clear to harbour; pictures of 320 x 240 to 3840 x 2160 "
     "pixels; a lens of half to three picture widths; ambient light of up to 50 levels with gradients; noise of 0.5 to "
-    "2.5 levels; an "
-    "exposure that gives the brightest light 100 to 1000 levels, of which 255 can be stored. Half of the scenes are "
-    "hard: they may also have missing lights, burnt-in text, a reflection in the surface, marine snow and JPEG "
-    "compression."
+    "2.5 levels; an exposure that gives the brightest light 100 to 1000 levels, of which 255 can be stored. Half of "
+    "the scenes are hard: they may also have missing lights, burnt-in text, a reflection in the surface, marine snow "
+    "and JPEG compression."
 )
 COLUMNS = {
     "exact": "the groups are exactly the lights",
@@ -64,11 +63,11 @@ def figure_15(seed: int) -> Part:
         f"{_tally_words(tally)}",
         differs=f"{_claim_words(differences)} {DISTRIBUTION} Our HATS was developed with other scenes of this "
         "distribution as its benchmark, and the rivals have no constants to set, which favours HATS. A pose is right "
-        "within 5 degrees and 3 % "
-        "of the range. In the second column nothing tells lights from other groups after the threshold, and either of "
-        "the two poses may be the right one. In the third column, our search for a ring leaves out text, snow and "
-        "reflections, and splits lights that touch: with these steps the choice of the level matters much less than "
-        "in the paper. The intervals of the differences are not corrected for there being four rivals.",
+        "within 5 degrees and 3 % of the range. In the second column nothing tells lights from other groups after the "
+        "threshold, and either of the two poses may be the right one. In the third column, our search for a ring "
+        "leaves out text, snow and reflections, and splits lights that touch: with these steps the choice of the "
+        "level matters much less than in the paper. The intervals of the differences are not corrected for there "
+        "being four rivals.",
         plots=[_draw_methods(picture, found)],
         tables=[
             NumberTable("figure_15_one_scene", f"The scene that is drawn: {_ONE_SCENE}.", *_one_scene(picture, found)),
@@ -170,8 +169,7 @@ def share_table(name: str, tally: Tally, rows: Mapping[str, str]) -> NumberTable
     return NumberTable(
         name,
         f"Shares of {len(tally.is_hard)} random scenes in per cent, with Wilson's interval of 95 %, and the last "
-        f"column "
-        "by halves of the scenes.",
+        "column by halves of the scenes.",
         (*head, "plain half", "hard half"),
         [_shares(tally, method, words) for method, words in rows.items()],
     )

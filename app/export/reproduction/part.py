@@ -44,6 +44,7 @@ class Plot:
     @classmethod
     def of(cls, name: str, caption: str, figure: Figure, *, is_photograph: bool = False) -> Plot:
         """Draw a figure."""
+        _settle(figure)
         return cls(name, caption, to_png(figure), to_svg(figure, name), is_photograph)
 
     @property
@@ -55,6 +56,18 @@ class Plot:
             return Markup('<img alt="{}" src="{}">').format(alt, uri)
         text = self.svg.decode()
         return Markup(text[text.index("<svg") :])
+
+
+def _settle(figure: Figure) -> None:
+    """Lay a figure out once, and round where its axes lie.
+
+    The last digits of a layout depend on where objects lie in memory, and the names within an SVG on those digits.
+    """
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        left, bottom, width, height = axes.get_position(original=True).bounds
+        axes.set_position((round(left, 6), round(bottom, 6), round(width, 6), round(height, 6)))
 
 
 @dataclass(frozen=True)

@@ -110,12 +110,10 @@ def figure_6(seed: int) -> Part:
         paper="The second symmetric function is Voss', the zeroth-order Hankel transform of the water's modulation "
         "transfer function; its picture is to have a peak of direct light at the bright end of the histogram too.",
         ours=f"At {_NEAR_M:g} m: {_peak_words(pictures[near])} At {HOU_DISTANCE_M:g} m: {_peak_words(pictures[far])} "
-        f"By "
-        f"Hou's function the lamp at {HOU_DISTANCE_M:g} m has a peak with "
-        f"{_prominence(others['Hou, for comparison'])}. "
-        f"Within {_WITHIN_DEG:.0f} degree of the lamp there is {within[0]:.1f} % of the glow by Voss and "
-        f"{within[1]:.1f} % by Hou; in all, the glow is {spreads[far].glow_share:.3g} of the light by Voss and "
-        f"{hou.glow_share:.3g} by Hou.",
+        f"By Hou's function the lamp at {HOU_DISTANCE_M:g} m has a peak with "
+        f"{_prominence(others['Hou, for comparison'])}. Within {_WITHIN_DEG:.0f} degree of the lamp there is "
+        f"{within[0]:.1f} % of the glow by Voss and {within[1]:.1f} % by Hou; in all, the glow is "
+        f"{spreads[far].glow_share:.3g} of the light by Voss and {hou.glow_share:.3g} by Hou.",
         differs=f"{_WATER_WORDS} The transfer function is Wells' small-angle form with Petzold's average phase "
         "function. Voss' function counts all light that is scattered and not absorbed, Hou's only what is scattered "
         "once, so at a large optical length they differ by far in the glow. That direct light makes the peak holds "

@@ -78,7 +78,8 @@ def test_the_ellipse_is_the_same_at_two_levels_but_for_a_fraction_of_a_pixel():
     assert (found.lights[:, 0] == 12).all()
     assert (found.lights[:, 1] <= 9).all()
     assert (np.abs(found.mean_difference[:4]) < 0.5).all()
-    assert found.values.shape == (4, 2, 6)
+    assert found.errors.shape == (4, 2, 6)
+    assert (np.abs(found.errors[:, :, :4]) < 0.5).all()
     # Its own arithmetic: the mean's standard error is the scatter over the root of the number.
-    scatter = (found.values[:, 1] - found.values[:, 0]).std(axis=0, ddof=1)
+    scatter = (found.errors[:, 1] - found.errors[:, 0]).std(axis=0, ddof=1)
     np.testing.assert_allclose(found.standard_error, scatter / 2)

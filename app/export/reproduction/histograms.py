@@ -12,9 +12,9 @@ from dockpose.app.export.reproduction.pictures import (
     mark_lights,
     show,
 )
-from dockpose.paper.levels import AtLevel, Picture, at_level, picture_of
-from dockpose.paper.outcomes import are_the_lights, group_centres
-from dockpose.paper.tank_scenes import tank_scenes
+from dockpose.paper.lights.levels import AtLevel, Picture, at_level, picture_of
+from dockpose.paper.lights.outcomes import are_the_lights, group_centres
+from dockpose.paper.lights.tank_scenes import tank_scenes
 from dockpose.settings import Settings
 
 

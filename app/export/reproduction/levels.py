@@ -7,7 +7,7 @@ from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, THRESHOLD_COLOUR
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.part import NumberTable, Part, Plot
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, draw_groups, mark_lights, ring_part, show
-from dockpose.paper.levels import (
+from dockpose.paper.lights.levels import (
     PARAMETERS,
     AtLevel,
     Picture,
@@ -20,7 +20,7 @@ from dockpose.paper.levels import (
     picture_of,
     two_levels,
 )
-from dockpose.paper.tank_scenes import near_ring
+from dockpose.paper.lights.tank_scenes import near_ring
 from dockpose.thresholds import LEVELS
 
 _DEAD = (2, 3, 4)  # three neighbours

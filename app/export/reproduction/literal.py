@@ -9,8 +9,8 @@ from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.methods import COLUMNS, DISTRIBUTION, difference_head, share_table, share_words
 from dockpose.app.export.reproduction.part import NumberTable, Part, Plot
-from dockpose.paper.proportions import paired_difference, wilson
-from dockpose.paper.rivals import OURS, PER_LIGHT, Tally, compare_schemes
+from dockpose.paper.lights.proportions import paired_difference, wilson
+from dockpose.paper.lights.rivals import OURS, PER_LIGHT, Tally, compare_schemes
 
 _STYLES = {"exact": (BLUE, "o"), "plain_chain": (ORANGE, "s"), "right": (GREEN, "^")}
 _LITERAL = "literal"

@@ -10,11 +10,11 @@ from dockpose.app.drawing.thresholded import kept_pixels
 from dockpose.app.export.reproduction.part import Cell, NumberTable, Part, Plot
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, draw_histogram, mark_lights, show
 from dockpose.estimate import Estimate, estimate
-from dockpose.paper.levels import Picture, picture_of
-from dockpose.paper.outcomes import pose_errors, pose_is_right
-from dockpose.paper.proportions import paired_difference, wilson
-from dockpose.paper.rivals import ANY_LEVEL, METHODS_COMPARED, PER_LIGHT, RIVALS, Tally, compare_methods
-from dockpose.paper.tank_scenes import tank_scenes
+from dockpose.paper.lights.levels import Picture, picture_of
+from dockpose.paper.lights.outcomes import pose_errors, pose_is_right
+from dockpose.paper.lights.proportions import paired_difference, wilson
+from dockpose.paper.lights.rivals import ANY_LEVEL, METHODS_COMPARED, PER_LIGHT, RIVALS, Tally, compare_methods
+from dockpose.paper.lights.tank_scenes import tank_scenes
 from dockpose.settings import Settings
 
 NAMES = {

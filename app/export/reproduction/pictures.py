@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, GROUPS_COLOUR, LIGHT_COLOUR, THRESHOLD_COLOUR
 from dockpose.estimate import Estimate
-from dockpose.paper.levels import Picture
+from dockpose.paper.lights.levels import Picture
 from dockpose.thresholds import LEVELS
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, ORANGE, PURPL
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.part import NumberTable, Part, Plot
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, show
-from dockpose.paper.spread import (
+from dockpose.paper.lights.spread import (
     FOCAL_PX,
     HOU_DISTANCE_M,
     HOU_THETA0_RAD,

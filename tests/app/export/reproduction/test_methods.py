@@ -1,6 +1,6 @@
 import numpy as np
 from dockpose.app.export.reproduction.methods import share_table, share_words
-from dockpose.paper.rivals import Tally
+from dockpose.paper.lights.rivals import Tally
 
 
 def test_shares_in_words_and_in_the_table_by_hand():

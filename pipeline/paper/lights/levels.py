@@ -11,7 +11,7 @@ from dockpose.camera.image import to_grey
 from dockpose.estimate import Estimate, estimate
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, fit_ellipse
 from dockpose.paper.baselines import centre_errors_px
-from dockpose.paper.outcomes import group_centres, is_right, pose_errors
+from dockpose.paper.lights.outcomes import group_centres, is_right, pose_errors
 from dockpose.settings import Settings
 from dockpose.simulate import Scene, Truth, render
 from dockpose.thresholds import LEVELS, Histogram, Threshold, histogram_of

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.camera.image import to_grey
 from dockpose.estimate import estimate
-from dockpose.paper.literal import STEPS, Scheme, Vote, literal_hats
-from dockpose.paper.outcomes import (
+from dockpose.paper.lights.literal import STEPS, Scheme, Vote, literal_hats
+from dockpose.paper.lights.outcomes import (
     any_level_shows_the_lights,
     are_the_lights,
     group_centres,
@@ -17,7 +17,7 @@ from dockpose.paper.outcomes import (
     pose_is_right,
     poses_of_all,
 )
-from dockpose.paper.random_scenes import draw_scenes
+from dockpose.paper.lights.random_scenes import draw_scenes
 from dockpose.settings import Settings
 from dockpose.simulate import Scene, Truth, render
 from dockpose.thresholds import LEVELS, Histogram, histogram_of

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from dockpose.paper.outcomes import (
+from dockpose.paper.lights.outcomes import (
     any_level_shows_the_lights,
     are_the_lights,
     group_centres,
@@ -10,7 +10,7 @@ from dockpose.paper.outcomes import (
     pose_errors,
     poses_of_all,
 )
-from dockpose.paper.tank_scenes import near_ring
+from dockpose.paper.lights.tank_scenes import near_ring
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import truth_of
 from dockpose.thresholds import histogram_of

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from dockpose.paper.spread import (
+from dockpose.paper.lights.spread import (
     HOU_DISTANCE_M,
     HOU_THETA0_RAD,
     HOU_WATER,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from dockpose.lights.ellipse import fit_ellipse
-from dockpose.paper.levels import (
+from dockpose.paper.lights.levels import (
     PARAMETERS,
     at_level,
     centre_sweep,
@@ -12,7 +12,7 @@ from dockpose.paper.levels import (
     picture_of,
     two_levels,
 )
-from dockpose.paper.tank_scenes import near_ring
+from dockpose.paper.lights.tank_scenes import near_ring
 
 
 @pytest.fixture(scope="module")

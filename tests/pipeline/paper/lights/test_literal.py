@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from dockpose.paper.levels import picture_of
-from dockpose.paper.literal import STEPS, Scheme, literal_hats, local_peaks
-from dockpose.paper.tank_scenes import tank_scenes
+from dockpose.paper.lights.levels import picture_of
+from dockpose.paper.lights.literal import STEPS, Scheme, literal_hats, local_peaks
+from dockpose.paper.lights.tank_scenes import tank_scenes
 from dockpose.thresholds import histogram_of
 from dockpose.thresholds.hats import DIM_LEVELS, background_limit, background_mode, hats
 

@@ -1,6 +1,6 @@
 import numpy as np
-from dockpose.paper.literal import STEPS, Scheme, Vote
-from dockpose.paper.rivals import (
+from dockpose.paper.lights.literal import STEPS, Scheme, Vote
+from dockpose.paper.lights.rivals import (
     ANY_LEVEL,
     METHODS_COMPARED,
     OURS,

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from dockpose.paper.proportions import paired_difference, wilson
+from dockpose.paper.lights.proportions import paired_difference, wilson
 
 
 def test_wilson_s_interval_by_hand():

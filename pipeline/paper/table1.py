@@ -6,6 +6,7 @@ If that one is right, the ring's image becomes rounder from the first frame to t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -27,12 +28,15 @@ class Orientation:
         Eccentricity of the ring's image.
     frame : int
         Counted from 1.
+    other_normal : (3,) float array or None
+        Normal of the candidate that was not chosen, which :func:`choose_by_theta_x` may return to.
     """
 
     selected: int
     normal: np.ndarray
     eccentricity: float
     frame: int = 1
+    other_normal: np.ndarray | None = None
 
 
 def choose_by_eccentricity(
@@ -72,3 +76,49 @@ def choose_by_eccentricity(
     if before.frame == 1 and not before.eccentricity - eccentricity > 0:
         selected = len(candidates) - 1 - selected
     return Orientation(selected, candidates[selected].normal, eccentricity, before.frame + 1)
+
+
+def choose_by_theta_x(
+    candidates: Sequence[CirclePose], eccentricity: float, before: Orientation | None = None, first: int = 0
+) -> Orientation:
+    """Choose one of two candidates by the letter of Table 1 of the paper.
+
+    Parameters
+    ----------
+    candidates : sequence of CirclePose
+        The two poses of this frame.
+    eccentricity : float
+        Eccentricity of the ring's image in this frame.
+    before : Orientation, optional
+        The choice of the previous frame, made by this function; None in the first frame.
+    first : int
+        Index of the candidate to square up to in the first frame; the paper takes either.
+
+    Returns
+    -------
+    Orientation
+        The choice; pass it in with the next frame.
+
+    Notes
+    -----
+    Printed is: of the two solutions of frame 1 the chosen one is kept unless e1 < e2, in which case the other one is
+    taken; the solution of frame 2 is the one whose theta_x is nearest to it; and so on with each further frame. Read by
+    the letter this differs from :func:`choose_by_eccentricity` in three ways. Only theta_x is compared, so that two
+    candidates that differ in theta_y alone are not told apart. Where the eccentricity did not change at all, the first
+    choice is kept. And the angles that frame 2 is compared with are those of frame 1, although the vehicle has turned
+    in between. The condition of the else branch is printed as the difference of a quantity with itself; it is read here
+    as e1 - e2 < 0, without which the other solution would never be taken.
+    """
+    if before is None:
+        return _oriented(candidates, first, eccentricity, 1)
+    normal = before.normal
+    if before.frame == 1 and before.eccentricity < eccentricity and before.other_normal is not None:
+        normal = before.other_normal
+    theta_x = math.asin(max(-1.0, min(1.0, float(normal[1]))))
+    selected = min(range(len(candidates)), key=lambda k: abs(candidates[k].theta_x_rad - theta_x))
+    return _oriented(candidates, selected, eccentricity, before.frame + 1)
+
+
+def _oriented(candidates: Sequence[CirclePose], selected: int, eccentricity: float, frame: int) -> Orientation:
+    other = candidates[len(candidates) - 1 - selected].normal
+    return Orientation(selected, candidates[selected].normal, eccentricity, frame, other)

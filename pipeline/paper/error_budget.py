@@ -1,0 +1,212 @@
+"""What a believable tank brings to the errors of the paper's tables: each thing that is known only so well, alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.camera.port import FRESH_WATER, FlatPort
+from dockpose.dock import Dock
+from dockpose.estimate import estimate
+from dockpose.paper.calibrations import calibrations, rendered_calibration
+from dockpose.paper.tables import TABLES
+from dockpose.paper.tank import DIAMETER_M, nearest, numbers_of, tank_scene
+from dockpose.pose.circle import rotation_from_angles
+from dockpose.pose.solve import find_poses
+from dockpose.simulate import Sensor, render
+
+# The ring is as large in the picture as for the tables' pinhole camera of 700 px; the distortion is a webcam's.
+CAMERA = Camera(
+    *(700 / FRESH_WATER, 700 / FRESH_WATER, 319.5, 239.5, 640, 480),
+    distortion=(-0.18, 0.05, 0.0, 0.0, 0.0),
+    port=FlatPort(air_gap_m=0.03, glass_m=0.01),
+)
+MISPLACED_M, DIAMETER_OFF_M, PORT_OFF_M = 0.001, 0.001, 0.001
+READ_NOISE_LEVELS, JPEG_QUALITY = 2.0, 75
+DRAWS, CALIBRATIONS, PICTURES = 60, 60, 8  # a pose; in all; a pose
+
+# Errors of what is believed, each alone; the first four are of the calibration, and not all of them add up.
+ITEMS = {
+    "intrinsics": "intrinsics of a calibration",
+    "distortion": "distortion of a calibration",
+    "calibration": "both of these, as they belong together",
+    "ignored": "distortion ignored",
+    "along": "lights 1 mm off along the ring",
+    "across": "lights 1 mm off across the ring",
+    "diameter": "diameter off by 1 mm",
+    "port": "port's air gap off by 1 mm",
+}
+TOGETHER = ("calibration", "along", "across", "diameter", "port", "centroids")
+_PICTURES = {
+    "quiet": Sensor(read_noise_levels=0.0, electrons_per_level=1e12),
+    "noise": Sensor(read_noise_levels=READ_NOISE_LEVELS),
+    "jpeg": Sensor(read_noise_levels=0.0, electrons_per_level=1e12, jpeg_quality=JPEG_QUALITY),
+    "both": Sensor(read_noise_levels=READ_NOISE_LEVELS, jpeg_quality=JPEG_QUALITY),
+}
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Signed errors, in centimetres and degrees, of the poses of Tables 2 to 4 in turn.
+
+    Attributes
+    ----------
+    items : dict of str to (draws, 12, 5) float array
+        By what is off: the keys of ``ITEMS``.
+    pictures : dict of str to (pictures, 12, 5) float array
+        Of rendered pictures where all is known: "quiet", with "noise", with "jpeg", and with "both".
+    together : (draws, 12, 5) float array
+        With all of ``TOGETHER`` at once.
+    right : float
+        Share in which the right one of the two poses was chosen, with all at once.
+    centroid_px : float, pixels
+        Root mean square error of a light's x or y in the pictures with noise and JPEG.
+    corner_px : float, pixels
+        Root mean square error of a corner's x or y in the rendered calibration.
+    cameras : sequence of Camera
+        The calibrated cameras.
+    """
+
+    items: dict[str, np.ndarray]
+    pictures: dict[str, np.ndarray]
+    together: np.ndarray
+    right: float
+    centroid_px: float
+    corner_px: float
+    cameras: Sequence[Camera]
+
+
+def poses_of_tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Measured poses (12, 5), the paper's signed errors (12, 5), and the number of lights (12,), of all three tables."""
+    measured = np.vstack([table.measured for table in TABLES.values()])
+    estimated = np.vstack([table.estimated for table in TABLES.values()])
+    lights = np.concatenate([[table.lights] * len(table.measured) for table in TABLES.values()])
+    return measured, estimated - measured, lights
+
+
+def reading_steps() -> np.ndarray:
+    """Steps (5,) in which the measured values are printed: centimetres and degrees."""
+    measured = poses_of_tables()[0]
+    steps = [next(step for step in (1.0, 0.5, 0.1) if _is_multiple(group, step)) for group in (measured[:, :3], measured[:, 3:])]
+    return np.array([steps[0]] * 3 + [steps[1]] * 2)
+
+
+def error_budget(seed: int) -> Budget:
+    """Measure the budget; half a minute of computing."""
+    corner_px = rendered_calibration(CAMERA, seed).error_px / math.sqrt(2)
+    cameras = calibrations(CAMERA, CALIBRATIONS, corner_px, seed)
+    pictures, centroid_px = {}, 0.0
+    for name, sensor in _PICTURES.items():
+        pictures[name], off_px = _of_pictures(sensor, seed)
+        if name == "both":
+            centroid_px = off_px
+    items = {name: errors_of((name,), cameras, centroid_px, seed)[0] for name in ITEMS}
+    together, right = errors_of(TOGETHER, cameras, centroid_px, seed)
+    return Budget(items, pictures, together, right, centroid_px, corner_px, cameras)
+
+
+def errors_of(
+    items: Collection[str],
+    cameras: Sequence[Camera],
+    centroid_px: float,
+    seed: int,
+    camera: Camera = CAMERA,
+    draws: int = DRAWS,
+) -> tuple[np.ndarray, float]:
+    """Signed errors where some of what is believed is wrong.
+
+    Parameters
+    ----------
+    items : collection of str
+        What is wrong, of ``ITEMS`` and "centroids"; the same draws are used whichever they are.
+    cameras : sequence of Camera
+        Calibrations to draw from.
+    centroid_px : float, pixels
+        Standard deviation of the centroids' errors.
+    seed : int
+        Of the draws.
+    camera : Camera
+        The true camera.
+    draws : int
+        How many draws of each pose.
+
+    Returns
+    -------
+    errors : (draws, 12, 5) float array
+        Of the candidate that is nearer to the truth, in centimetres and degrees.
+    right : float
+        Share in which that is the chosen one.
+    """
+    measured, _, lights = poses_of_tables()
+    errors, right = np.empty((draws, len(measured), 5)), 0
+    for draw in range(draws):
+        for number, row in enumerate(measured):
+            rng = np.random.default_rng([seed, 7, draw, number])
+            points, believed, dock = _draw(rng, items, row, int(lights[number]), camera, cameras, centroid_px)
+            choice = find_poses(points, believed, dock)[1]
+            best = nearest(choice.candidates, -rotation_from_angles(*np.radians(row[3:]))[:, 2])
+            errors[draw, number] = np.array(numbers_of(best)) - row
+            right += best is choice.candidates[choice.selected]
+    return errors, right / (draws * len(measured))
+
+
+def _draw(
+    rng: np.random.Generator,
+    items: Collection[str],
+    row: np.ndarray,
+    lights: int,
+    camera: Camera,
+    cameras: Sequence[Camera],
+    centroid_px: float,
+) -> tuple[np.ndarray, Camera, Dock]:
+    """Where the lights are seen, and the camera and dock as they are believed to be."""
+    roll, calibrated = rng.uniform(0, 2 * math.pi), cameras[rng.integers(len(cameras))]
+    along, across = rng.normal(0, MISPLACED_M, (2, lights))
+    diameter, gap = rng.normal(0, DIAMETER_OFF_M), rng.normal(0, PORT_OFF_M)
+    noise = rng.normal(0, centroid_px, (lights, 2))
+    angles = roll + 2 * math.pi * np.arange(lights) / lights + ("along" in items) * along / (DIAMETER_M / 2)
+    radii = DIAMETER_M / 2 + ("across" in items) * across
+    ring = radii[:, None] * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(lights)])
+    points = camera.project(row[:3] / 100 + ring @ rotation_from_angles(*np.radians(row[3:])).T)
+    points = points + ("centroids" in items) * noise
+    believed = camera
+    if "intrinsics" in items or "calibration" in items:
+        numbers = {name: getattr(calibrated, name) for name in ("fx", "fy", "cx", "cy")}
+        believed = msgspec.structs.replace(believed, **numbers)
+    if "distortion" in items or "calibration" in items:
+        believed = msgspec.structs.replace(believed, distortion=calibrated.distortion)
+    if "ignored" in items:
+        believed = msgspec.structs.replace(believed, distortion=())
+    if "port" in items and camera.port is not None:
+        port = msgspec.structs.replace(camera.port, air_gap_m=max(0.0, camera.port.air_gap_m + gap))
+        believed = msgspec.structs.replace(believed, port=port)
+    return points, believed, Dock(DIAMETER_M + ("diameter" in items) * diameter, lights)
+
+
+def _of_pictures(sensor: Sensor, seed: int) -> tuple[np.ndarray, float]:
+    """Errors (pictures, 12, 5) of rendered pictures, and the root mean square error of a light's x or y in pixels."""
+    measured, _, lights = poses_of_tables()
+    errors, off_px = np.full((PICTURES, len(measured), 5), np.nan), []
+    for draw in range(PICTURES):
+        for number, row in enumerate(measured):
+            rng = np.random.default_rng([seed, 8, draw, number])
+            dock = Dock(DIAMETER_M, int(lights[number]))
+            scene = tank_scene(row, dock, rng.uniform(0, 360), int(rng.integers(1 << 30)), CAMERA)
+            image, truth = render(msgspec.structs.replace(scene, sensor=sensor))
+            found = estimate(image, CAMERA, dock)
+            if found.markers is None or found.ring is None or not found.candidates:
+                continue
+            errors[draw, number] = np.array(numbers_of(nearest(found.candidates, truth.normal))) - row
+            points = found.markers.points_px[found.ring.on_ring]
+            away = points[:, None] - truth.lights_px
+            closest = np.argmin((away**2).sum(axis=2), axis=1)
+            off_px.append(away[np.arange(len(points)), closest].ravel())
+    return errors, float(np.sqrt(np.mean(np.concatenate(off_px) ** 2)))
+
+
+def _is_multiple(values: np.ndarray, step: float) -> bool:
+    return bool(np.allclose(values / step, np.rint(values / step)))

@@ -21,9 +21,9 @@ from dockpose.tracking import Tracker
 CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
 DOCK = Dock(0.30, 10)
 RULES = ("literal", "eccentricity", "tracker", "frame")
-RANGE_M, TILT_DEG = (1.5, 4.5), (5.0, 35.0)
-# Within ten frames nearly every vehicle comes onto the axis, from 4.5 m and 35 degrees too.
-FRAMES, RATE_HZ, SPEED_M_PER_S = 10, 2.0, 0.6
+RANGE_M, TILT_DEG = (1.5, 6.0), (5.0, 35.0)
+# A step is at most a tenth of the first range, so that ten of them lead onto the axis from anywhere.
+FRAMES, RATE_HZ, SPEED_PER_S = 10, 2.0, 0.2
 DRIFT_M, DRIFT_DEG = 0.01, 0.5
 SQUARE_ON_RAD = math.radians(5.0)
 Z_95 = 1.959964  # of the normal distribution
@@ -64,7 +64,7 @@ class Course:
 
 
 def draw_approach(seed: int, number: int) -> FilmPlan:
-    """The start of one approach: a 0.30 m dock of ten lights, 1.5 to 4.5 m away, seen at 5 to 35 degrees.
+    """The start of one approach: a 0.30 m dock of ten lights, 1.5 to 6 m away, seen at 5 to 35 degrees.
 
     The dock stands up to 5 degrees off the camera's axis, in water between clear and coastal, with currents.
     """
@@ -92,7 +92,7 @@ def draw_approach(seed: int, number: int) -> FilmPlan:
         seed=int(rng.integers(1 << 30)),
     )
     motion = ClosedLoop(
-        frames=FRAMES, rate_hz=RATE_HZ, speed_m_per_s=SPEED_M_PER_S, drift_m=DRIFT_M, drift_deg=DRIFT_DEG
+        frames=FRAMES, rate_hz=RATE_HZ, speed_m_per_s=SPEED_PER_S * range_m, drift_m=DRIFT_M, drift_deg=DRIFT_DEG
     )
     return FilmPlan(scene=scene, motion=motion)
 

@@ -27,7 +27,7 @@ CAMERA = Camera(
 )
 MISPLACED_M, DIAMETER_OFF_M, PORT_OFF_M = 0.001, 0.001, 0.001
 READ_NOISE_LEVELS, JPEG_QUALITY = 2.0, 75
-DRAWS, CALIBRATIONS, PICTURES = 60, 60, 8  # a pose; in all; a pose
+DRAWS, CALIBRATIONS, PICTURES = 30, 100, 6  # a pose; in all; a pose
 
 # Errors of what is believed, each alone; the first four are of the calibration, and not all of them add up.
 ITEMS = {
@@ -91,7 +91,10 @@ def poses_of_tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def reading_steps() -> np.ndarray:
     """Steps (5,) in which the measured values are printed: centimetres and degrees."""
     measured = poses_of_tables()[0]
-    steps = [next(step for step in (1.0, 0.5, 0.1) if _is_multiple(group, step)) for group in (measured[:, :3], measured[:, 3:])]
+    steps = [
+        next(step for step in (1.0, 0.5, 0.1) if _is_multiple(group, step))
+        for group in (measured[:, :3], measured[:, 3:])
+    ]
     return np.array([steps[0]] * 3 + [steps[1]] * 2)
 
 

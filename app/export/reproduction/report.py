@@ -26,10 +26,16 @@ PARTS: dict[str, str] = {
     "figure_14": "levels",
     "figure_15": "methods",
     "figure_16": "levels",
+    "figure_17": "number_of_lights",
+    "table_1": "duality",
+    "table_2": "tank_tables",
+    "table_3": "tank_tables",
+    "table_4": "tank_tables",
+    "error_budget": "error_budget",
     "literal_hats": "literal",
 }
 # The slowest, which begin first.
-_SLOW: tuple[str, ...] = ()
+_SLOW: tuple[str, ...] = ("table_1", "error_budget")
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,100 @@
+"""Figure 17 of the paper: the pose's error against the number of lights, by the ellipse, by EPnP and its peers, and ours."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
+from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
+from dockpose.pose.pnp import METHODS, NoPoseError, solve
+from dockpose.pose.solve import find_poses
+
+CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+DIAMETER_M = 0.30
+NOISE_PX = 0.3
+RANGE_M, OFF_AXIS, TILT_DEG = (0.7, 2.5), 0.1, 40.0
+RING_OF = 12  # lights, as the paper's coloured dock has, of which some are seen
+WHO = ("ellipse", *METHODS, "ours")
+TRIALS = 400
+WRONG_RAD = math.radians(10.0)  # off by more, it is another pose
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors over many random poses, by method, of ``WHO``; infinite where a method gave no pose.
+
+    Attributes
+    ----------
+    position : dict of str to (trials,) float array, per cent of the range
+        Distance between the true and the estimated centre.
+    angle_deg : dict of str to (trials,) float array
+        Angle between the true and the estimated normal.
+    """
+
+    position: dict[str, np.ndarray]
+    angle_deg: dict[str, np.ndarray]
+
+    def wrong(self, who: str) -> float:
+        """Share of poses that are turned by more than 10 degrees, or missing."""
+        return float((self.angle_deg[who] > math.degrees(WRONG_RAD)).mean())
+
+
+def errors_with(seen: int, lights: int, seed: int, trials: int = TRIALS) -> Errors:
+    """Errors where ``seen`` of ``lights`` evenly spaced lights are seen, each with 0.3 px of noise.
+
+    The ellipse has no means to choose between its two poses, so that its error is that of the better one. EPnP and its
+    peers are told which light is which, and the method of this package is not.
+    """
+    known = Dock(DIAMETER_M, lights)
+    found: dict[str, list[tuple[float, float]]] = {who: [] for who in WHO}
+    for trial in range(trials):
+        rng = np.random.default_rng([seed, 9, seen, lights, trial])
+        position, theta = _random_pose(rng)
+        rotation = rotation_from_angles(*theta)
+        numbers = np.sort(rng.choice(lights, seen, replace=False))
+        angles = known.light_angles_rad()[numbers] + rng.uniform(0, 2 * math.pi)
+        ring = known.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(seen)])
+        points = CAMERA.project(position + ring @ rotation.T) + rng.normal(0, NOISE_PX, (seen, 2))
+        for who in WHO:
+            pose = _pose_by(who, points, numbers, known, -rotation[:, 2])
+            found[who].append(_error(pose, position, -rotation[:, 2]))
+    return Errors(
+        {who: np.array([one for one, _ in errors]) for who, errors in found.items()},
+        {who: np.array([other for _, other in errors]) for who, errors in found.items()},
+    )
+
+
+def _random_pose(rng: np.random.Generator) -> tuple[np.ndarray, tuple[float, float]]:
+    """Position, and theta_x and theta_y in radians, of a dock in view that is tilted up to 40 degrees."""
+    range_m = rng.uniform(*RANGE_M)
+    position = range_m * np.array([*rng.uniform(-OFF_AXIS, OFF_AXIS, 2), 1.0])
+    tilt, around = math.radians(rng.uniform(0, TILT_DEG)), rng.uniform(0, 2 * math.pi)
+    x, y, z = math.sin(tilt) * math.cos(around), math.sin(tilt) * math.sin(around), -math.cos(tilt)
+    return position, (math.asin(y), math.atan2(-x, -z))
+
+
+def _pose_by(who: str, points: np.ndarray, numbers: np.ndarray, dock: Dock, normal: np.ndarray) -> CirclePose | None:
+    try:
+        if who == "ours":
+            choice = find_poses(points, CAMERA, dock)[1]
+            return choice.candidates[choice.selected]
+        if who == "ellipse":
+            if len(points) < MIN_POINTS:
+                return None
+            poses = circle_poses(fit_ellipse(points), CAMERA, dock.diameter)
+            return max(poses, key=lambda pose: float(pose.normal @ normal))
+        return solve(points, numbers, CAMERA, dock, who)
+    except (NoEllipseError, NoPoseError):
+        return None
+
+
+def _error(pose: CirclePose | None, position: np.ndarray, normal: np.ndarray) -> tuple[float, float]:
+    """Distance of the centres in per cent of the range, and angle between the normals in degrees."""
+    if pose is None:
+        return math.inf, math.inf
+    off = 100 * float(np.linalg.norm(pose.position_m - position) / np.linalg.norm(position))
+    return off, math.degrees(2 * math.asin(min(1.0, float(np.linalg.norm(pose.normal - normal)) / 2)))

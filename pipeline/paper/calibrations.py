@@ -89,8 +89,7 @@ def _drawing() -> np.ndarray:
     """The board with a white rim of one square."""
     row, column = np.indices((BOARD.rows, BOARD.columns))
     flat = np.kron(255 * ((row + column) % 2), np.ones((_SQUARE_PX, _SQUARE_PX))).astype(np.uint8)
-    rim = (_SQUARE_PX,) * 4
-    return cv2.copyMakeBorder(flat, *rim, cv2.BORDER_CONSTANT, value=255)
+    return np.pad(flat, _SQUARE_PX, constant_values=255)
 
 
 def _rays_of_pixels(camera: Camera) -> np.ndarray:

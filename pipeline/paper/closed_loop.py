@@ -106,24 +106,30 @@ def run_approach(seed: int, number: int, rule: str) -> Course:
     """
     plan = draw_approach(seed, number)
     first = int(np.random.default_rng([seed, 2, number]).integers(2))
-    observer = _observer(rule, plan, first)
-    frames: list[tuple[RenderedFrame, Estimate]] = []
+    choose = _chooser(rule, plan, first)
+    estimates: list[Estimate] = []
 
     def observe(image: np.ndarray, camera: Camera) -> CirclePose | None:
-        found = estimate(image, camera, DOCK)
-        estimates.append(found)
-        return observer(found)
+        estimates.append(estimate(image, camera, DOCK))
+        return choose(estimates[-1])
 
-    estimates: list[Estimate] = []
-    for frame in film(plan, observe):
-        frames.append((frame, estimates[-1]))
-    start = frames[0][0].truth
+    frames: list[RenderedFrame] = []
+    try:
+        for frame in film(plan, observe):
+            frames.append(frame)
+    except ValueError:
+        if not frames:
+            raise
+        # A vehicle that went astray has passed the dock, which is now behind the camera: it has no more frames.
+    rest = plan.frames - len(frames)
+    right = [_is_right(frame, found) for frame, found in zip(frames, estimates, strict=True)]
+    off_axis_deg = [_off_axis_deg(frame) for frame in frames]
     return Course(
-        range_m=float(np.linalg.norm(start.position_m)),
-        tilt_deg=_off_axis_deg(frames[0][0]),
-        right=np.array([_is_right(frame, found) for frame, found in frames]),
-        seen=np.array([found.choice is not None for _, found in frames]),
-        off_axis_deg=np.array([_off_axis_deg(frame) for frame, _ in frames]),
+        range_m=float(np.linalg.norm(frames[0].truth.position_m)),
+        tilt_deg=off_axis_deg[0],
+        right=np.array(right + [False] * rest),
+        seen=np.array([found.choice is not None for found in estimates] + [False] * rest),
+        off_axis_deg=np.array(off_axis_deg + off_axis_deg[-1:] * rest),
     )
 
 
@@ -135,7 +141,7 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def _observer(rule: str, plan: FilmPlan, first: int) -> Callable[[Estimate], CirclePose | None]:
+def _chooser(rule: str, plan: FilmPlan, first: int) -> Callable[[Estimate], CirclePose | None]:
     """What a rule makes of each frame's estimate: the pose that the vehicle steers by."""
     if rule == "frame":
         return lambda found: found.selected

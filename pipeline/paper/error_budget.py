@@ -81,7 +81,7 @@ class Budget:
 
 
 def poses_of_tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Measured poses (12, 5), the paper's signed errors (12, 5), and the number of lights (12,), of all three tables."""
+    """Measured poses (12, 5), the paper's signed errors (12, 5) and numbers of lights (12,) of all three tables."""
     measured = np.vstack([table.measured for table in TABLES.values()])
     estimated = np.vstack([table.estimated for table in TABLES.values()])
     lights = np.concatenate([[table.lights] * len(table.measured) for table in TABLES.values()])
@@ -167,7 +167,7 @@ def _draw(
     centroid_px: float,
 ) -> tuple[np.ndarray, Camera, Dock]:
     """Where the lights are seen, and the camera and dock as they are believed to be."""
-    roll, calibrated = rng.uniform(0, 2 * math.pi), cameras[rng.integers(len(cameras))]
+    roll, calibrated = rng.uniform(0, 2 * math.pi), cameras[int(rng.integers(len(cameras)))]
     along, across = rng.normal(0, MISPLACED_M, (2, lights))
     diameter, gap = rng.normal(0, DIAMETER_OFF_M), rng.normal(0, PORT_OFF_M)
     noise = rng.normal(0, centroid_px, (lights, 2))

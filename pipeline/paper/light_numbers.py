@@ -1,4 +1,4 @@
-"""Figure 17 of the paper: the pose's error against the number of lights, by the ellipse, by EPnP and its peers, and ours."""
+"""Figure 17 of the paper: error of the pose against the number of lights, by the ellipse, EPnP, its peers, and ours."""
 
 from __future__ import annotations
 

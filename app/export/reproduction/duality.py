@@ -84,10 +84,10 @@ def _ours(courses: dict[str, list[Course]]) -> str:
     return (
         f"{number} simulated approaches to a {100 * closed_loop.DOCK.diameter:.0f} cm ring of "
         f"{closed_loop.DOCK.lights} lights from {near:g} to {far:g} m and {least:g} to {most:g} degrees off its axis, "
-        f"drawn at random, {closed_loop.FRAMES} frames each. Every frame is rendered and searched, and the vehicle moves "
-        f"by the pose that is chosen. The chosen pose is right in the last frame: {ends}. In the second frame, where "
-        f"Table 1 decides: {seconds}. The vehicle ends within {np.degrees(closed_loop.SQUARE_ON_RAD):.0f} degrees of the "
-        f"dock's axis: {square}. In brackets are 95 % intervals."
+        f"drawn at random, {closed_loop.FRAMES} frames each. Every frame is rendered and searched, and the vehicle "
+        f"moves by the pose that is chosen. The chosen pose is right in the last frame: {ends}. In the second frame, "
+        f"where Table 1 decides: {seconds}. The vehicle ends within {np.degrees(closed_loop.SQUARE_ON_RAD):.0f} "
+        f"degrees of the dock's axis: {square}. In brackets are 95 % intervals."
     )
 
 
@@ -96,25 +96,29 @@ def _differs(courses: dict[str, list[Course]]) -> str:
     lost_literal = sum(bool(c.right[1]) and not c.ends_right for c in courses["literal"])
     turned = [sum(not c.ends_square_on for c in courses[rule]) for rule in ("literal", "eccentricity")]
     alone, tracked = (sum(int((~c.right).sum()) for c in courses[rule]) for rule in ("frame", "tracker"))
+    second = [sum(bool(c.right[1]) for c in courses[rule]) for rule in ("literal", "eccentricity")]
     return (
-        "The two readings of Table 1 differ in that the letter compares theta x alone and keeps the first pose where the "
-        "eccentricity did not change; ours compares whole normals. The idea itself works: what is decided in frame 2 is "
-        f"mostly right. What fails is the rule for the frames after it. It is right in frame 2 and wrong at the end in "
-        f"{lost_literal} approaches by the letter and in {lost} as we read it. Near the dock's axis the two poses "
-        "coincide, the nearest to the one before may be either, and nothing corrects it. Mostly this does little harm "
-        f"there, but a vehicle that follows the wrong one leaves the axis again: {turned[0]} approaches by the letter and "
-        f"{turned[1]} as we read it do not end square on. The spacing of the lights, which the paper does not use for "
-        f"this, decides in each frame anew: of {len(courses['frame']) * closed_loop.FRAMES} frames the choice is wrong in "
-        f"{alone} by each frame alone and in {tracked} by the tracker. The paper's vehicle, its steps between frames and "
-        "its currents are not known to us; with other steps the shares are others. Where the two poses are the same "
-        "within their errors, either counts as right."
+        "The two readings of Table 1 differ in that the letter compares theta x alone, and keeps the first pose "
+        "where the eccentricity did not change; ours compares whole normals. The idea itself works: what is decided "
+        f"in frame 2 is right in {second[0]} approaches by the letter and in {second[1]} as we read it. What fails is "
+        f"the rule for the frames after it: {lost_literal} approaches by the letter and {lost} as we read it are "
+        "right in frame 2 and wrong at the end. Near the dock's axis the two poses nearly coincide, the nearest to "
+        "the one before may be either, and nothing corrects it. Often this does no harm, since both poses are then "
+        f"nearly the same; but a vehicle that goes on by the wrong one leaves the axis again, and {turned[0]} "
+        f"approaches by the letter and {turned[1]} as we read it do not end square on. The spacing of the lights, "
+        "which the paper does not use for this, decides in each frame anew: of "
+        f"{_number(courses) * closed_loop.FRAMES} frames the choice is wrong in {alone} by each frame alone and in "
+        f"{tracked} by the tracker. At these ranges, with all lights lit, a frame alone leaves the tracker little to "
+        "gain; it is for rings farther away or with lights missing. The paper's vehicle, its steps between frames "
+        "and its currents are not known to us; with others the shares would be others. Where the two poses are the "
+        "same within their errors, either counts as right."
     )
 
 
 def _shares(courses: dict[str, list[Course]]) -> NumberTable:
     head = [
         "rule",
-        *(f"{what} {unit}" for what in _COUNTS for unit in ("(of " + str(_number(courses)) + ")", "95 % (%)")),
+        *(f"{what} {unit}" for what in _COUNTS for unit in (f"(of {_number(courses)})", "(95 % interval in %)")),
     ]
     rows = []
     for rule, ran in courses.items():
@@ -144,15 +148,16 @@ def _figure(courses: dict[str, list[Course]]) -> Figure:
     figure = new_figure(6.5, 3.2)
     figure.set_layout_engine("constrained")
     axes = figure.add_subplot()
+    numbers = 1 + np.arange(len(courses[RULES[0]][0].right))
     for place, (rule, ran) in enumerate(courses.items()):
         right = np.array([course.right for course in ran]).sum(axis=0)
         shares = 100 * right / len(ran)
         bounds = 100 * np.array([wilson(int(count), len(ran)) for count in right]).T
-        frames = 1 + np.arange(len(right)) + 0.12 * (place - (len(courses) - 1) / 2)
+        frames = numbers + 0.12 * (place - (len(courses) - 1) / 2)
         colour, mark = _STYLES[rule]
         off = np.maximum(0.0, [shares - bounds[0], bounds[1] - shares])
         axes.errorbar(frames, shares, off, fmt=mark + "-", color=colour, ms=4, lw=0.8, label=_WORDS[rule])
-    axes.set_xticks(1 + np.arange(len(right)))
+    axes.set_xticks(numbers)
     axes.set_xlabel("frame")
     axes.set_ylabel("chosen pose is right (%)")
     axes.set_ylim(0, 104)

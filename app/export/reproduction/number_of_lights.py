@@ -44,8 +44,8 @@ def part_of(results: Results) -> Part:
         key="figure_17",
         title="Figure 17: the pose's error against the number of lights",
         paper=(
-            "Figure 17 shows the error of the pose against the number of detected lights, for the paper's method by the "
-            "ellipse and for EPnP, which has to know which light is which. We do not have the figure's numbers."
+            "Figure 17 shows the error of the pose against the number of detected lights, for the paper's method by "
+            "the ellipse and for EPnP, which has to know which light is which. We do not have the figure's numbers."
         ),
         ours=_ours(results),
         differs=_differs(results),
@@ -79,14 +79,15 @@ def _ours(results: Results) -> str:
         return f"{_quantile(one.position[who], 0.5):.2f} % and {_quantile(one.angle_deg[who], 0.5):.2f} degrees"
 
     return (
-        f"Projected lights of a {100 * light_numbers.DIAMETER_M:.0f} cm ring with {light_numbers.NOISE_PX} px of noise "
-        f"in x and y, {near:g} to {far:g} m away, tilted by up to {most:g} degrees, seen by a camera of "
-        f"{light_numbers.CAMERA.fx:.0f} px. Median errors of position and normal, ours: {errors('ours', first, first)} "
-        f"for a complete ring of {first}, {errors('ours', 10, 10)} for 10, {errors('ours', last, last)} for {last}. "
-        f"With 10 lights the ellipse alone has {errors('ellipse', 10, 10)}, EPnP {errors('epnp', 10, 10)}, IPPE "
-        f"{errors('ippe', 10, 10)}, SQPnP {errors('sqpnp', 10, 10)}, iterative PnP {errors('iterative', 10, 10)}. Where "
-        f"only {first} of {RING_OF} lights are seen, ours has {errors('ours', first, RING_OF)}, iterative PnP "
-        f"{errors('iterative', first, RING_OF)}, EPnP {errors('epnp', first, RING_OF)}."
+        f"Projected lights of a {100 * light_numbers.DIAMETER_M:.0f} cm ring with {light_numbers.NOISE_PX} px of "
+        f"noise in x and y, {near:g} to {far:g} m away, tilted by up to {most:g} degrees, seen by a camera of "
+        f"{light_numbers.CAMERA.fx:.0f} px. Median errors of position and normal, ours: "
+        f"{errors('ours', first, first)} for a complete ring of {first}, {errors('ours', 10, 10)} for 10, "
+        f"{errors('ours', last, last)} for {last}. With 10 lights the ellipse alone has {errors('ellipse', 10, 10)}, "
+        f"EPnP {errors('epnp', 10, 10)}, IPPE {errors('ippe', 10, 10)}, SQPnP {errors('sqpnp', 10, 10)}, iterative "
+        f"PnP {errors('iterative', 10, 10)}. Where only {first} of {RING_OF} lights are seen, ours has "
+        f"{errors('ours', first, RING_OF)}, iterative PnP {errors('iterative', first, RING_OF)}, EPnP "
+        f"{errors('epnp', first, RING_OF)}."
     )
 
 

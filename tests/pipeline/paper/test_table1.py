@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from dockpose import estimate
-from dockpose.paper.table1 import choose_by_eccentricity
+from dockpose.paper.table1 import choose_by_eccentricity, choose_by_theta_x
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import ClosedLoop, FilmPlan, Lights, Pose, Scene, film
 
@@ -42,6 +42,37 @@ def test_from_the_third_frame_on_only_the_nearest_counts():
     ):
         state = choose_by_eccentricity(candidates, eccentricity, state)
         assert state.selected == expected
+
+
+# Two docks' candidates: tilted to the left or to the right, and with theta_x of +17.5 or -17.5 degrees beside that.
+UP, DOWN = pose(0.0, 0.3), pose(0.0, -0.3)
+
+
+@pytest.mark.parametrize(("second", "literal", "ours"), [(0.29, 0, 0), (0.30, 0, 1), (0.31, 1, 1)])
+def test_by_the_letter_an_eccentricity_that_stays_keeps_the_orientation(second, literal, ours):
+    for choose, expected in ((choose_by_theta_x, literal), (choose_by_eccentricity, ours)):
+        one = choose([UP, DOWN], 0.30, first=0)
+        two = choose([UP, DOWN], second, one)
+        assert (one.selected, two.selected, two.frame) == (0, expected, 2)
+
+
+def test_by_the_letter_theta_y_does_not_count():
+    # The first choice is (0.3, 0.1), of which in frame 2 theta_x is nearer to that of a pose on the other side.
+    one_pair, two_pair = [pose(0.3, 0.1), pose(-0.3, 0.0)], [pose(0.3, 0.2), pose(-0.3, 0.11)]
+    literal = choose_by_theta_x(two_pair, 0.2, choose_by_theta_x(one_pair, 0.3))
+    ours = choose_by_eccentricity(two_pair, 0.2, choose_by_eccentricity(one_pair, 0.3))
+    assert (literal.selected, ours.selected) == (1, 0)
+
+
+def test_by_the_letter_the_other_pose_is_the_first_frame_s():
+    # e1 < e2: the other one of frame 1 has theta_x -17.5 degrees. After squaring up both poses of frame 2 are above it,
+    # and the one nearer to it is nearer to the first choice's normal too, so that ours takes its complement.
+    one_pair, two_pair = [pose(0.0, 0.3), pose(0.0, -0.3)], [pose(0.0, 0.5), pose(0.0, 0.1)]
+    literal = choose_by_theta_x(two_pair, 0.5, choose_by_theta_x(one_pair, 0.3))
+    assert literal.selected == 1
+    # From the third frame on the nearest theta_x counts, whatever the eccentricity.
+    third = choose_by_theta_x([pose(0.0, -0.2), pose(0.0, 0.2)], 0.9, literal)
+    assert (third.selected, third.frame) == (1, 3)
 
 
 def closed_loop(seed, *, wrong):

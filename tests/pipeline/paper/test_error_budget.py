@@ -1,0 +1,53 @@
+import msgspec
+import numpy as np
+import pytest
+from dockpose import Camera
+from dockpose.paper.error_budget import CAMERA, errors_of, poses_of_tables, reading_steps
+
+PINHOLE = Camera(700, 700, 319.5, 239.5, 640, 480)
+
+
+def test_what_is_known_exactly_brings_no_error():
+    errors, right = errors_of((), [PINHOLE], 0.0, seed=1, camera=PINHOLE, draws=1)
+    np.testing.assert_allclose(errors, 0, atol=1e-5)
+    assert right == 1.0
+    # Behind a port the poses are computed in turn with the rays, to 1e-7 of the range and within a pixel's hundredth.
+    errors, _ = errors_of((), [CAMERA], 0.0, seed=1, draws=1)
+    np.testing.assert_allclose(errors, 0, atol=1e-3)
+
+
+def test_a_diameter_that_is_off_scales_the_position():
+    errors, _ = errors_of(("diameter",), [PINHOLE], 0.0, seed=1, camera=PINHOLE, draws=30)
+    measured = poses_of_tables()[0]
+    # A diameter that is off by d of 300 mm scales x, y and z alike by d / 300, and leaves the angles.
+    scales = errors[..., 2] / measured[:, 2]
+    np.testing.assert_allclose(errors[..., :3], scales[..., None] * measured[:, :3], atol=1e-4)
+    np.testing.assert_allclose(errors[..., 3:], 0, atol=1e-3)
+    # d is 1 mm: 360 draws know it to 1 / sqrt(720), four per cent.
+    assert np.sqrt((scales**2).mean()) == pytest.approx(1 / 300, rel=0.12)
+
+
+def test_a_principal_point_that_is_off_turns_the_ray():
+    off = msgspec.structs.replace(PINHOLE, cx=PINHOLE.cx + 1)
+    errors, _ = errors_of(("intrinsics",), [off], 0.0, seed=1, camera=PINHOLE, draws=1)
+    # One pixel to the left of 700: x falls by z / 700, to first order.
+    measured = poses_of_tables()[0]
+    np.testing.assert_allclose(errors[0, :, 0], -measured[:, 2] / 700, rtol=0.15)
+
+
+def test_the_same_draws_whatever_is_off():
+    one, _ = errors_of(("along",), [PINHOLE], 0.3, seed=1, camera=PINHOLE, draws=1)
+    again, _ = errors_of(("along",), [PINHOLE], 0.1, seed=1, camera=PINHOLE, draws=1)
+    np.testing.assert_array_equal(one, again)
+
+
+def test_the_measured_values_are_printed_in_steps():
+    np.testing.assert_array_equal(reading_steps(), [0.5, 0.5, 0.5, 1.0, 1.0])
+
+
+def test_the_paper_s_errors_of_all_tables_by_hand():
+    measured, errors, lights = poses_of_tables()
+    assert measured.shape == errors.shape == (12, 5)
+    assert errors[0] == pytest.approx([0.07, -0.35, 0.32, 0, 0.2])
+    assert errors[-1] == pytest.approx([-0.2, 0.35, 2.8, 0.4, 0.9])
+    assert lights.tolist() == [10] * 10 + [12] * 2

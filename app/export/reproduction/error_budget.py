@@ -8,10 +8,10 @@ import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREY, ORANGE, VERMILLION
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.part import Cell, NumberTable, Part, Plot
-from dockpose.paper import error_budget as budgets
-from dockpose.paper.calibrations import BOARD, VIEWS
-from dockpose.paper.error_budget import ITEMS, Budget, poses_of_tables, reading_steps
 from dockpose.paper.tables import COLUMNS, TABLES
+from dockpose.paper.tank import error_budget as budgets
+from dockpose.paper.tank.calibrations import BOARD, VIEWS
+from dockpose.paper.tank.error_budget import ITEMS, Budget, poses_of_tables, reading_steps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from dockpose.app.export.reproduction.part import Cell, NumberTable, Part
 from dockpose.paper.tables import COLUMNS, TABLES, Table
-from dockpose.paper.tank import DRAWS, Row, reproduce_row, table_dock
+from dockpose.paper.tank.poses import DRAWS, Row, reproduce_row, table_dock
 
 GROSS_DEG = 5.0  # an angle that is off by more shows another pose, not a less exact one
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from dockpose.app.export.reproduction.error_budget import part_of
-from dockpose.paper.error_budget import CAMERA, ITEMS, Budget
+from dockpose.paper.tank.error_budget import CAMERA, ITEMS, Budget
 
 
 def budget(together):

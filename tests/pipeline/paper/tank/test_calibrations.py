@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.camera.port import FlatPort
-from dockpose.paper.calibrations import VIEWS, calibrations, rendered_calibration
+from dockpose.paper.tank.calibrations import VIEWS, calibrations, rendered_calibration
 
 TRUE = Camera(525, 525, 319.5, 239.5, 640, 480, (-0.18, 0.05, 0.0, 0.0, 0.0), FlatPort(0.03, 0.01))
 
@@ -13,6 +13,12 @@ def test_corners_without_errors_give_the_camera_back():
     assert (found.fx, found.fy, found.cx, found.cy) == pytest.approx((525, 525, 319.5, 239.5), abs=1e-2)
     assert found.distortion == pytest.approx(TRUE.distortion, abs=1e-3)
     assert found.port == TRUE.port
+
+
+def test_the_same_seed_gives_the_same_digits():
+    for _ in range(3):  # with threads, they would differ in one of two runs or so
+        assert calibrations(TRUE, 8, 0.1, seed=3) == calibrations(TRUE, 8, 0.1, seed=3)
+    assert calibrations(TRUE, 1, 0.1, seed=4) != calibrations(TRUE, 1, 0.1, seed=3)
 
 
 def test_twice_the_corners_errors_scatter_twice_as_much():

@@ -2,7 +2,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera
-from dockpose.paper.error_budget import CAMERA, errors_of, poses_of_tables, reading_steps
+from dockpose.paper.tank.error_budget import CAMERA, errors_of, poses_of_tables, reading_steps
 
 PINHOLE = Camera(700, 700, 319.5, 239.5, 640, 480)
 

@@ -12,9 +12,9 @@ from dockpose.camera.camera import Camera
 from dockpose.camera.port import FRESH_WATER, FlatPort
 from dockpose.dock import Dock
 from dockpose.estimate import estimate
-from dockpose.paper.calibrations import calibrations, rendered_calibration
 from dockpose.paper.tables import TABLES
-from dockpose.paper.tank import DIAMETER_M, nearest, numbers_of, tank_scene
+from dockpose.paper.tank.calibrations import calibrations, rendered_calibration
+from dockpose.paper.tank.poses import DIAMETER_M, nearest, numbers_of, tank_scene
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Sensor, render

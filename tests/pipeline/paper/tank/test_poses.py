@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from dockpose.paper.tables import TABLES
-from dockpose.paper.tank import numbers_of, reproduce_row, table_dock
+from dockpose.paper.tank.poses import numbers_of, reproduce_row, table_dock
 from dockpose.pose.circle import CirclePose
 
 

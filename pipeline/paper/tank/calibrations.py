@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import cv2
 import numpy as np
@@ -27,7 +28,8 @@ def rendered_calibration(camera: Camera, seed: int) -> Calibration:
         (f"view {number}", _picture(drawing, rays, rotation, position, camera, number, seed))
         for number, (rotation, position) in enumerate(_board_poses(seed, 0))
     )
-    return calibrate(pictures, BOARD)
+    with _one_thread():
+        return calibrate(pictures, BOARD)
 
 
 def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> list[Camera]:
@@ -68,11 +70,23 @@ def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> lis
         ]
         criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, _ROUNDS, 1e-9)
         model = [flat.astype(np.float32)] * len(views)
-        _, K, distortion, _, _ = cv2.calibrateCamera(model, views, size, np.eye(3), np.zeros(5), criteria=criteria)
+        with _one_thread():
+            _, K, distortion, _, _ = cv2.calibrateCamera(model, views, size, np.eye(3), np.zeros(5), criteria=criteria)
         numbers = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
         coefficients = tuple(np.asarray(distortion).ravel()[:5].tolist())
         found.append(Camera(*numbers, *size, distortion=coefficients, port=camera.port))
     return found
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """OpenCV's threads add up the same numbers in another order each time, which changes the last digits."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def _board_poses(seed: int, number: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:

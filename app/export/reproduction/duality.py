@@ -106,7 +106,7 @@ def _differs(courses: dict[str, list[Course]]) -> str:
         "the one before may be either, and nothing corrects it. Often this does no harm, since both poses are then "
         f"nearly the same; but a vehicle that goes on by the wrong one leaves the axis again, and {turned[0]} "
         f"approaches by the letter and {turned[1]} as we read it do not end square on. The spacing of the lights, "
-        "which the paper does not use for this, decides in each frame anew: of "
+        "which Table 1 does not use, decides in each frame anew: of "
         f"{_number(courses) * closed_loop.FRAMES} frames the choice is wrong in {alone} by each frame alone and in "
         f"{tracked} by the tracker. At these ranges, with all lights lit, a frame alone leaves the tracker little to "
         "gain; it is for rings farther away or with lights missing. The paper's vehicle, its steps between frames "

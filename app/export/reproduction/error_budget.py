@@ -37,8 +37,8 @@ def part_of(budget: Budget) -> Part:
         title="Error budget of Tables 2 to 4: a believable camera beside the exact one",
         paper=(
             f"The {len(poses_of_tables()[0])} poses of Tables 2 to 4 together: root mean square errors of "
-            f"{_in_words(_rms(poses_of_tables()[1]))}. The paper does not say how they come about; we know nothing of "
-            "the uncertainty of its calibration, its ring or its measurements."
+            f"{_in_words(_rms(poses_of_tables()[1]))}. How they come about is not known to us, nor how well its "
+            "calibration, its ring and its measurements were known."
         ),
         ours=_ours(budget),
         differs=_differs(budget),
@@ -97,9 +97,10 @@ def _ours(budget: Budget) -> str:
         f"in the centre, {sigma['k1']:.4f} in k1 and {sigma['k2']:.4f} in k2. Lights, diameter and air gap are off by "
         f"a normal error of 1 mm. With all of it at once, and the {budget.centroid_px:.3f} px by which the centres of "
         f"lights are off in pictures with noise and JPEG: {_in_words(_rms(budget.together))}. The right one of the "
-        f"two poses is chosen in {100 * budget.right:.1f} %. Most of z comes from: {ITEMS[largest['z'][0]]} "
-        f"({largest['z'][1]:.2f} cm); most of the angles from: {ITEMS[angles[0]]} ({angles[1]:.2f} degrees). Not in "
-        f"the sum is a mistake: ignoring the distortion would bring {_in_words(_rms(budget.items['ignored']))}."
+        f"two poses is chosen in {100 * budget.right:.1f} %. The largest part of z comes from: "
+        f"{ITEMS[largest['z'][0]]} ({largest['z'][1]:.2f} cm); that of the angles from: {ITEMS[angles[0]]} "
+        f"({angles[1]:.2f} degrees). Not in the sum is a mistake: ignoring the distortion would bring "
+        f"{_in_words(_rms(budget.items['ignored']))}."
     )
 
 

@@ -115,7 +115,7 @@ def _scale(table: Table) -> str:
         return text
     return text + (
         f" But both methods share diameter and focal length, and the paper's EPnP is off by {other.mean():+.1f} % on "
-        "average: something else is in it."
+        "average, so that such a scale alone is not the reason."
     )
 
 

@@ -26,7 +26,6 @@ RANGE_M, TILT_DEG = (1.5, 6.0), (5.0, 35.0)
 FRAMES, RATE_HZ, SPEED_PER_S = 10, 2.0, 0.2
 DRIFT_M, DRIFT_DEG = 0.01, 0.5
 SQUARE_ON_RAD = math.radians(5.0)
-Z_95 = 1.959964  # of the normal distribution
 
 
 @dataclass(frozen=True)
@@ -131,14 +130,6 @@ def run_approach(seed: int, number: int, rule: str) -> Course:
         seen=np.array([found.choice is not None for found in estimates] + [False] * rest),
         off_axis_deg=np.array(off_axis_deg + off_axis_deg[-1:] * rest),
     )
-
-
-def wilson(successes: int, trials: int) -> tuple[float, float]:
-    """The 95 % interval of a share, by Wilson 1927: it stays within 0 to 1 and is not empty at either end."""
-    share, z2 = successes / trials, Z_95**2
-    middle = (share + z2 / (2 * trials)) / (1 + z2 / trials)
-    half = Z_95 / (1 + z2 / trials) * math.sqrt(share * (1 - share) / trials + z2 / (4 * trials**2))
-    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 def _chooser(rule: str, plan: FilmPlan, first: int) -> Callable[[Estimate], CirclePose | None]:

@@ -31,9 +31,7 @@ def test_parts_made_twice_are_the_same_and_cheap_enough(tmp_path: Path):
     for k, key in enumerate(KEYS):
         print(f"  {key:14} {took[k]:6.1f} {took[k + len(KEYS)]:6.1f}")
     first, second = sum(took[: len(KEYS)]), sum(took[len(KEYS) :])
-    print(
-        f"  together       {first:6.1f} {second:6.1f}; asked: at most {MOST_CPU_S:.0f}, without what is compiled at first"
-    )
+    print(f"  together       {first:6.1f} {second:6.1f}; asked: at most {MOST_CPU_S:.0f} without compiling")
     for key in KEYS:
         for file in sorted((tmp_path / f"{key} 1").iterdir()):
             assert file.read_bytes() == (tmp_path / f"{key} 2" / file.name).read_bytes(), file.name

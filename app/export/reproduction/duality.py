@@ -10,7 +10,8 @@ from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, VERMILLION
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.part import NumberTable, Part, Plot
 from dockpose.paper import closed_loop
-from dockpose.paper.closed_loop import RULES, Course, run_approach, wilson
+from dockpose.paper.closed_loop import RULES, Course, run_approach
+from dockpose.paper.lights.proportions import wilson
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,18 +4,8 @@ import math
 import numpy as np
 import pytest
 from dockpose.paper import closed_loop
-from dockpose.paper.closed_loop import RULES, draw_approach, run_approach, wilson
+from dockpose.paper.closed_loop import RULES, draw_approach, run_approach
 from dockpose.simulate import truth_of
-
-
-def test_intervals_by_hand():
-    # 5 of 10: the middle stays at a half, and the half width is z / (1 + z^2 / 10) * sqrt(1 / 40 + z^2 / 400).
-    z = 1.959964
-    half = z / (1 + z**2 / 10) * math.sqrt(1 / 40 + z**2 / 400)
-    assert wilson(5, 10) == pytest.approx((0.5 - half, 0.5 + half))
-    # None of 10: from 0 to z^2 / (10 + z^2).
-    assert wilson(0, 10) == pytest.approx((0.0, z**2 / (10 + z**2)))
-    assert wilson(10, 10) == pytest.approx((1 - z**2 / (10 + z**2), 1.0))
 
 
 def test_drawn_approaches_start_where_they_should():

@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank connection measured policy,tests/browser/test_$(part).py)
 
-.PHONY: run test test-page test-oldest resolve lint bench samples screenshots clean
+.PHONY: run report test test-page test-oldest resolve lint bench samples screenshots clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -52,6 +52,14 @@ bench: $(VENV)/.test $(VENV)/.chromium
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed
 	$(BIN)/python -m dockpose.simulate sample_images
+
+# Makes the report on the paper and the study's advice that the page's help shows: some ten minutes.
+report: $(VENV)/.installed
+	rm -rf build/study
+	$(BIN)/dockpose reproduce --out build/reproduction
+	cp build/reproduction/index.html static/paper.html
+	$(BIN)/dockpose study --scenes 2000 --seed 2016 --out build/study
+	cp build/study/advice.html static/study.html
 
 # Takes the pictures of the page that the README shows.
 screenshots: $(VENV)/.chromium

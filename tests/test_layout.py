@@ -11,7 +11,8 @@ from tests.support.layout import HOUSES, ROOT
 
 MOST_ENTRIES = 15
 MOST_LINES = 340
-MOST_LINES_OF_APP = 15_500
+# With the words and plots of the reports on the paper and the study, some 3,500 lines.
+MOST_LINES_OF_APP = 17_500
 
 # Imports against the order that are still to be cut.
 STILL_WRONG: set[tuple[str, str]] = set()

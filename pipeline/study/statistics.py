@@ -31,6 +31,11 @@ class Share:
     count: int
     hits: int | None = None
 
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The ends of the interval."""
+        return self.low, self.high
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -55,6 +60,11 @@ class Difference:
     second_only: int
     count: int
     p_value: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The ends of the interval."""
+        return self.low, self.high
 
 
 def wilson(hits: int, count: int) -> Share:

@@ -11,7 +11,7 @@ from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.part import NumberTable, Part, Plot
 from dockpose.paper import closed_loop
 from dockpose.paper.closed_loop import RULES, Course, run_approach
-from dockpose.paper.lights.proportions import wilson
+from dockpose.study.statistics import wilson
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,7 +67,7 @@ def part_of(courses: dict[str, list[Course]]) -> Part:
 def _share(courses: Sequence[Course], what: str) -> tuple[int, float, float]:
     """How many, and the 95 % interval of the share in per cent."""
     count = sum(_COUNTS[what](course) for course in courses)
-    low, high = wilson(count, len(courses))
+    low, high = wilson(count, len(courses)).interval
     return count, 100 * low, 100 * high
 
 
@@ -153,7 +153,7 @@ def _figure(courses: dict[str, list[Course]]) -> Figure:
     for place, (rule, ran) in enumerate(courses.items()):
         right = np.array([course.right for course in ran]).sum(axis=0)
         shares = 100 * right / len(ran)
-        bounds = 100 * np.array([wilson(int(count), len(ran)) for count in right]).T
+        bounds = 100 * np.array([wilson(int(count), len(ran)).interval for count in right]).T
         frames = numbers + 0.12 * (place - (len(courses) - 1) / 2)
         colour, mark = _STYLES[rule]
         off = np.maximum(0.0, [shares - bounds[0], bounds[1] - shares])

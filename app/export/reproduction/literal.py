@@ -7,10 +7,17 @@ from itertools import pairwise
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
 from dockpose.app.drawing.figures import new_figure
-from dockpose.app.export.reproduction.methods import COLUMNS, DISTRIBUTION, difference_head, share_table, share_words
+from dockpose.app.export.reproduction.methods import (
+    COLUMNS,
+    DISTRIBUTION,
+    difference,
+    difference_head,
+    share_table,
+    share_words,
+)
 from dockpose.app.export.reproduction.part import NumberTable, Part, Plot
-from dockpose.paper.lights.proportions import paired_difference, wilson
 from dockpose.paper.lights.rivals import OURS, PER_LIGHT, Tally, compare_schemes
+from dockpose.study.statistics import wilson
 
 _STYLES = {"exact": (BLUE, "o"), "plain_chain": (ORANGE, "s"), "right": (GREEN, "^")}
 _LITERAL = "literal"
@@ -22,8 +29,7 @@ def literal_hats(seed: int) -> Part:
     steps = list(tally.exact)
     gains = {
         (before, after): {
-            column: paired_difference(getattr(tally, column)[after], getattr(tally, column)[before])
-            for column in COLUMNS
+            column: difference(getattr(tally, column)[after], getattr(tally, column)[before]) for column in COLUMNS
         }
         for before, after in [*pairwise(steps), (_LITERAL, OURS)]
     }
@@ -103,7 +109,7 @@ def _draw(tally: Tally, steps: list[str]) -> Plot:
     for number, (column, words) in enumerate(COLUMNS.items()):
         of = getattr(tally, column)
         shares = np.array([of[step].mean() for step in steps])
-        ends = np.array([wilson(int(of[step].sum()), len(of[step])) for step in steps])
+        ends = np.array([wilson(int(of[step].sum()), len(of[step])).interval for step in steps])
         colour, marker = _STYLES[column]
         axes.errorbar(
             100 * shares,

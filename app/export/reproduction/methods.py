@@ -12,10 +12,10 @@ from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, draw_his
 from dockpose.estimate import Estimate, estimate
 from dockpose.paper.lights.levels import Picture, picture_of
 from dockpose.paper.lights.outcomes import pose_errors, pose_is_right
-from dockpose.paper.lights.proportions import paired_difference, wilson
 from dockpose.paper.lights.rivals import ANY_LEVEL, METHODS_COMPARED, PER_LIGHT, RIVALS, Tally, compare_methods
 from dockpose.paper.lights.tank_scenes import tank_scenes
 from dockpose.settings import Settings
+from dockpose.study.statistics import paired_difference, wilson
 
 NAMES = {
     "hats": "HATS",
@@ -82,8 +82,8 @@ def figure_15(seed: int) -> Part:
             share_table("figure_15", tally, {**NAMES, PER_LIGHT: "HATS, a level per light", ANY_LEVEL: ANY_LEVEL}),
             NumberTable(
                 "figure_15_differences",
-                "HATS less each rival on the same scenes, in percentage points, with the interval of 95 % (Agresti and "
-                "Min).",
+                "HATS less each rival on the same scenes, in percentage points, with the interval of 95 % "
+                "(Newcombe 1998).",
                 difference_head("HATS less"),
                 [
                     (NAMES[rival], *(100 * value for column in COLUMNS for value in differences[column][rival]))
@@ -126,14 +126,20 @@ def _tally_words(tally: Tally) -> str:
 
 def share_words(successes: np.ndarray) -> str:
     """As "58 % (48 to 67)": a share with its interval of 95 %."""
-    low, high = wilson(int(successes.sum()), len(successes))
+    low, high = wilson(int(successes.sum()), len(successes)).interval
     return f"{100 * successes.mean():.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def difference(first: np.ndarray, second: np.ndarray) -> tuple[float, float, float]:
+    """Return the share of the first less that of the second, on the same scenes, and the ends of its interval."""
+    found = paired_difference(first, second)
+    return found.value, *found.interval
 
 
 def _differences(tally: Tally) -> dict[str, dict[str, tuple[float, float, float]]]:
     """By column and rival, HATS's share less the rival's with its interval."""
     return {
-        column: {rival: paired_difference(of["hats"], of[rival]) for rival in RIVALS}
+        column: {rival: difference(of["hats"], of[rival]) for rival in RIVALS}
         for column in COLUMNS
         for of in [getattr(tally, column)]
     }
@@ -186,7 +192,8 @@ def _shares(tally: Tally, method: str, words: str) -> list[Cell]:
         if of is None:
             row += [None] * 3
         else:
-            row += [100 * float(share) for share in (of.mean(), *wilson(int(of.sum()), len(of)))]
+            low, high = wilson(int(of.sum()), len(of)).interval
+            row += [100 * float(of.mean()), 100 * low, 100 * high]
     of = tally.right.get(method)
     halves = (None, None) if of is None else (100 * float(of[tally.is_hard == hard].mean()) for hard in (False, True))
     return [*row, *halves]

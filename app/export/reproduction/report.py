@@ -35,7 +35,7 @@ PARTS: dict[str, str] = {
     "literal_hats": "literal",
 }
 # The slowest, which begin first.
-_SLOW: tuple[str, ...] = ("table_1", "error_budget")
+_SLOW: tuple[str, ...] = ("table_1", "error_budget", "literal_hats", "figure_15")
 
 
 @dataclass(frozen=True)

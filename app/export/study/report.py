@@ -38,6 +38,7 @@ def write_report(folder: Path) -> Path:
         for part in parts:
             part.write(folder / PLOTS)
         (folder / "index.html").write_text(page_of(summary, parts), encoding="utf-8")
+        (folder / "advice.html").write_text(advice_html(summary, with_tables=False), encoding="utf-8")
     return folder / "index.html"
 
 
@@ -48,16 +49,18 @@ def page_of(summary: Mapping[str, Any], parts: Sequence[Part]) -> str:
     return template.render(summary=summary, parts=parts, advice=Markup(advice_html(summary)), versions=versions())
 
 
-def advice_html(summary: Mapping[str, Any]) -> str:
+def advice_html(summary: Mapping[str, Any], *, with_tables: bool = True) -> str:
     """Which method when, and how far to trust the pose at which range, as a fragment of HTML.
 
     Parameters
     ----------
     summary : dict
         As :func:`dockpose.study.summary.summary_of` gives it, or read from ``summary.json``.
+    with_tables : bool
+        Add the tables by range, which need a wide page.
     """
     text = Markup("").join(Markup("<li>{}</li>\n").format(sentence) for sentence in advice_text(summary))
-    tables = Markup("").join(_table_html(trust_table(summary, name)) for name in _RANGES)
+    tables = Markup("").join(_table_html(trust_table(summary, name)) for name in _RANGES if with_tables)
     source = f"From {summary['scenes']} simulated scenes of seed {summary['seed']}, {summary['docks']} with a dock."
     limits = (
         "The camera and the number of lights are known exactly in them, and the pictures are simulated: a real camera, "

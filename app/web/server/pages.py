@@ -20,6 +20,7 @@ _MODULES = (
     *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "tools.js", "flat.js"),
     *("picture.js", "histogram.js", "jobs.js", "compare.js", "timeline.js"),
 )
+_STUDY = "<!-- study.html -->"  # where it stands in the help
 _ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'
 
 
@@ -46,14 +47,21 @@ def own_pages(reports: Mapping[str, Callable[[], None]]) -> dict[str, Page]:
         **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in (*_SCRIPTS, *_MODULES)},
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
-        "/help": Page(html, static_path("help.html").read_bytes()),
+        "/help": Page(html, help_page().encode()),
+        "/paper": Page(html, static_path("paper.html").read_bytes()),
         **{path: Page("text/plain; charset=utf-8", b"", report) for path, report in reports.items()},
     }
 
 
+def help_page() -> str:
+    """The help, with what the study says in it."""
+    html = static_path("help.html").read_text(encoding="utf-8")
+    return html.replace(_STUDY, static_path("study.html").read_text(encoding="utf-8"))
+
+
 def help_body() -> str:
     """The main part of the help page, to be shown within another page."""
-    html = static_path("help.html").read_text(encoding="utf-8")
+    html = help_page()
     return html[html.index("<main>") : html.index("</main>") + len("</main>")]
 
 

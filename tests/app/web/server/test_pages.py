@@ -2,11 +2,11 @@ import re
 
 import pytest
 from dockpose.app.web.panels.source import forgotten_sentence
-from dockpose.app.web.server.pages import help_body
+from dockpose.app.web.server.pages import help_body, own_pages
 
 SECTIONS = (
     *("view", "annotated", "threshold", "compare", "original"),
-    *("pictures", "tank", "detect", "pose", "simulate", "play", "log", "export", "page"),
+    *("pictures", "tank", "detect", "pose", "simulate", "play", "log", "export", "study", "page"),
 )
 
 
@@ -14,6 +14,15 @@ SECTIONS = (
 def test_help_has_the_section_that_a_tab_leads_to(name):
     (text,) = re.findall(rf'<h2 id="{name}">.*?</h2>(.*?)(?=<h2|</main>)', help_body(), re.DOTALL)
     assert len(text.split()) > 10
+
+
+def test_the_help_says_what_the_study_found_and_leads_to_the_paper():
+    pages = own_pages({})
+    text = pages["/help"].body.decode()
+    assert "simulated scenes of seed" in text
+    assert "study.html" not in text
+    assert 'href="/paper"' in text
+    assert b"The paper, reproduced" in pages["/paper"].body
 
 
 def test_forgotten_uploads_are_counted():

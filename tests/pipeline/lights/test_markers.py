@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from dockpose.lights.markers import find_markers
+from dockpose.lights.markers import find_markers, grey_centres
 from dockpose.thresholds import fixed, histogram_of
 
 
@@ -136,3 +136,15 @@ def test_peaks_are_the_brightest_levels(size):
     image[10, 10] = 140
     image[20 : 20 + size, 30 : 30 + size] = 200
     assert markers_at(image, 80).peaks.tolist() == [140, 200]
+
+
+@pytest.mark.parametrize(("slope_x", "slope_y"), [(1.0, 0.0), (0.0, -1.0), (0.7, 0.7)])
+def test_water_that_grows_brighter_to_one_side_does_not_pull_a_centre(slope_x, slope_y):
+    # Taken for light, a rise of g levels a pixel would move the centre of a Gaussian of height h and standard
+    # deviation s by about g s^2 * (its own area over the window's) / h: here by a tenth of a pixel and more.
+    y, x = np.mgrid[:81, :81].astype(float)
+    light = 120 * np.exp(-((x - 40.3) ** 2 + (y - 39.8) ** 2) / (2 * 4.0**2))
+    grey = np.rint(70 + slope_x * (x - 40) + slope_y * (y - 40) + light).astype(np.uint8)
+    centre = grey_centres(grey, np.array([[34, 34, 46, 46]]), np.array([[40.0, 40.0]]))
+    # Whole grey levels round by 0.3 on average; some 200 pixels take part.
+    np.testing.assert_allclose(centre, [[40.3, 39.8]], atol=0.02)

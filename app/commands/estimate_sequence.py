@@ -12,8 +12,9 @@ import cv2
 import numpy as np
 from dockpose import Estimate, Settings
 from dockpose.app.commands.console import FrameProgress
-from dockpose.app.commands.output import AnnotatedVideo, Destinations, PictureFolder, ResultWriter
+from dockpose.app.commands.output import Destinations, PictureFolder, ResultWriter
 from dockpose.app.drawing.annotated import annotate
+from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known
 from dockpose.app.processing.analysis import headline_of, trust_of
@@ -83,7 +84,8 @@ def estimate_sequence(
         files.callback(cv2.setNumThreads, cv2.getNumThreads())
         cv2.setNumThreads(1)
         progress = files.enter_context(FrameProgress(source.source))
-        frames = files.enter_context(source.open(progress.tell))
+        is_grey = source.dock is None or not source.dock.colours
+        frames = files.enter_context(source.open(progress.tell, grey=is_grey))
         progress.total = frames.count
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(source, frames, results.to, folder, files)
@@ -93,8 +95,9 @@ def estimate_sequence(
             selected = _with_selection(tracked)
             trust = trust_of(selected, tracked)
 
-            def draw(index: int = found.index, selected: Estimate = selected, trust: Trust = trust) -> None:
-                write_picture(index, annotate(run.image(index), selected, headline=headline_of(trust)))
+            def draw(found: Found = found, selected: Estimate = selected, trust: Trust = trust) -> None:
+                picture = annotate(run.picture(found.index), selected, headline=headline_of(trust))
+                write_picture(found.index, found.time_s, picture)
 
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
             results.write(line, f"{found.name} frame {found.index}{time}", trust, draw)
@@ -128,11 +131,11 @@ class _Run:
         """Corrupt frames so far."""
         return self._skipped + self._frames.skipped
 
-    def image(self, index: int) -> np.ndarray:
-        """The picture of the frame that came last."""
+    def picture(self, index: int) -> np.ndarray:
+        """The picture of the frame that came last, as it is shown."""
         if self._last is None or self._last.index != index:
             self._last = self._frames.at(index)
-        return self._last.image
+        return self._last.picture()
 
     def __iter__(self) -> Iterator[tuple[Found, Tracked]]:
         frames = self._frames
@@ -170,13 +173,12 @@ class _Run:
 
 def _picture_writer(
     source: FrameSource, frames: Frames, to: Destinations, folder: Path | None, files: contextlib.ExitStack
-) -> Callable[[int, np.ndarray], object]:
-    """What writes the annotated picture of a frame."""
+) -> Callable[[int, float | None, np.ndarray], object]:
+    """What writes the annotated picture of a frame, by its index and time."""
     if folder is None:
-        return lambda index, picture: None
+        return lambda index, time_s, picture: None
     if to.is_video:
-        video = AnnotatedVideo(folder, frames.rate_hz or _RATE_HZ)
-        files.callback(video.close)
-        return lambda index, picture: video.write(picture)
+        video = files.enter_context(VideoFile(folder, frames.rate_hz or _RATE_HZ))
+        return lambda index, time_s, picture: video.write(picture, time_s)
     pictures = PictureFolder(folder, source.paths)
-    return lambda index, picture: pictures.write(f"frame_{index + 1:04d}", picture)
+    return lambda index, time_s, picture: pictures.write(f"frame_{index + 1:04d}", picture)

@@ -16,10 +16,8 @@ import msgspec
 import numpy as np
 from dockpose.app.errors import UserError, writing
 from dockpose.app.export.rows import CSV_COLUMNS, to_row
+from dockpose.app.export.video import is_video_file
 from dockpose.app.state.trust import NO_POSE, Trust
-
-# MPEG-4 that everything plays, and JPEG pictures in a row, which keep the finest lines.
-VIDEO_CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ class Destinations:
     @property
     def is_video(self) -> bool:
         """Whether the annotated pictures are to become a video."""
-        return self.annotate is not None and self.annotate.suffix.lower() in VIDEO_CODECS
+        return self.annotate is not None and is_video_file(self.annotate)
 
 
 class ResultWriter:
@@ -157,36 +155,3 @@ class PictureFolder:
         self._taken.add(path.resolve())
         with writing(path):
             path.write_bytes(cv2.imencode(".png", picture)[1].tobytes())
-
-
-class AnnotatedVideo:
-    """A video made from pictures of one size, begun with the first.
-
-    Parameters
-    ----------
-    path : Path
-        Ends as one of ``VIDEO_CODECS``.
-    rate_hz : float
-        Pictures in a second.
-    """
-
-    def __init__(self, path: Path, rate_hz: float) -> None:
-        if not path.parent.is_dir():
-            raise UserError(f"{path}: cannot be written ({path.parent}: there is no such folder)")
-        self._path, self._rate_hz = path, rate_hz
-        self._writer: cv2.VideoWriter | None = None
-
-    def write(self, picture: np.ndarray) -> None:
-        """Add a picture, (H, W, 3) BGR uint8; an odd row or column at its end is left out, as videos need."""
-        height, width = (size - size % 2 for size in picture.shape[:2])
-        if self._writer is None:
-            codec = cv2.VideoWriter.fourcc(*VIDEO_CODECS[self._path.suffix.lower()])
-            self._writer = cv2.VideoWriter(str(self._path), codec, self._rate_hz, (width, height))
-            if not self._writer.isOpened():
-                raise UserError(f"{self._path}: cannot be written as a video")
-        self._writer.write(np.ascontiguousarray(picture[:height, :width]))
-
-    def close(self) -> None:
-        """Finish the file."""
-        if self._writer is not None:
-            self._writer.release()

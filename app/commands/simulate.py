@@ -12,12 +12,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import cv2
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.app.commands.arguments import Commands
 from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar
 from dockpose.app.errors import UserError, blaming, writing
+from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
@@ -25,8 +25,6 @@ from dockpose.simulate.parts import Background
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
-# MPEG-4 that everything plays, and FFV1, which loses nothing.
-VIDEO_CODECS = {".mp4": "mp4v", ".avi": "FFV1"}
 _STILL_RATE_HZ = 10.0
 _FRAME_NAME = re.compile(r"frame_(\d+)\.png")
 
@@ -55,7 +53,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="DIR",
         type=Path,
         help="folder for frame_0001.png and so on with truth.csv; or a video with its truth in a CSV beside it: "
-        "NAME.mp4, or NAME.avi, which keeps every grey level",
+        "NAME.mp4, or NAME.mkv or NAME.avi, which keep every grey level",
     )
     parser.set_defaults(run=run)
 
@@ -95,7 +93,7 @@ def _with_progress(frames: Iterator[RenderedFrame], count: int) -> Iterator[Rend
 
 
 def _target(out: Path, sequence: FilmPlan) -> _Folder | _Video:
-    if out.suffix.lower() in VIDEO_CODECS:
+    if is_video_file(out):
         return _Video(out, sequence)
     return _Folder(out, sequence)
 
@@ -151,25 +149,21 @@ class _Video(_Target):
         self._path = path
         self._sequence = sequence
         camera, sensor = sequence.scene.camera, sequence.scene.sensor
-        if sensor.bits != 8:
-            raise UserError(f"--out {path}: a video stores 8 bits, the scene's sensor has {sensor.bits}; use a folder")
-        if camera.width % 2 or camera.height % 2:
+        is_deep, is_colour = sensor.bits != 8, sensor.colour != "grey"
+        if is_deep and (path.suffix.lower() == ".mp4" or is_colour):
+            other = "a folder" if is_colour else "NAME.mkv or a folder"
+            raise UserError(f"--out {path}: stores 8 bits, the scene's sensor has {sensor.bits}; use {other}")
+        if path.suffix.lower() == ".mp4" and (camera.width % 2 or camera.height % 2):
             size = f"{camera.width} x {camera.height}"
-            raise UserError(f"--out {path}: a video needs an even width and height, the camera has {size} pixels")
+            raise UserError(f"--out {path}: an MP4 needs an even width and height, the camera has {size} pixels")
 
     def __enter__(self) -> _Video:
         super().__enter__()  # a folder that is not there is told by the table, before the video's writer complains
         save_sequence(self._sequence, self._path.with_suffix(".yaml"))
-        camera, motion = self._sequence.scene.camera, self._sequence.motion
+        motion = self._sequence.motion
         rate_hz = _STILL_RATE_HZ if motion is None else motion.rate_hz
-        codec = cv2.VideoWriter.fourcc(*VIDEO_CODECS[self._path.suffix.lower()])
-        in_colour = self._sequence.scene.sensor.colour != "grey"
-        self._writer = cv2.VideoWriter(str(self._path), codec, rate_hz, (camera.width, camera.height), in_colour)
-        self._files.callback(self._writer.release)
-        if not self._writer.isOpened():
-            self._files.close()
-            raise UserError(f"--out {self._path}: this OpenCV cannot write such a video; use a folder")
+        self._writer = self._files.enter_context(VideoFile(self._path, rate_hz, is_lossless=True))
         return self
 
     def _write(self, frame: RenderedFrame) -> None:
-        self._writer.write(frame.image)
+        self._writer.write(frame.image, frame.time_s)

@@ -53,13 +53,15 @@ class FrameSource:
     course: FilmPlan | None = None
     folder: tempfile.TemporaryDirectory[str] | None = None
 
-    def open(self, tell: Tell) -> Frames:
+    def open(self, tell: Tell, *, grey: bool = False) -> Frames:
         """Open the frames, which then carry the camera and the dock.
 
         Parameters
         ----------
         tell : callable
             Told of frames that are skipped, and of a live source that goes away and comes back.
+        grey : bool
+            Give the brightness alone of videos, which is all that a dock without colours needs.
 
         Raises
         ------
@@ -72,7 +74,7 @@ class FrameSource:
             elif self.paths:
                 frames = Pictures(self.paths, self.source, self.rate_hz, tell)
             else:
-                frames = open_frames(self.source, tell, rate_hz=self.rate_hz)
+                frames = open_frames(self.source, tell, rate_hz=self.rate_hz, grey=grey)
         except SourceError as error:
             if self.folder is None:
                 raise

@@ -134,7 +134,7 @@ def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
 def _estimate_frames(
     work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
 ) -> list[Found]:
-    frames, told = _opened(work.source, work.paths, work.rate_hz, work.folder)
+    frames, told = _opened(work.source, work.paths, work.rate_hz, work.folder, not work.dock.colours)
     told.clear()
     search = search_of(work.camera, work.dock, settings)
     if before is not None and before.estimate is not None:
@@ -238,12 +238,14 @@ def _cancel(waiting: deque[Future[list[Found]]]) -> None:
 
 
 @functools.lru_cache(maxsize=1)
-def _opened(source: str, paths: tuple[Path, ...], rate_hz: float | None, folder: str) -> tuple[Frames, list[str]]:
+def _opened(
+    source: str, paths: tuple[Path, ...], rate_hz: float | None, folder: str, grey: bool
+) -> tuple[Frames, list[str]]:
     """A source that stays open in a worker from chunk to chunk, and the list of its messages."""
     told: list[str] = []
     if paths:
         return Pictures([Path(folder) / path for path in paths], source, rate_hz, told.append), told
-    return open_frames(str(Path(folder) / source), told.append), told
+    return open_frames(str(Path(folder) / source), told.append, grey=grey), told
 
 
 def _leave_interrupts() -> None:

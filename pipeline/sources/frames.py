@@ -36,6 +36,8 @@ class Frame:
         Display name: a picture's path, or the source as it was given.
     sha256 : str or None
         Checksum of the picture's file; None for a frame that is not a file of its own.
+    shown : callable or None
+        Returns what to show where ``image`` is the brightness alone; see :meth:`picture`.
     """
 
     image: np.ndarray
@@ -43,6 +45,11 @@ class Frame:
     time_s: float | None
     name: str
     sha256: str | None = None
+    shown: Callable[[], np.ndarray] | None = None
+
+    def picture(self) -> np.ndarray:
+        """The picture to show, in colour where the source has it; as ``image`` otherwise."""
+        return self.image if self.shown is None else self.shown()
 
 
 class Frames(abc.ABC):

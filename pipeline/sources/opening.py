@@ -19,7 +19,12 @@ TIMEOUT_S = 10.0
 
 
 def open_frames(
-    source: str, tell: Tell | None = None, *, rate_hz: float | None = None, timeout_s: float = TIMEOUT_S
+    source: str,
+    tell: Tell | None = None,
+    *,
+    rate_hz: float | None = None,
+    timeout_s: float = TIMEOUT_S,
+    grey: bool = False,
 ) -> Frames:
     """Open the source that a text names: see :func:`dockpose.sources.kind_of`.
 
@@ -34,6 +39,8 @@ def open_frames(
         Frame rate of pictures, which gives them times; None for no times.
     timeout_s : float, seconds
         How long a stream may take to answer, and between two frames before it counts as lost.
+    grey : bool
+        Give the brightness alone of videos as a frame's image, which is cheaper; what to show is in colour still.
 
     Returns
     -------
@@ -59,7 +66,7 @@ def open_frames(
     """
     kind = kind_of(source)
     if kind is Kind.VIDEO:
-        return Video(source, tell)
+        return Video(source, tell, grey=grey)
     if kind is Kind.SIMULATED:
         try:
             return Simulated(load_sequence(source), source, tell)

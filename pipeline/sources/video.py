@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from array import array
 from bisect import bisect_left
 from collections.abc import Iterator
+from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
-import cv2
+import av
 import numpy as np
-from dockpose.sources.capture import open_file, stamp_of
+from av.container import InputContainer
+from av.error import FFmpegError
+from dockpose.sources.cut_short import WholeBoxes, breaks_off
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.pixels import picture_of
 
-_NO_STAMP = -(2**63)  # FFmpeg's AV_NOPTS_VALUE
 _NEAR = 32  # frames this far ahead are reached by reading on rather than by seeking
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
-_TRIES = 8  # at the end of a video whose frames cannot be counted
-# Containers whose header counts the frames; others give a duration, from which the count is only a guess.
-_COUNTED = (".mp4", ".m4v", ".mov", ".avi")
+_DECIMALS = 6  # of times in seconds
+_BOXES = (".mp4", ".m4v", ".mov")
+_FAILURES = 1000  # damaged packets in a row after which a file is given up
 
 
 class Video(Frames):
@@ -26,7 +29,8 @@ class Video(Frames):
 
     A frame's index is the rank of its time stamp among those of all the file's packets, which are read on opening
     without decoding (some microseconds each). So a corrupt frame leaves its index out, and a frame has the same index
-    whether it was reached from the beginning or by seeking, which alone is not exact in OpenCV.
+    and the same time whether it was reached from the beginning or by seeking. Times are those of the file, constant
+    rate or not, from its first frame on.
 
     Parameters
     ----------
@@ -36,6 +40,8 @@ class Video(Frames):
         Called with a sentence for corrupt frames, and on opening a video that is cut short.
     scan : bool
         Read the packets' time stamps on opening. Otherwise frames are counted, and only reached from the beginning.
+    grey : bool
+        Give the brightness alone as a frame's image, which saves computing colours until they are shown.
 
     Raises
     ------
@@ -43,19 +49,19 @@ class Video(Frames):
         If it cannot be opened or is not a video.
     """
 
-    def __init__(self, source: str, tell: Tell | None = None, *, scan: bool = True) -> None:
+    def __init__(self, source: str, tell: Tell | None = None, *, scan: bool = True, grey: bool = False) -> None:
         super().__init__(source, tell)
-        capture = open_file(source)
-        if not capture.isOpened():
-            raise SourceError(_why_not(source))
-        rate_hz, told = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
-        self.rate_hz = rate_hz if math.isfinite(rate_hz) and rate_hz > 0 else None
-        self._told = int(told) if 0 < told < 1e9 else None
-        self._stamps = _time_stamps(capture) if scan else None
-        capture.release()
+        self._grey = grey
+        container, is_broken_off = _opened(source)
+        with container:
+            stream = container.streams.video[0]
+            self.rate_hz = float(stream.average_rate) if stream.average_rate else None
+            self._time_base = stream.time_base or Fraction(1, 1)
+            self._told = stream.frames or None
+            self._stamps = _time_stamps(container, stream) if scan else None
         self.count = self._told if self._stamps is None else len(self._stamps)
-        self._kept: _Reader | None = None
-        self._tell_cut_short()
+        self._kept: _Decoder | None = None
+        self._tell_cut_short(is_broken_off)
 
     @property
     def is_counted(self) -> bool:
@@ -67,20 +73,33 @@ class Video(Frames):
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
         """Yield the frames with ``start`` <= index < ``stop``."""
-        reader = _Reader(self.source, self._stamps, self.rate_hz)
+        start = max(0, start)
+        if start >= stop:
+            return
+        decoder = _Decoder(self.source, self._stamps)
+        expected = start
         try:
-            yield from self._read(reader, max(0, start), stop)
+            found = decoder.go_to(start)
+            while found is not None and found[0] < stop:
+                self._tell_missing(expected, found[0])
+                yield self._frame(*found)
+                expected = found[0] + 1
+                if expected >= stop:
+                    return
+                found = decoder.advance()
         finally:
-            reader.close()
+            decoder.close()
+        if self._stamps is not None and not (self.is_cut_short and expected == len(self._stamps) - 1):
+            self._tell_missing(expected, min(stop, len(self._stamps)))
 
     def at(self, index: int) -> Frame:
         """Return one frame; frames a little ahead of the last one are reached by reading on."""
         if self._kept is None:
-            self._kept = _Reader(self.source, self._stamps, self.rate_hz)
-        frame = self._kept.frame_at(index) if index >= 0 else None
-        if frame is None:
+            self._kept = _Decoder(self.source, self._stamps)
+        found = self._kept.go_to(index) if index >= 0 else None
+        if found is None or found[0] != index:
             raise SourceError(f"{self.source}: frame {index} of {self.count} is not there or corrupt")
-        return frame
+        return self._frame(*found)
 
     def close(self) -> None:
         """Release the file."""
@@ -88,114 +107,157 @@ class Video(Frames):
             self._kept.close()
             self._kept = None
 
-    def _read(self, reader: _Reader, start: int, stop: int) -> Iterator[Frame]:
-        expected = start
-        if start >= stop:
-            return
-        index = reader.go_to(start)
-        while index is not None and index < stop:
-            frame = reader.frame()
-            if frame is not None:
-                self._tell_missing(expected, index)
-                yield frame
-                expected = index + 1
-            if expected >= stop:
-                return
-            index = reader.advance()
-        if self._stamps is not None and not (self.is_cut_short and expected == len(self._stamps) - 1):
-            self._tell_missing(expected, min(stop, len(self._stamps)))
+    def _frame(self, index: int, decoded: av.VideoFrame) -> Frame:
+        image, time_s = picture_of(decoded, grey=self._grey), self._time_s(index, decoded)
+        return Frame(image, index, time_s, self.source, shown=partial(picture_of, decoded) if self._grey else None)
+
+    def _time_s(self, index: int, decoded: av.VideoFrame) -> float | None:
+        if self._stamps is not None:
+            return round(float((self._stamps[index] - self._stamps[0]) * self._time_base), _DECIMALS)
+        if decoded.time is not None:
+            return round(decoded.time, _DECIMALS)
+        return None if self.rate_hz is None else round(index / self.rate_hz, _DECIMALS)
 
     def _tell_missing(self, start: int, stop: int) -> None:
         if stop > start:
             which = f"frame {start} is" if stop == start + 1 else f"frames {start} to {stop - 1} are"
             self._skip(f"{self.source}: {which} corrupt and left out", stop - start)
 
-    def _tell_cut_short(self) -> None:
-        if self._stamps is None or self._told is None or Path(self.source).suffix.lower() not in _COUNTED:
+    def _tell_cut_short(self, is_broken_off: bool) -> None:
+        if self._stamps is None:
             return
-        if len(self._stamps) < self._told:
+        count = str(len(self._stamps))
+        if self._told is not None and len(self._stamps) < self._told:
+            is_broken_off = True
+            count = f"{count} of the {self._told}"
+        if is_broken_off:
             self.is_cut_short = True
-            there = f"{len(self._stamps)} of the {self._told} frames are there, the last of them perhaps in part"
+            there = f"{count} frames are there, the last of them perhaps in part"
             self._tell(f"{self.source}: the video is cut short: {there}")
 
 
-class _Reader:
-    """Reads on in a video from any frame."""
+class _Decoder:
+    """Decodes on in a video from any frame; damaged frames are passed over."""
 
-    def __init__(self, source: str, stamps: array[int] | None, rate_hz: float | None) -> None:
-        self._source, self._stamps, self._rate_hz = source, stamps, rate_hz
-        self._capture = open_file(source)
-        self._index = -1  # of the last frame that was grabbed
+    def __init__(self, source: str, stamps: array[int] | None) -> None:
+        self._source, self._stamps = source, stamps
+        self._last: tuple[int, av.VideoFrame] | None = None
+        self._open()
 
     def close(self) -> None:
-        self._capture.release()
+        self._container.close()
 
-    def frame_at(self, index: int) -> Frame | None:
-        return self.frame() if self.go_to(index) == index else None
+    def go_to(self, index: int) -> tuple[int, av.VideoFrame] | None:
+        """Index and frame of that index or of the next good one; None at the end."""
+        found = self._near(index)
+        while found is not None and found[0] < index:
+            found = self.advance()
+        return found
 
-    def go_to(self, index: int) -> int | None:
-        """Grab the frame of that index; return its index, or that of the next good one, or None at the end."""
-        reached = self._near(index)
-        while reached is not None and reached < index:
-            reached = self.advance()
-        return reached
+    def advance(self) -> tuple[int, av.VideoFrame] | None:
+        """Index and frame of the next good frame; None at the end."""
+        decoded = next(self._frames, None)
+        if decoded is None:
+            self._last = None
+            return None
+        self._last = (self._index_of(decoded), decoded)
+        return self._last
 
-    def advance(self) -> int | None:
-        """Grab the next good frame and return its index; None at the end."""
-        tries = _TRIES if self._stamps is None else len(self._stamps) - self._index
-        for _ in range(tries):
-            if self._stamps is not None and self._index >= len(self._stamps) - 1:
-                return None
-            if self._capture.grab():
-                self._index = self._index_of(stamp_of(self._capture))
-                return self._index
-        return None
+    def _open(self) -> None:
+        self._container, _ = _opened(self._source)
+        self._stream = self._container.streams.video[0]
+        self._stream.thread_type = "AUTO"
+        self._frames = self._decoded()
+        self._last = None
+        self._count = 0
 
-    def frame(self) -> Frame | None:
-        """Decode the last grabbed frame; None if that fails."""
-        good, image = self._capture.retrieve()
-        return Frame(image, self._index, self._time_s(), self._source) if good else None
-
-    def _near(self, index: int) -> int | None:
-        """Go to that frame or somewhat before it; return where."""
-        if self._index == index:
-            return index
-        if self._index < index <= self._index + _NEAR:
+    def _near(self, index: int) -> tuple[int, av.VideoFrame] | None:
+        """Go to that frame or somewhat before it."""
+        if self._last is not None and self._last[0] == index:
+            return self._last
+        if self._last is not None and self._last[0] < index <= self._last[0] + _NEAR:
             return self.advance()
-        if self._stamps is not None:
+        if self._stamps is not None and index < len(self._stamps):
             for step in _STEPS_BACK:
                 if index - step <= 0:
                     break
-                self._capture.set(cv2.CAP_PROP_POS_FRAMES, index - step)
-                self._index = -1
-                reached = self.advance()
-                if reached is not None and reached <= index:
-                    return reached
-        self._capture.release()
-        self._capture = open_file(self._source)
-        self._index = -1
+                self._container.seek(self._stamps[index - step], stream=self._stream)
+                self._frames = self._decoded()
+                found = self.advance()
+                if found is not None and found[0] <= index:
+                    return found
+        self.close()
+        self._open()
         return self.advance()
 
-    def _index_of(self, stamp: int) -> int:
-        if self._stamps is None:
-            return self._index + 1
-        return min(bisect_left(self._stamps, stamp), len(self._stamps) - 1)
+    def _decoded(self) -> Iterator[av.VideoFrame]:
+        """Decoded frames from where the file is, without those that are damaged."""
+        packets = self._container.demux(self._stream)
+        failures = 0
+        while failures < _FAILURES:
+            try:
+                packet = next(packets)
+                frames = [] if packet.is_corrupt else packet.decode()
+            except StopIteration:
+                return
+            except FFmpegError:
+                failures += 1
+                continue
+            failures = 0
+            for frame in frames:
+                if isinstance(frame, av.VideoFrame) and not frame.is_corrupt:
+                    yield frame
 
-    def _time_s(self) -> float | None:
-        if self._stamps is not None:
-            return round(self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000, 6)
-        return None if self._rate_hz is None else round(self._index / self._rate_hz, 6)
+    def _index_of(self, decoded: av.VideoFrame) -> int:
+        if self._stamps is None or decoded.pts is None:
+            self._count += 1
+            return self._count - 1
+        return min(bisect_left(self._stamps, decoded.pts), len(self._stamps) - 1)
 
 
-def _time_stamps(capture: cv2.VideoCapture) -> array[int] | None:
+def _opened(source: str) -> tuple[InputContainer, bool]:
+    """A file, and whether it breaks off; raises SourceError if it cannot be opened or has no video."""
+    try:
+        container = av.open(source, metadata_errors="ignore")
+    except (FFmpegError, OSError, ValueError) as error:
+        container = _opened_cut_short(source)
+        if container is None:
+            raise SourceError(_why_not(source)) from error
+    if not container.streams.video:
+        container.close()
+        raise SourceError(f"{source}: has no video in it")
+    return container, _is_of_boxes(source) and breaks_off(Path(source))
+
+
+def _is_of_boxes(source: str) -> bool:
+    return source.lower().endswith(_BOXES) and Path(source).is_file()
+
+
+def _opened_cut_short(source: str) -> InputContainer | None:
+    """Open an MP4 of which the end is missing; None where that does not help."""
+    if not _is_of_boxes(source):
+        return None
+    try:
+        return av.open(WholeBoxes(Path(source)), "r", metadata_errors="ignore")
+    except (FFmpegError, OSError, ValueError):
+        return None
+
+
+def _time_stamps(container: InputContainer, stream: av.VideoStream) -> array[int] | None:
     """Time stamps of a video's packets in display order; None where they do not identify the frames."""
-    capture.set(cv2.CAP_PROP_FORMAT, -1)  # packets as they are
     stamps = array("q")
-    while capture.grab():
-        stamp = stamp_of(capture)
-        if stamp == _NO_STAMP:
+    packets = container.demux(stream)
+    while True:
+        try:
+            packet = next(packets)
+        except (StopIteration, FFmpegError):
+            break
+        if packet.size == 0:  # the end
+            continue
+        if packet.pts is None:
             return None
-        stamps.append(stamp)
+        if not packet.is_discard:
+            stamps.append(packet.pts)
     values = np.unique(np.frombuffer(stamps, np.int64))
     return array("q", values.tolist()) if 0 < len(values) == len(stamps) else None
 

@@ -176,8 +176,11 @@ def test_a_wrong_scene_ends_with_2_and_one_sentence(desk, capsys, change, messag
         (["--out", "o", "--seed", "-1"], "--seed is -1"),
         (["--scene", "s.yaml", "--out", "s.yaml"], "--out s.yaml: cannot be written"),
         (["--scene", "s.yaml", "--out", "no/such/v.mp4"], "--out no/such/v.mp4: cannot be written"),
-        (["--scene", "deep.yaml", "--out", "v.mp4"], "a video stores 8 bits, the scene's sensor has 12"),
-        (["--scene", "odd.yaml", "--out", "v.avi"], "even width and height, the camera has 161 x 120 pixels"),
+        (
+            ["--scene", "deep.yaml", "--out", "v.mp4"],
+            "--out v.mp4: stores 8 bits, the scene's sensor has 12; use NAME.mkv or a folder",
+        ),
+        (["--scene", "odd.yaml", "--out", "v.mp4"], "even width and height, the camera has 161 x 120 pixels"),
     ],
 )
 def test_bad_arguments_end_with_2_and_one_sentence(desk, capsys, arguments, message):

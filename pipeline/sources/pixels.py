@@ -1,0 +1,73 @@
+"""Pixels of a decoded video frame: brightness with all its levels, or colour."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import av
+import cv2
+import numpy as np
+
+# Formats whose first plane is the brightness, with as many bits as the first component has, from the lowest bit on.
+_LUMA_FIRST = ("yuv4", "yuvj4", "yuva4", "gray", "nv12", "nv16", "nv21", "nv24")
+_FULL_RANGE, _LIMITED_RANGE = 2, 1  # FFmpeg's AVCOL_RANGE_JPEG and AVCOL_RANGE_MPEG
+
+
+def picture_of(frame: av.VideoFrame, *, grey: bool = False) -> np.ndarray:
+    """Return the picture that a frame shows.
+
+    Parameters
+    ----------
+    frame : av.VideoFrame
+        A decoded frame of any pixel format.
+    grey : bool
+        Only the brightness, which most formats hold by itself, so that colour need not be computed.
+
+    Returns
+    -------
+    (H, W) or (H, W, 3) BGR array, uint8 or uint16
+        A format with more than 8 bits gives uint16: brightness on its own scale, colour on that of 16 bits. Levels
+        within video range (16 to 235 of 8 bits; ITU-R BT.601) are stretched to the full scale.
+    """
+    name = frame.format.name
+    if name.startswith(_LUMA_FIRST) and (grey or name.startswith("gray")):
+        picture = _luma(frame)
+    else:
+        picture = _converted(frame, grey=grey)
+    turns = round(frame.rotation / 90) % 4
+    return np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture
+
+
+def _luma(frame: av.VideoFrame) -> np.ndarray:
+    bits = frame.format.components[0].bits
+    order = ">u2" if frame.format.name.endswith("be") else "<u2"
+    plane = frame.planes[0]
+    rows = np.frombuffer(memoryview(plane), np.uint8 if bits == 8 else order).reshape(frame.height, -1)
+    levels = rows[:, : frame.width]
+    name = frame.format.name
+    is_full = frame.color_range == _FULL_RANGE or name.startswith("yuvj")
+    if name.startswith("gray") and frame.color_range != _LIMITED_RANGE:
+        is_full = True
+    if is_full:
+        return levels.astype(np.uint8 if bits == 8 else np.uint16)
+    stretch = _stretched(bits)
+    return np.asarray(cv2.LUT(levels, stretch)) if bits == 8 else stretch[levels]
+
+
+def _converted(frame: av.VideoFrame, *, grey: bool) -> np.ndarray:
+    is_deep = max(component.bits for component in frame.format.components) > 8
+    if frame.format.name.startswith("pal"):
+        is_deep = False
+    is_colour = not (grey and not frame.format.is_rgb)
+    if is_colour:
+        return frame.to_ndarray(format="bgr48le" if is_deep else "bgr24")
+    return frame.to_ndarray(format="gray16le" if is_deep else "gray")
+
+
+@lru_cache(maxsize=8)
+def _stretched(bits: int) -> np.ndarray:
+    """Full-scale level of each level of video range, of so many bits."""
+    step = 1 << (bits - 8)
+    levels = (np.arange(1 << bits) - 16 * step) / (219 * step)
+    top = (1 << bits) - 1
+    return np.clip(np.rint(levels * top), 0, top).astype(np.uint8 if bits == 8 else np.uint16)

@@ -1,0 +1,78 @@
+import av
+import numpy as np
+import pytest
+from dockpose.app.errors import UserError
+from dockpose.app.export.video import VideoFile, is_video_file
+from dockpose.sources import open_frames
+
+
+def pictures(count, shape, kind=np.uint8):
+    rng = np.random.default_rng(0)
+    top = 256 if kind == np.uint8 else 65536
+    return [rng.integers(0, top, shape).astype(kind) for _ in range(count)]
+
+
+@pytest.mark.parametrize("name", ["a.mkv", "a.avi"])
+@pytest.mark.parametrize(("shape", "kind"), [((47, 61), np.uint8), ((48, 64), np.uint16), ((47, 61, 3), np.uint8)])
+def test_lossless_videos_give_back_every_level(tmp_path, name, shape, kind):
+    wanted = pictures(4, shape, kind)
+    with VideoFile(tmp_path / name, 10.0, is_lossless=True) as video:
+        for picture in wanted:
+            video.write(picture)
+    with open_frames(str(tmp_path / name)) as frames:
+        found = list(frames)
+    for picture, frame in zip(wanted, found, strict=True):
+        np.testing.assert_array_equal(frame.image, picture)
+    assert [frame.time_s for frame in found] == pytest.approx([0.0, 0.1, 0.2, 0.3], abs=5e-4)  # Matroska's clock
+
+
+def test_mp4_is_h264_at_the_times_of_the_frames(tmp_path):
+    times_s = [0.0, 0.013337, 0.5, 0.500041, 1.25]
+    with VideoFile(tmp_path / "a.mp4", 25.0) as video:
+        for picture, time_s in zip(pictures(5, (49, 65, 3)), times_s, strict=True):
+            video.write(picture, time_s)
+    with av.open(str(tmp_path / "a.mp4")) as container:
+        stream = container.streams.video[0]
+        assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")  # browsers play these
+        assert (stream.width, stream.height) == (64, 48)
+        assert [float(frame.time) for frame in container.decode(stream)] == pytest.approx(times_s, abs=1e-6)
+
+
+def test_times_that_do_not_rise_are_kept_apart(tmp_path):
+    with VideoFile(tmp_path / "a.mp4", 25.0) as video:
+        for picture, time_s in zip(pictures(4, (48, 64)), (0.0, 0.2, 0.2, 0.1), strict=True):
+            video.write(picture, time_s)
+    with open_frames(str(tmp_path / "a.mp4")) as frames:
+        assert len(list(frames)) == 4
+
+
+def test_a_video_that_was_not_finished_has_its_frames(tmp_path):
+    video = VideoFile(tmp_path / "a.mp4", 25.0)
+    for picture in pictures(600, (48, 64)):
+        video.write(picture)
+    assert video._container is not None
+    unfinished = (tmp_path / "a.mp4").read_bytes()  # as a crash would leave it
+    video.close()
+    (tmp_path / "b.mp4").write_bytes(unfinished)
+    with open_frames(str(tmp_path / "b.mp4")) as frames:
+        assert len(list(frames)) >= 250  # x264 begins a fragment with each key frame, at the latest after 250 frames
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "kind", "words"),
+    [
+        ("a.mp4", (48, 64), np.uint16, "stores 8 bits"),
+        ("a.mkv", (48, 64, 3), np.uint16, "stores 8 bits"),
+        ("no/a.mp4", (48, 64), np.uint8, "there is no such folder"),
+    ],
+)
+def test_what_cannot_be_written_is_said(tmp_path, name, shape, kind, words):
+    with pytest.raises(UserError, match=words), VideoFile(tmp_path / name, 25.0) as video:
+        video.write(pictures(1, shape, kind)[0])
+
+
+def test_names_of_videos(tmp_path):
+    assert [is_video_file(tmp_path / name) for name in ("a.MP4", "a.avi", "a.mkv", "a.png", "mp4")] == [
+        *(True, True, True),
+        *(False, False),
+    ]

@@ -1,0 +1,229 @@
+"""Video files made by FFmpeg's own encoders: formats, levels, times, seeking, and files that are damaged."""
+
+import re
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from dockpose.sources import SourceError, open_frames
+
+MICROSECONDS = Fraction(1, 1_000_000)
+WIDTH, HEIGHT = 64, 48
+
+
+def ramp(number: int, levels: int) -> np.ndarray:
+    """A picture that has all of so many levels, from another one on in each frame."""
+    count = WIDTH * HEIGHT
+    return ((np.arange(count) * levels // count + 37 * number) % levels).reshape(HEIGHT, WIDTH)
+
+
+def write(path, codec, pixels, frames, times_us=None, options=None, container_options=None, rate=25):
+    """Encode frames (made by ``frames(number)``) with times in microseconds."""
+    with av.open(str(path), "w", container_options=container_options or {}) as container:
+        stream = container.add_stream(codec, rate=rate, options=options or {})
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, pixels
+        if times_us is not None:
+            stream.time_base = stream.codec_context.time_base = MICROSECONDS
+        for number, frame in enumerate(frames):
+            if times_us is None:
+                frame.pts, frame.time_base = number, Fraction(1, rate)
+            else:
+                frame.pts, frame.time_base = int(times_us[number]), MICROSECONDS
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    return path
+
+
+def greys(count, levels=256, pixels="gray"):
+    for number in range(count):
+        picture = ramp(number, levels)
+        deep = picture.astype(np.uint16)
+        yield av.VideoFrame.from_ndarray(picture.astype(np.uint8) if levels == 256 else deep, format=pixels)
+
+
+def luma(count, levels, pixels, low=0):
+    """Frames whose brightness is the ramp, and without colour."""
+    bits = levels.bit_length() - 1
+    for number in range(count):
+        frame = av.VideoFrame(WIDTH, HEIGHT, pixels)
+        for place, plane in enumerate(frame.planes):
+            wide = plane.line_size // (1 if bits == 8 else 2)
+            values = np.full((plane.height, wide), levels // 2, np.uint8 if bits == 8 else np.uint16)
+            if place == 0:
+                values[:, :WIDTH] = low + ramp(number, levels - 2 * low)
+            plane.update(values.tobytes())
+        yield frame
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "pixels", "levels"),
+    [
+        ("a.mkv", "ffv1", "gray", 256),
+        ("a.avi", "ffv1", "gray16le", 65536),
+        ("b.mkv", "ffv1", "gray16le", 65536),
+        ("c.mkv", "ffv1", "gray10le", 1024),
+        ("d.mkv", "ffv1", "gray12le", 4096),
+    ],
+)
+@pytest.mark.parametrize("grey", [False, True])
+def test_lossless_grey_keeps_every_level(tmp_path, name, codec, pixels, levels, grey):
+    path = write(tmp_path / name, codec, pixels, greys(3, levels, pixels), options={"level": "3"})
+    with open_frames(str(path), grey=grey) as frames:
+        found = list(frames)
+    assert len(found) == 3
+    for number, frame in enumerate(found):
+        assert frame.image.dtype == (np.uint8 if levels == 256 else np.uint16)
+        np.testing.assert_array_equal(frame.image, ramp(number, levels))
+
+
+def test_16_bit_level_of_the_issue(tmp_path):
+    frame = av.VideoFrame.from_ndarray(np.full((HEIGHT, WIDTH), 42096, np.uint16), format="gray16le")
+    path = write(tmp_path / "a.mkv", "ffv1", "gray16le", [frame], options={"level": "3"})
+    with open_frames(str(path)) as frames:
+        assert set(np.unique(next(iter(frames)).image)) == {42096}
+
+
+def test_full_range_10_bit_h265_keeps_its_levels(tmp_path):
+    options = {"x265-params": "lossless=1:log-level=none:range=full"}
+    pictures = list(luma(3, 1024, "yuv420p10le"))
+    for picture in pictures:
+        picture.color_range = 2
+    path = write(tmp_path / "a.mp4", "libx265", "yuv420p10le", pictures, options=options)
+    with open_frames(str(path), grey=True) as frames:
+        for number, frame in enumerate(frames):
+            np.testing.assert_array_equal(frame.image, ramp(number, 1024))
+
+
+def test_video_range_is_stretched_to_the_full_scale_and_keeps_levels_apart(tmp_path):
+    # ITU-R BT.601: black is 16 and white 235 of 8 bits, four times that of 10 bits.
+    options = {"x265-params": "lossless=1:log-level=none"}
+    path = write(tmp_path / "a.mp4", "libx265", "yuv420p10le", luma(1, 1024, "yuv420p10le", low=64), options=options)
+    stored = 64 + ramp(0, 1024 - 128)
+    with open_frames(str(path), grey=True) as frames:
+        image = next(iter(frames)).image
+    assert image.dtype == np.uint16
+    np.testing.assert_array_equal(image, np.clip(np.rint((stored - 64) / 876 * 1023), 0, 1023))
+    assert len(np.unique(image)) == 877  # 64 to 940; what is whiter than white is white
+
+
+def test_brightness_alone_is_that_of_the_colours(tmp_path):
+    # Grey in, so that colour plays no part; two roundings, in range and colour, of one level each.
+    path = write(tmp_path / "a.mp4", "libx264", "yuv420p", luma(2, 256, "yuv420p", low=16), options={"qp": "0"})
+    with open_frames(str(path)) as frames, open_frames(str(path), grey=True) as brightness:
+        for colour, grey in zip(frames, brightness, strict=True):
+            assert colour.image.shape == (HEIGHT, WIDTH, 3)
+            assert grey.image.shape == (HEIGHT, WIDTH)
+            off = colour.image.astype(int) - grey.image[..., None]
+            assert np.abs(off).max() <= 2
+            np.testing.assert_array_equal(grey.picture(), colour.image)
+
+
+@pytest.mark.parametrize(
+    ("codec", "options"),
+    [
+        ("libx264", {"bf": "3", "g": "20"}),
+        ("libx265", {"x265-params": "bframes=3:keyint=20:log-level=none"}),
+        ("mpeg4", {"g": "12", "bf": "2"}),
+    ],
+)
+def test_times_are_those_of_the_file_at_a_varying_rate(tmp_path, codec, options):
+    rng = np.random.default_rng(1)
+    times_us = np.cumsum(rng.integers(3_000, 400_000, 60))
+    times_us -= times_us[0]
+    if codec == "mpeg4":  # its clock has 65,535 ticks a second at most
+        times_us = times_us // 1000 * 1000
+    if codec == "mpeg4":
+        stamped = write_milliseconds(tmp_path / "a.mp4", codec, options, times_us // 1000)
+    else:
+        stamped = write(tmp_path / "a.mp4", codec, "yuv420p", luma(60, 256, "yuv420p", 16), times_us, options)
+    with open_frames(str(stamped), grey=True) as frames:
+        found = list(frames)
+        assert [frame.index for frame in found] == list(range(60))
+        assert [frame.time_s for frame in found] == pytest.approx(times_us / 1e6, abs=1e-6)
+        for index in (59, 3, 41, 0, 40, 58, 17):
+            again = frames.at(index)
+            assert (again.index, again.time_s) == (index, found[index].time_s)
+            np.testing.assert_array_equal(again.image, found[index].image)
+        part = list(frames.between(33, 52))
+        assert [frame.index for frame in part] == list(range(33, 52))
+        assert all(np.array_equal(frame.image, found[frame.index].image) for frame in part)
+
+
+def write_milliseconds(path, codec, options, times_ms):
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=25, options=options)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        stream.time_base = stream.codec_context.time_base = Fraction(1, 1000)
+        for time_ms, frame in zip(times_ms.tolist(), luma(len(times_ms), 256, "yuv420p", 16), strict=True):
+            frame.pts, frame.time_base = time_ms, Fraction(1, 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    return path
+
+
+def cut(path: Path, share: float) -> Path:
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    return path
+
+
+@pytest.mark.parametrize("movflags", ["faststart", "frag_keyframe+empty_moov"])
+@pytest.mark.parametrize("share", [0.5, 0.6, 0.61, 0.62, 0.63, 0.64, 0.65, 0.7])
+def test_an_mp4_cut_in_the_middle_gives_every_whole_frame_and_one_line(tmp_path, movflags, share):
+    path = write(
+        tmp_path / "a.mp4",
+        "libx264",
+        "yuv420p",
+        luma(100, 256, "yuv420p", 16),
+        options={"g": "5", "bf": "0"},
+        container_options={"movflags": movflags},
+    )
+    with av.open(str(path)) as container:
+        ends = [(packet.pos or 0) + packet.size for packet in container.demux(video=0) if packet.size]
+    size = path.stat().st_size
+    whole = sum(end <= int(share * size) for end in ends)
+    assert 20 < whole < 90
+    told = []
+    with open_frames(str(cut(path, share)), told.append, grey=True) as frames:
+        found = list(frames)
+    # In fragments the index of a fragment stands before its frames, so that all whole ones are found in both.
+    assert [frame.index for frame in found[:whole]] == list(range(whole))
+    assert len(found) <= whole + 1  # the frame that was cut may be decoded in part
+    (line,) = told
+    words = re.search(r"a\.mp4: the video is cut short: (\d+) (of the 100 )?frames are there", line)
+    assert words is not None
+    assert int(words[1]) - len(found) in (0, 1)
+    assert frames.is_cut_short
+
+
+def test_an_mp4_cut_before_its_index_is_told_in_one_sentence(tmp_path):
+    path = cut(write(tmp_path / "a.mp4", "libx264", "yuv420p", luma(30, 256, "yuv420p", 16)), 0.5)
+    with pytest.raises(SourceError, match=r"a\.mp4: is no video that can be read: .* cut short before its index"):
+        open_frames(str(path))
+
+
+def test_a_file_of_sound_alone_has_no_video(tmp_path):
+    with av.open(str(tmp_path / "a.mkv"), "w") as container:
+        stream = container.add_stream("pcm_s16le", rate=8000, layout="mono")
+        frame = av.AudioFrame.from_ndarray(np.zeros((1, 800), np.int16), format="s16", layout="mono")
+        frame.sample_rate = 8000
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    with pytest.raises(SourceError, match="has no video in it"):
+        open_frames(str(tmp_path / "a.mkv"))
+
+
+def test_a_picture_that_is_to_be_turned_is_turned(tmp_path):
+    # ISO 14496-12, track header: a matrix of nine 32-bit numbers; (0, 1, -1, 0) turns by 90 degrees clockwise.
+    path = write(tmp_path / "a.mp4", "libx264", "yuv420p", luma(1, 256, "yuv420p", 16), options={"qp": "0"})
+    with open_frames(str(path), grey=True) as frames:
+        upright = next(iter(frames)).image
+    data = bytearray(path.read_bytes())
+    place = data.index(b"tkhd") + 4 + 40
+    for number, value in enumerate((0, 1 << 16, 0, -(1 << 16), 0)):
+        data[place + 4 * number : place + 4 * number + 4] = value.to_bytes(4, "big", signed=True)
+    path.write_bytes(data)
+    with open_frames(str(path), grey=True) as frames:
+        np.testing.assert_array_equal(next(iter(frames)).image, np.rot90(upright, -1))

@@ -17,8 +17,9 @@ _FAILURES = 5  # consecutive failures, such as corrupt frames, after which a sou
 class Live(Frames):
     """Frames as they arrive; a slow consumer gets the newest.
 
-    The index counts the frames that arrived, so the numbers of dropped ones are left out. Times are those of arrival,
-    in seconds since the first frame. Iteration ends when the source is closed.
+    The index counts the frames that arrived, so the numbers of dropped ones are left out. Times are in seconds since
+    the first frame, by the source's own clock where it has one, and by the time of arrival elsewhere. Iteration ends
+    when the source is closed.
 
     Parameters
     ----------
@@ -56,6 +57,7 @@ class Live(Frames):
         self._newest: Frame | None = None
         self._came = 0
         self._began_s = 0.0
+        self._ahead_s: float | None = None  # of our clock over the source's, since it was connected
         capture = connect()
         self._thread = threading.Thread(target=self._run, args=(capture,), name="dockpose live source", daemon=True)
         self._thread.start()
@@ -86,6 +88,7 @@ class Live(Frames):
     def _read(self, capture: Capture) -> None:
         """Read until the source is lost or closed."""
         failures = 0
+        self._ahead_s = None
         while not self._stop.is_set() and failures < _FAILURES:
             good = capture.grab()
             arrived_s = time.monotonic()
@@ -100,12 +103,17 @@ class Live(Frames):
                 frames = "1 frame was corrupt and is" if failures == 1 else f"{failures} frames were corrupt and are"
                 self._skip(f"{self.source}: {frames} left out", failures)
                 failures = 0
-            self._keep(image, arrived_s)
+            self._keep(image, arrived_s, capture.time_s)
 
-    def _keep(self, image: np.ndarray, arrived_s: float) -> None:
+    def _keep(self, image: np.ndarray, arrived_s: float, stamp_s: float | None) -> None:
         if self._came == 0 or self._began_s == 0.0:
             self._began_s = arrived_s
-        frame = Frame(image, self._came, round(arrived_s - self._began_s, 6), self.source)
+        time_s = arrived_s - self._began_s
+        if stamp_s is not None:
+            if self._ahead_s is None:
+                self._ahead_s = time_s - stamp_s
+            time_s = stamp_s + self._ahead_s
+        frame = Frame(image, self._came, round(time_s, 6), self.source)
         self._came += 1
         with self._changed:
             self.dropped += self._newest is not None

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import time
 
-import cv2
 from dockpose.camera.files import FileError
 from dockpose.simulate import load_sequence
-from dockpose.sources.capture import open_camera, open_stream
+from dockpose.sources.capture import Camera
 from dockpose.sources.frames import Frames, SourceError, Tell
 from dockpose.sources.live import Live
 from dockpose.sources.names import Kind, kind_of
 from dockpose.sources.pictures import Pictures, list_pictures
 from dockpose.sources.simulated import Simulated
+from dockpose.sources.stream import StreamCapture
 from dockpose.sources.video import Video
 
 TIMEOUT_S = 10.0
@@ -75,34 +75,34 @@ def open_frames(
     if kind is Kind.CAMERA:
         return Live(f"camera {int(source)}", lambda: _camera(int(source)), tell)
     if kind is Kind.STREAM:
-        return _open_stream(source, tell, timeout_s)
+        return _open_stream(source, tell, timeout_s, grey)
     paths = list_pictures(source)
     if kind is Kind.PICTURE and not paths[0].exists():
         raise SourceError(f"{source}: there is no such file")
     return Pictures(paths, source, rate_hz, tell)
 
 
-def _open_stream(address: str, tell: Tell | None, timeout_s: float) -> Frames:
+def _open_stream(address: str, tell: Tell | None, timeout_s: float, grey: bool) -> Frames:
     """A live stream, or a recording where the address turns out to be that of a file."""
-    first: list[cv2.VideoCapture] = [_stream(address, timeout_s)]
-    if 0 < first[0].get(cv2.CAP_PROP_FRAME_COUNT) < 1e9:
+    first = [_stream(address, timeout_s)]
+    if first[0].is_recording:
         first.pop().release()
-        return Video(address, tell, scan=False)
+        return Video(address, tell, scan=False, grey=grey)
     return Live(address, lambda: first.pop() if first else _stream(address, timeout_s), tell)
 
 
-def _stream(address: str, timeout_s: float) -> cv2.VideoCapture:
+def _stream(address: str, timeout_s: float) -> StreamCapture:
     start_s = time.monotonic()
-    capture = open_stream(address, timeout_s)
-    if capture.isOpened():
-        return capture
-    if time.monotonic() - start_s >= 0.9 * timeout_s:
-        raise SourceError(f"{address}: does not answer within {timeout_s:g} s")
-    raise SourceError(f"{address}: cannot be opened: nothing answers there, or what answers is no video")
+    try:
+        return StreamCapture(address, timeout_s)
+    except OSError as error:
+        if time.monotonic() - start_s >= 0.9 * timeout_s:
+            raise SourceError(f"{address}: does not answer within {timeout_s:g} s") from error
+        raise SourceError(f"{address}: cannot be opened: nothing answers there, or what answers is no video") from error
 
 
-def _camera(number: int) -> cv2.VideoCapture:
-    capture = open_camera(number)
-    if not capture.isOpened():
+def _camera(number: int) -> Camera:
+    camera = Camera(number)
+    if not camera.is_open:
         raise SourceError(f"camera {number}: there is none of that number, or another program has it")
-    return capture
+    return camera

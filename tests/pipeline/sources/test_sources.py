@@ -209,6 +209,8 @@ def test_reading_ahead_keeps_the_order_raises_where_it_was_due_and_stops_when_le
 class FakeCapture:
     """Gives what is in a script: a picture's number, or None for a failure; None for ever at its end."""
 
+    time_s = None
+
     def __init__(self, script):
         self.script = list(script)
         self.released = False
@@ -220,9 +222,6 @@ class FakeCapture:
 
     def retrieve(self):
         return True, picture(self.now)
-
-    def get(self, property, /):
-        return 0.0
 
     def release(self):
         self.released = True

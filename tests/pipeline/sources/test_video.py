@@ -1,7 +1,10 @@
 """Video files made by FFmpeg's own encoders: formats, levels, times, seeking, and files that are damaged."""
 
 import re
+import threading
+import time
 from fractions import Fraction
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import av
@@ -227,3 +230,51 @@ def test_a_picture_that_is_to_be_turned_is_turned(tmp_path):
     path.write_bytes(data)
     with open_frames(str(path), grey=True) as frames:
         np.testing.assert_array_equal(next(iter(frames)).image, np.rot90(upright, -1))
+
+
+class _Slowly(BaseHTTPRequestHandler):
+    """Sends a file bit by bit, and then nothing."""
+
+    data = b""
+
+    def log_message(self, format, *args):
+        pass
+
+    def do_GET(self):
+        self.send_response(200)
+        self.send_header("Content-Type", "video/mp2t")
+        self.end_headers()
+        for start in range(0, len(self.data), 1880):
+            self.wfile.write(self.data[start : start + 1880])
+            time.sleep(0.003)
+        self.close_connection = True
+
+
+def test_a_stream_with_a_clock_has_its_times(tmp_path):
+    times_us = np.cumsum([0, *([40_000, 200_000, 120_000] * 100)])
+    path = write(tmp_path / "a.ts", "libx264", "yuv420p", luma(301, 256, "yuv420p", 16), times_us, {"bf": "0"})
+    _Slowly.data = path.read_bytes()
+    server = ThreadingHTTPServer(("127.0.0.1", 0), _Slowly)
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
+    thread.start()
+    times_s = []
+    try:
+        with open_frames(f"http://127.0.0.1:{server.server_port}/live.ts", timeout_s=5) as frames:
+            assert frames.is_live
+            limit = threading.Timer(20.0, frames.close)  # ends the iteration
+            limit.start()
+            for frame in frames:
+                times_s.append(frame.time_s)
+                if frame.index >= 50:
+                    break
+            limit.cancel()
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+    assert len(times_s) > 10
+    # A clock of 90 kHz; which frames were dropped is not known, but all steps are sums of those that were sent.
+    steps_us = 1e6 * np.diff(times_s)
+    allowed_us = np.unique(times_us[:, None] - times_us)
+    assert np.abs(steps_us[:, None] - allowed_us).min(axis=1).max() < 12
+    assert steps_us.min() > 30_000

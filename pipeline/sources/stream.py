@@ -1,0 +1,82 @@
+"""A network stream, read so that each frame is there as soon as it arrives."""
+
+from __future__ import annotations
+
+import av
+import numpy as np
+from av.container import InputContainer
+from av.error import FFmpegError
+from dockpose.sources.pixels import picture_of
+
+# Frames are neither queued nor waited for, and the format is told from half a second of them rather than five. FFmpeg's
+# RTSP loses frames over UDP without a word.
+_OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "500000", "rtsp_transport": "tcp"}
+# Formats whose frames carry the sender's clock; for others, FFmpeg makes times up from a frame rate.
+_WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
+
+
+class StreamCapture:
+    """A stream that is open; one thread decodes it, since more of them hold frames back.
+
+    Parameters
+    ----------
+    address : str
+        As ``rtsp://host/path`` or ``http://host/camera.mjpg``.
+    timeout_s : float, seconds
+        How long it may take to answer, and between two frames.
+
+    Raises
+    ------
+    OSError
+        If it does not answer in time, or what answers is no video.
+    """
+
+    def __init__(self, address: str, timeout_s: float) -> None:
+        try:
+            self._container = _opened(address, timeout_s)
+        except (FFmpegError, ValueError) as error:
+            raise OSError(str(error)) from error
+        if not self._container.streams.video:
+            self._container.close()
+            raise OSError(f"{address} has no video in it")
+        self._stream = self._container.streams.video[0]
+        self._stream.codec_context.thread_count = 1
+        self._has_clock = bool(_WITH_CLOCK & set(self._container.format.name.split(",")))
+        self._packets = self._container.demux(self._stream)
+        self._waiting: list[av.VideoFrame] = []
+        self._frame: av.VideoFrame | None = None
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether it has an end, as a file on a server has."""
+        return self._stream.frames > 0 or (self._container.duration or 0) > 0
+
+    @property
+    def time_s(self) -> float | None:
+        """Time of the frame that was grabbed last by the sender's clock, in seconds; None where it has none."""
+        return None if self._frame is None or not self._has_clock else self._frame.time
+
+    def grab(self) -> bool:
+        """Wait for the next frame; False if there is none or it is corrupt."""
+        while not self._waiting:
+            try:
+                packet = next(self._packets)
+                self._waiting = [frame for frame in packet.decode() if isinstance(frame, av.VideoFrame)]
+            except (StopIteration, FFmpegError):
+                return False
+            if packet.size == 0 and not self._waiting:
+                return False
+        self._frame = self._waiting.pop(0)
+        return not self._frame.is_corrupt
+
+    def retrieve(self) -> tuple[bool, np.ndarray | None]:
+        """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
+        return (False, None) if self._frame is None else (True, picture_of(self._frame))
+
+    def release(self) -> None:
+        """Close the connection."""
+        self._container.close()
+
+
+def _opened(address: str, timeout_s: float) -> InputContainer:
+    return av.open(address, "r", options=_OPTIONS, timeout=(timeout_s, timeout_s), metadata_errors="ignore")

@@ -56,7 +56,7 @@ def open_frames(
     --------
     >>> import tempfile
     >>> from pathlib import Path
-    >>> import numpy as np
+    >>> import cv2, numpy as np
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     for number in (10, 2):
     ...         written = cv2.imwrite(f"{folder}/frame{number}.png", np.zeros((4, 6), np.uint8))

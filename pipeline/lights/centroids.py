@@ -6,6 +6,9 @@ import numpy as np
 from dockpose.thresholds.compiled import compiled
 
 _NEIGHBOURS = 2  # lights that may share a light's window
+# Water that rises across a window by more than this share of the light's height is not water, but the light itself,
+# whose flank an edge of the window cuts, or another one.
+_MOST_RISE = 0.05
 _NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute difference of two of them, sqrt(pi) / 2
 
 
@@ -28,6 +31,11 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
     -------
     (N, 2) float array, pixels
         Centroids x, y.
+
+    Notes
+    -----
+    The glow of the other lights, and vignetting, make the water brighter towards the ring's middle. Taken for light,
+    that would pull all centres inwards, which leaves no residuals and so appears in no standard error.
     """
     centres = points.copy()
     for light in range(len(points)):
@@ -36,11 +44,14 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
         top, bottom = max(0, row - far), min(grey.shape[0] - 1, row + far)
         left, right = max(0, column - far), min(grey.shape[1] - 1, column + far)
         water = _median_along_edge(grey, top, bottom, left, right)
-        slope_x, slope_y = _slopes(grey, top, bottom, left, right)
+        beside = _nearest(points, light, 3.0 * far)
+        slope_x, slope_y = _slopes(grey, points, light, beside, (top, bottom, left, right))
         middle_x, middle_y = (left + right) / 2, (top + bottom) / 2
         inner = grey[max(0, row - 1) : row + 2, max(0, column - 1) : column + 2].max()
         least = water + foot * (inner - water)
-        beside = _nearest(points, light, 3.0 * far)
+        rise = max(abs(slope_x) * (right - left), abs(slope_y) * (bottom - top))
+        if rise > _MOST_RISE * (inner - water):
+            slope_x, slope_y = 0.0, 0.0
         total, sum_x, sum_y = 0.0, 0.0, 0.0
         for y in range(top, bottom + 1):
             for x in range(left, right + 1):
@@ -68,11 +79,33 @@ def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right
 
 
 @compiled
-def _slopes(grey: np.ndarray, top: int, bottom: int, left: int, right: int) -> tuple[float, float]:
-    """Grey levels by which the water rises per pixel to the right and downwards, by opposite edges of a window."""
-    x = _rise(grey[top : bottom + 1, left].copy(), grey[top : bottom + 1, right].copy())
-    y = _rise(grey[top, left : right + 1].copy(), grey[bottom, left : right + 1].copy())
-    return x / max(1, right - left), y / max(1, bottom - top)
+def _slopes(
+    grey: np.ndarray, points: np.ndarray, light: int, beside: np.ndarray, window: tuple[int, int, int, int]
+) -> tuple[float, float]:
+    """Grey levels by which the water rises per pixel to the right and downwards, by opposite edges of a window.
+
+    Of an edge, the pixels count that are nearer to this light than to another one. Where they are fewer than a third of
+    it, the slope is not known, and taken for 0.
+    """
+    top, bottom, left, right = window
+    edges = np.empty((4, max(bottom - top, right - left) + 1), grey.dtype)
+    count = np.zeros(4, np.int64)
+    for y in range(top, bottom + 1):
+        for side, x in enumerate((left, right)):
+            if _is_nearest(points, light, beside, x, y):
+                edges[side, count[side]] = grey[y, x]
+                count[side] += 1
+    for x in range(left, right + 1):
+        for side, y in enumerate((top, bottom)):
+            if _is_nearest(points, light, beside, x, y):
+                edges[side + 2, count[side + 2]] = grey[y, x]
+                count[side + 2] += 1
+    slope_x, slope_y = 0.0, 0.0
+    if 3 * min(count[0], count[1]) > bottom - top and right > left:
+        slope_x = _rise(edges[0, : count[0]], edges[1, : count[1]]) / (right - left)
+    if 3 * min(count[2], count[3]) > right - left and bottom > top:
+        slope_y = _rise(edges[2, : count[2]], edges[3, : count[3]]) / (bottom - top)
+    return slope_x, slope_y
 
 
 @compiled

@@ -57,16 +57,20 @@ def advice_html(summary: Mapping[str, Any], *, with_tables: bool = True) -> str:
     summary : dict
         As :func:`dockpose.study.summary.summary_of` gives it, or read from ``summary.json``.
     with_tables : bool
-        Add the tables by range, which need a wide page.
+        Add all tables by range, which need a wide page; otherwise a short one.
     """
     text = Markup("").join(Markup("<li>{}</li>\n").format(sentence) for sentence in advice_text(summary))
-    tables = Markup("").join(_table_html(trust_table(summary, name)) for name in _RANGES if with_tables)
+    tables = [trust_table(summary, name) for name in _RANGES] if with_tables else [_short_table(summary)]
     source = f"From {summary['scenes']} simulated scenes of seed {summary['seed']}, {summary['docks']} with a dock."
     limits = (
         "The camera and the number of lights are known exactly in them, and the pictures are simulated: a real camera, "
         "calibrated with errors, and a dock that is not built to its drawing do worse."
     )
-    return str(Markup("<p>{} {}</p>\n<ul>\n{}</ul>\n{}").format(source, limits, text, tables))
+    return str(
+        Markup("<p>{} {}</p>\n<ul>\n{}</ul>\n{}").format(
+            source, limits, text, Markup("").join(map(_table_html, tables))
+        )
+    )
 
 
 def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
@@ -91,6 +95,21 @@ def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
         "9 of 10 within",
     ]
     return NumberTable(f"trust_{name}", f"The program's pose, by {factor['title']}", head, rows)
+
+
+def _short_table(summary: Mapping[str, Any]) -> NumberTable:
+    """Of the pose's errors by range, what an operator needs."""
+    whole = trust_table(summary, _RANGES[0])
+    columns = [0, 2, 3, 7, 9]
+    head = [
+        "range in dock diameters",
+        "found, %",
+        "right if found, %",
+        "position off, % of range",
+        "angle off, degrees",
+    ]
+    rows = [[row[column] for column in columns] for row in whole.rows]
+    return NumberTable("trust", "Nine of ten poses are off by at most so much, by range.", head, rows, digits=2)
 
 
 def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:

@@ -138,13 +138,23 @@ def test_peaks_are_the_brightest_levels(size):
     assert markers_at(image, 80).peaks.tolist() == [140, 200]
 
 
-@pytest.mark.parametrize(("slope_x", "slope_y"), [(1.0, 0.0), (0.0, -1.0), (0.7, 0.7)])
+@pytest.mark.parametrize(("slope_x", "slope_y"), [(0.15, 0.0), (0.0, -0.15), (0.1, 0.1)])
 def test_water_that_grows_brighter_to_one_side_does_not_pull_a_centre(slope_x, slope_y):
-    # Taken for light, a rise of g levels a pixel would move the centre of a Gaussian of height h and standard
-    # deviation s by about g s^2 * (its own area over the window's) / h: here by a tenth of a pixel and more.
+    # Taken for light, a rise of g levels a pixel over a lamp of radius r and height h moves its centre by about
+    # g r^2 / (4 h), here by some 0.05 pixels.
     y, x = np.mgrid[:81, :81].astype(float)
-    light = 120 * np.exp(-((x - 40.3) ** 2 + (y - 39.8) ** 2) / (2 * 4.0**2))
-    grey = np.rint(70 + slope_x * (x - 40) + slope_y * (y - 40) + light).astype(np.uint8)
-    centre = grey_centres(grey, np.array([[34, 34, 46, 46]]), np.array([[40.0, 40.0]]))
-    # Whole grey levels round by 0.3 on average; some 200 pixels take part.
-    np.testing.assert_allclose(centre, [[40.3, 39.8]], atol=0.02)
+    lamp = 120 / (1 + np.exp(3 * (np.hypot(x - 40.3, y - 39.8) - 9.0)))
+    grey = np.round(256 * (70 + slope_x * (x - 40) + slope_y * (y - 40) + lamp)).astype(np.uint16)
+    box, rough = np.array([[31, 31, 49, 49]]), np.array([[40.0, 40.0]])
+    even = np.round(256 * (70 + lamp)).astype(np.uint16)
+    np.testing.assert_allclose(grey_centres(grey, box, rough), [[40.3, 39.8]], atol=0.05 / 3)
+    np.testing.assert_allclose(grey_centres(even, box, rough), [[40.3, 39.8]], atol=0.005)
+
+
+def test_a_lamp_that_reaches_into_the_window_of_another_does_not_move_it():
+    y, x = np.mgrid[:61, :61].astype(float)
+    one, other = (120 * np.exp(-((x - at) ** 2 + (y - 30) ** 2) / 8) for at in (24.0, 36.0))
+    grey = np.rint(20 + one + other).astype(np.uint8)
+    centres = grey_centres(grey, np.array([[20, 26, 28, 34], [32, 26, 40, 34]]), np.array([[24.0, 30.0], [36.0, 30.0]]))
+    # Each lends the other's side a little light, by symmetry the same.
+    np.testing.assert_allclose(centres, [[24.0, 30.0], [36.0, 30.0]], atol=0.05)

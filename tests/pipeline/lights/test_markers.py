@@ -147,8 +147,9 @@ def test_water_that_grows_brighter_to_one_side_does_not_pull_a_centre(slope_x, s
     grey = np.round(256 * (70 + slope_x * (x - 40) + slope_y * (y - 40) + lamp)).astype(np.uint16)
     box, rough = np.array([[31, 31, 49, 49]]), np.array([[40.0, 40.0]])
     even = np.round(256 * (70 + lamp)).astype(np.uint16)
-    np.testing.assert_allclose(grey_centres(grey, box, rough), [[40.3, 39.8]], atol=0.05 / 3)
-    np.testing.assert_allclose(grey_centres(even, box, rough), [[40.3, 39.8]], atol=0.005)
+    alone = grey_centres(even, box, rough)
+    np.testing.assert_allclose(alone, [[40.3, 39.8]], atol=0.02)  # a sharp edge is sampled by whole pixels
+    np.testing.assert_allclose(grey_centres(grey, box, rough), alone, atol=0.005)
 
 
 def test_a_lamp_that_reaches_into_the_window_of_another_does_not_move_it():

@@ -11,7 +11,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 ADDRESS := --host 127.0.0.1 --port 8080
 
 # The parts of the page that every change is tried on.
-CORE_OF_PAGE := $(foreach part,page view tank connection measured policy,tests/browser/test_$(part).py)
+CORE_OF_PAGE := $(foreach part,page view tank connection policy,tests/browser/test_$(part).py)
 
 .PHONY: run report test test-page test-oldest resolve lint bench samples screenshots clean
 

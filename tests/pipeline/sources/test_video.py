@@ -93,7 +93,7 @@ def test_full_range_10_bit_h265_keeps_its_levels(tmp_path):
     pictures = list(luma(3, 1024, "yuv420p10le"))
     for picture in pictures:
         picture.color_range = 2
-    path = write(tmp_path / "a.mp4", "libx265", "yuv420p10le", pictures, options=options)
+    path = write(tmp_path / "a.mkv", "libx265", "yuv420p10le", pictures, options=options)
     with open_frames(str(path), grey=True) as frames:
         for number, frame in enumerate(frames):
             np.testing.assert_array_equal(frame.image, ramp(number, 1024))
@@ -102,7 +102,7 @@ def test_full_range_10_bit_h265_keeps_its_levels(tmp_path):
 def test_video_range_is_stretched_to_the_full_scale_and_keeps_levels_apart(tmp_path):
     # ITU-R BT.601: black is 16 and white 235 of 8 bits, four times that of 10 bits.
     options = {"x265-params": "lossless=1:log-level=none"}
-    path = write(tmp_path / "a.mp4", "libx265", "yuv420p10le", luma(1, 1024, "yuv420p10le", low=64), options=options)
+    path = write(tmp_path / "a.mkv", "libx265", "yuv420p10le", luma(1, 1024, "yuv420p10le", low=64), options=options)
     stored = 64 + ramp(0, 1024 - 128)
     with open_frames(str(path), grey=True) as frames:
         image = next(iter(frames)).image
@@ -135,12 +135,12 @@ def test_times_are_those_of_the_file_at_a_varying_rate(tmp_path, codec, options)
     rng = np.random.default_rng(1)
     times_us = np.cumsum(rng.integers(3_000, 400_000, 60))
     times_us -= times_us[0]
-    if codec == "mpeg4":  # its clock has 65,535 ticks a second at most
-        times_us = times_us // 1000 * 1000
-    if codec == "mpeg4":
-        stamped = write_milliseconds(tmp_path / "a.mp4", codec, options, times_us // 1000)
-    else:
+    if codec == "libx264":
         stamped = write(tmp_path / "a.mp4", codec, "yuv420p", luma(60, 256, "yuv420p", 16), times_us, options)
+    else:  # MPEG-4's clock has 65,535 ticks a second at most, Matroska's a thousand
+        times_us = times_us // 1000 * 1000
+        name = "a.mp4" if codec == "mpeg4" else "a.mkv"
+        stamped = write_milliseconds(tmp_path / name, codec, options, times_us // 1000)
     with open_frames(str(stamped), grey=True) as frames:
         found = list(frames)
         assert [frame.index for frame in found] == list(range(60))

@@ -181,12 +181,13 @@ def budgets(
 
 def nearest_m(camera: Camera, dock: Dock) -> float:
     """Range, in metres, at which a dock square on fills most of the picture."""
-    return max(camera.fx / camera.width, camera.fy / camera.height) * dock.diameter / _LARGEST_SHARE
+    fx, fy = _focal_px(camera)
+    return max(fx / camera.width, fy / camera.height) * dock.diameter / _LARGEST_SHARE
 
 
 def farthest_apart_m(camera: Camera, dock: Dock) -> float:
     """Range, in metres, up to which the lights of a dock square on are seen one by one."""
-    return min(camera.fx, camera.fy) * _apart(dock.light_points()) / LEAST_APART_PX
+    return min(_focal_px(camera)) * _apart(dock.light_points()) / LEAST_APART_PX
 
 
 def farthest_within_m(
@@ -257,8 +258,14 @@ def _linear(
 
 def _sigma_of_ratio(camera: Camera, dock: Dock, range_m: float, noise_px: float) -> float:
     """Standard error of the ratio of the ellipse's axes, of a dock square on."""
-    radius_px = math.sqrt(camera.fx * camera.fy) * dock.radius / range_m
+    radius_px = math.sqrt(math.prod(_focal_px(camera))) * dock.radius / range_m
     return 2 * noise_px / (radius_px * math.sqrt(dock.lights or 1))
+
+
+def _focal_px(camera: Camera) -> tuple[float, float]:
+    """Focal lengths near the axis; behind a flat port, water magnifies by its refractive index."""
+    index = 1.0 if camera.port is None else camera.port.water_index
+    return index * camera.fx, index * camera.fy
 
 
 def _tells_apart(camera: Camera, dock: Dock, tilt_deg: float, lights_px: np.ndarray, noise_px: float) -> float | None:

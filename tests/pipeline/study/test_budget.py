@@ -94,6 +94,14 @@ def test_how_far():
     assert farthest_within_m(CAMERA, DOCK, 0.5) == pytest.approx(farthest_apart_m(CAMERA, DOCK))
 
 
+def test_behind_a_port_lights_are_seen_apart_from_farther_away():
+    behind = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(air_gap_m=0.02, glass_m=0.01))
+    farthest_m = farthest_apart_m(behind, DOCK)
+    assert farthest_m == pytest.approx(1.333 * farthest_apart_m(CAMERA, DOCK))
+    # The port stands some centimetres before the camera, of the 21 m.
+    assert budget(behind, DOCK, farthest_m, 0.0).apart_px == pytest.approx(LEAST_APART_PX, rel=0.005)
+
+
 def test_what_is_in_view_and_apart():
     assert budget(CAMERA, DOCK, 1.0, 0.0).in_view
     assert not budget(CAMERA, DOCK, 0.3, 0.0).in_view

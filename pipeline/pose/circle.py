@@ -91,11 +91,15 @@ class CirclePose:
         return transform
 
 
-def rotation_from_angles(theta_x_rad: float, theta_y_rad: float) -> np.ndarray:
-    """Rotation (3, 3) Ry(theta_y) Rx(theta_x) of the dock's frame; its third column is minus the dock's normal."""
+def rotation_from_angles(theta_x_rad: float, theta_y_rad: float, roll_rad: float | None = None) -> np.ndarray:
+    """Rotation (3, 3) Ry(theta_y) Rx(theta_x) Rz(roll) of the dock's frame; its third column is minus the normal."""
     cx, sx = math.cos(theta_x_rad), math.sin(theta_x_rad)
     cy, sy = math.cos(theta_y_rad), math.sin(theta_y_rad)
-    return np.array([[cy, sy * sx, sy * cx], [0, cx, -sx], [-sy, cy * sx, cy * cx]])
+    level = np.array([[cy, sy * sx, sy * cx], [0, cx, -sx], [-sy, cy * sx, cy * cx]])
+    if roll_rad is None:
+        return level
+    c, s = math.cos(roll_rad), math.sin(roll_rad)
+    return level @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
 def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:

@@ -69,9 +69,8 @@ def truth_of(scene: Scene) -> Truth:
 
 def dock_rotation(scene: Scene) -> np.ndarray:
     """Rotation (3, 3) from the dock's frame to the camera's, roll included."""
-    roll = math.radians(scene.pose.roll_deg)
-    turn = np.array([[math.cos(roll), -math.sin(roll), 0], [math.sin(roll), math.cos(roll), 0], [0, 0, 1]])
-    return rotation_from_angles(math.radians(scene.pose.theta_x_deg), math.radians(scene.pose.theta_y_deg)) @ turn
+    pose = scene.pose
+    return rotation_from_angles(*map(math.radians, (pose.theta_x_deg, pose.theta_y_deg, pose.roll_deg)))
 
 
 def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:

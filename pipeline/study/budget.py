@@ -238,10 +238,7 @@ def _seen(
     camera: Camera, dock: Dock, range_m: float, tilt_deg: float, roll_rad: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The lights' images, and the dock's rotation, roll included, and position."""
-    turn = np.array(
-        [[math.cos(roll_rad), -math.sin(roll_rad), 0], [math.sin(roll_rad), math.cos(roll_rad), 0], [0, 0, 1]]
-    )
-    rotation = rotation_from_angles(0.0, math.radians(tilt_deg)) @ turn
+    rotation = rotation_from_angles(0.0, math.radians(tilt_deg), roll_rad)
     position = np.array([0.0, 0.0, range_m])
     lights_m = position + dock.light_points() @ rotation.T
     return camera.project(lights_m), rotation, position

@@ -32,10 +32,8 @@ BRIGHTEST_LEVELS = (100.0, 2000.0)  # of the brightest light, of which 255 can b
 AMBIENT_LEVELS, GRADIENT_LEVELS = 120.0, 60.0
 READ_NOISE_LEVELS = (0.5, 6.0)
 MOST_STRAYS = 10
-NO_DOCK, STREWN = (
-    0.2,
-    2 / 3,
-)  # share of the scenes, and of these the share with as many more lamps as the dock has lights
+NO_DOCK = 0.2  # share of the scenes
+STREWN = 2 / 3  # share of those without a dock that have as many more lamps as the dock has lights
 LIT_LEVELS = 25.0  # a pixel to which the lamps add a tenth of the scale is lit
 _PLACES = ("2026-11-20 15:24:59", "IPC 07", "DEPTH 3.2 m")
 

@@ -105,6 +105,7 @@ class Estimate:
         frame: int | None = None,
         time_s: float | None = None,
         sha256: str | None = None,
+        time_unix_s: float | None = None,
     ) -> dict[str, Any]:
         """The estimate as one JSON object of schema 1; unknown values are None, never left out."""
         return {
@@ -112,6 +113,7 @@ class Estimate:
             "source": source,
             "frame": frame,
             "time_s": time_s,
+            "time_unix_s": time_unix_s,
             "sha256": sha256,
             "status": self.status,
             "message": self.message,

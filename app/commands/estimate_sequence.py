@@ -90,7 +90,7 @@ def estimate_sequence(
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(source, frames, results.to, folder, files)
         for found, tracked in run:
-            line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256)
+            line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s)
 
             selected = _with_selection(tracked)
             trust = trust_of(selected, tracked)
@@ -156,7 +156,8 @@ class _Run:
             found = search.see(frame.image, frame.index, frame.time_s, settings)
             auto_masks.see(found, f"{frame.name} frame {frame.index}")
             tracked = self._tracker.follow(found, frame.time_s)
-            yield Found(frame.index, frame.time_s, frame.name, frame.sha256, found), tracked
+            seen = Found(frame.index, frame.time_s, frame.name, frame.sha256, found, time_unix_s=frame.time_unix_s)
+            yield seen, tracked
 
     def _split(self, count: int) -> Iterator[tuple[Found, Tracked]]:
         source = self._source

@@ -47,6 +47,7 @@ class Found:
     estimate: Estimate | None
     told: str = ""
     skipped: int = 0
+    time_unix_s: float | None = None
 
 
 class Work(Protocol):
@@ -154,7 +155,7 @@ def _estimate_frames(
         pass_on(frame.index)
         name = str(work.paths[frame.index]) if work.paths else work.source
         found = search.see(frame.image, frame.index, frame.time_s, settings)
-        done.append(Found(frame.index, frame.time_s, name, frame.sha256, found))
+        done.append(Found(frame.index, frame.time_s, name, frame.sha256, found, time_unix_s=frame.time_unix_s))
     pass_on(stop - 1)
     return done
 

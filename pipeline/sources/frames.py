@@ -38,6 +38,8 @@ class Frame:
         Checksum of the picture's file; None for a frame that is not a file of its own.
     shown : callable or None
         Returns what to show where ``image`` is the brightness alone; see :meth:`picture`.
+    time_unix_s : float or None, seconds
+        When it was taken, since 1970-01-01 00:00 UTC; None where the source does not know.
     """
 
     image: np.ndarray
@@ -46,6 +48,7 @@ class Frame:
     name: str
     sha256: str | None = None
     shown: Callable[[], np.ndarray] | None = None
+    time_unix_s: float | None = None
 
     def picture(self) -> np.ndarray:
         """The picture to show, in colour where the source has it; as ``image`` otherwise."""

@@ -93,10 +93,11 @@ class Tracked:
         frame: int | None = None,
         time_s: float | None = None,
         sha256: str | None = None,
+        time_unix_s: float | None = None,
     ) -> dict[str, Any]:
         """The estimate's JSON object with the final choice in numbers and words, and ``track``; the candidates stay."""
         track = self.track
-        return self.estimate.to_dict(source, frame, time_s, sha256) | {
+        return self.estimate.to_dict(source, frame, time_s, sha256, time_unix_s) | {
             "message": self.message,
             "selected": self.selected,
             "selected_by": self.selected_by,

@@ -140,14 +140,22 @@ def squares_at(
     rotation: np.ndarray, position_m: np.ndarray, angles_rad: np.ndarray, radius_m: float, rays: LightRays
 ) -> float:
     """Sum of the squared reprojection errors, in pixels squared, of lights at angles (N,) on one dock."""
-    products = _products(rotation, position_m, angles_rad, False, radius_m, *_as_arrays(rays))
+    products = np.empty((7, 7))
+    _sum_products(products, rotation, position_m, angles_rad, False, radius_m, *_as_arrays(rays))
     return float(products[6, 6])
 
 
 def angles_on_planes(rays: LightRays, rotations: np.ndarray, positions_m: np.ndarray) -> np.ndarray:
     """Angles (K, N) in radians of the lights around each of K docks, from its x axis towards its y axis."""
-    flat = on_planes(rays, rotations, positions_m)
-    return np.arctan2(flat[..., 1], flat[..., 0])
+    return _angles(rotations, positions_m, *_as_arrays(rays)[:2])
+
+
+@compiled
+def _angles(rotations: np.ndarray, positions: np.ndarray, tangents: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    angles = np.empty((len(rotations), len(tangents)))
+    for k in range(len(rotations)):
+        _move_along(angles[k], rotations[k], positions[k], tangents, starts)
+    return angles
 
 
 def _as_arrays(rays: LightRays) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -172,36 +180,47 @@ def _minimised(
     R, t, angles = rotations.copy(), positions.copy(), angles.copy()
     covariances, steps = np.empty((count, 6, 6)), np.empty((count, 6))
     gains, squares = np.empty(count), np.empty(count)
+    products = np.empty((7, 7))
     for round_ in range(MAX_STEPS):
         longest = 0.0
         for k in range(count):
             if free and round_ > 0:
                 _move_along(angles[k], R[k], t[k], tangents, starts)
-            products = _products(R[k], t[k], angles[k], free, radius, tangents, starts, slopes)
-            information, gradient = products[:6, :6].copy(), products[:6, 6].copy()
+            _sum_products(products, R[k], t[k], angles[k], free, radius, tangents, starts, slopes)
             for number in range(6):
-                information[number, number] *= 1 + _DAMPING
+                products[number, number] *= 1 + _DAMPING
             if free:
-                information[5, 5] = 1.0
-            covariances[k] = np.linalg.inv(information)
-            steps[k] = covariances[k] @ gradient
-            gains[k] = (gradient * steps[k]).sum()
+                products[5, 5] = 1.0
+            _invert(products, covariances[k])
+            gains[k] = 0.0
+            for one in range(6):
+                step = 0.0
+                for other in range(6):
+                    step += covariances[k, one, other] * products[other, 6]
+                steps[k, one] = step
+                gains[k] += step * products[one, 6]
+                longest = max(longest, abs(step) / t[k, 2] if one < 3 else abs(step))
             squares[k] = products[6, 6] - gains[k]
-            longest = max(longest, np.abs(steps[k, :3]).max() / t[k, 2], np.abs(steps[k, 3:]).max())
         # No step exceeds what the linearisation can be trusted for.
         share = min(1.0, _LONGEST / longest) if longest > 0 else 1.0
         for k in range(count):
-            t[k] += share * steps[k, :3]
-            R[k] = R[k] @ _turn(share * steps[k, 3:])
+            for axis in range(3):
+                t[k, axis] += share * steps[k, axis]
+            _turn(R[k], share * steps[k, 3], share * steps[k, 4], share * steps[k, 5])
         # A pose has converged, or is so much worse than the best one that it need not.
         hopeless = HOPELESS * squares.min() + HOPELESS_PX2
-        if np.all((gains <= _SETTLED * np.abs(squares) + _SETTLED_PX2) | (squares > hopeless)):
+        settled = True
+        for k in range(count):
+            enough = _SETTLED * abs(squares[k]) + _SETTLED_PX2
+            settled = settled and (gains[k] <= enough or squares[k] > hopeless)
+        if settled:
             break
     return R, t, np.maximum(squares, 0.0), covariances
 
 
 @compiled
-def _products(
+def _sum_products(
+    products: np.ndarray,
     R: np.ndarray,
     t: np.ndarray,
     angles: np.ndarray,
@@ -210,26 +229,34 @@ def _products(
     tangents: np.ndarray,
     starts: np.ndarray,
     slopes: np.ndarray,
-) -> np.ndarray:
-    """J^T J (7, 7) of the derivatives J of the lights' image points, in pixels, with the residuals as a last column."""
-    products, J = np.zeros((7, 7)), np.zeros((2, 7))
+) -> None:
+    """Write J^T J (7, 7) of the derivatives J of the lights' image points, in pixels; its last column: residuals."""
+    products[:] = 0.0
+    J = np.zeros((2, 7))
     for light in range(len(angles)):
         x, y = radius * np.cos(angles[light]), radius * np.sin(angles[light])
-        X, Y, Z = R[:, 0] * x + R[:, 1] * y + t
-        u, v = tangents[light]
+        X = R[0, 0] * x + R[0, 1] * y + t[0]
+        Y = R[1, 0] * x + R[1, 1] * y + t[1]
+        Z = R[2, 0] * x + R[2, 1] * y + t[2]
+        u, v = tangents[light, 0], tangents[light, 1]
         shift = starts[light] / Z
         slope = slopes[min(light, len(slopes) - 1)]
         for row in range(2):
-            J[row, 0], J[row, 1] = slope[row, 0] / Z, slope[row, 1] / Z
-            J[row, 2] = -J[row, 0] * (X / Z + u * shift) - J[row, 1] * (Y / Z + v * shift)
-            along_x, along_y, along_z = J[row, :3] @ R
+            a, b = slope[row, 0] / Z, slope[row, 1] / Z
+            c = -a * (X / Z + u * shift) - b * (Y / Z + v * shift)
+            J[row, 0], J[row, 1], J[row, 2] = a, b, c
+            along_x = a * R[0, 0] + b * R[1, 0] + c * R[2, 0]
+            along_y = a * R[0, 1] + b * R[1, 1] + c * R[2, 1]
+            along_z = a * R[0, 2] + b * R[1, 2] + c * R[2, 2]
             J[row, 3], J[row, 4], J[row, 5] = y * along_z, -x * along_z, x * along_y - y * along_x
             J[row, 6] = slope[row, 0] * (u * (1 - shift) - X / Z) + slope[row, 1] * (v * (1 - shift) - Y / Z)
         rows = 2
         if free:
             # A rotation about the dock's own axis moves a light along the circle; only what is across it counts.
-            along = np.hypot(J[0, 5], J[1, 5])
-            J[0] = (J[1] * J[0, 5] - J[0] * J[1, 5]) / along
+            across_u, across_v = J[1, 5], J[0, 5]
+            along = np.hypot(across_u, across_v)
+            for column in range(7):
+                J[0, column] = (J[1, column] * across_v - J[0, column] * across_u) / along
             J[0, 5] = 0.0
             rows = 1
         for row in range(rows):
@@ -239,17 +266,46 @@ def _products(
     for one in range(7):
         for other in range(one):
             products[one, other] = products[other, one]
-    return products
+
+
+@compiled
+def _invert(matrix: np.ndarray, inverse: np.ndarray) -> None:
+    """Write the inverse (6, 6) of the upper left part of a symmetric matrix, by Gauss-Jordan elimination.
+
+    Where lights leave a parameter open, the damped pivot is as good as nothing, and the variance as good as infinite.
+    """
+    work = np.zeros((6, 12))
+    for row in range(6):
+        for column in range(6):
+            work[row, column] = matrix[row, column]
+        work[row, 6 + row] = 1.0
+    for pivot in range(6):
+        largest = pivot
+        for row in range(pivot + 1, 6):
+            if abs(work[row, pivot]) > abs(work[largest, pivot]):
+                largest = row
+        for column in range(12):
+            work[pivot, column], work[largest, column] = work[largest, column], work[pivot, column]
+        by = work[pivot, pivot]
+        for column in range(12):
+            work[pivot, column] /= by
+        for row in range(6):
+            if row != pivot and work[row, pivot] != 0.0:
+                factor = work[row, pivot]
+                for column in range(12):
+                    work[row, column] -= factor * work[pivot, column]
+    for row in range(6):
+        for column in range(6):
+            inverse[row, column] = work[row, 6 + column]
 
 
 @compiled
 def _move_along(angles: np.ndarray, R: np.ndarray, t: np.ndarray, tangents: np.ndarray, starts: np.ndarray) -> None:
     """Put the lights, in place, at the angles at which their rays meet the dock's plane."""
-    normal = R[:, 2].copy()
     for light in range(len(angles)):
-        u, v = tangents[light]
-        ahead = (normal * t).sum() - normal[2] * starts[light]
-        depth = ahead / (normal[0] * u + normal[1] * v + normal[2])
+        u, v = tangents[light, 0], tangents[light, 1]
+        ahead = R[0, 2] * t[0] + R[1, 2] * t[1] + R[2, 2] * (t[2] - starts[light])
+        depth = ahead / (R[0, 2] * u + R[1, 2] * v + R[2, 2])
         x, y, z = depth * u - t[0], depth * v - t[1], depth + starts[light] - t[2]
         along_x = x * R[0, 0] + y * R[1, 0] + z * R[2, 0]
         along_y = x * R[0, 1] + y * R[1, 1] + z * R[2, 1]
@@ -257,8 +313,14 @@ def _move_along(angles: np.ndarray, R: np.ndarray, t: np.ndarray, tangents: np.n
 
 
 @compiled
-def _turn(vector: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) by a small vector (3,) in radians: the Cayley transform, exact to the third order."""
-    x, y, z = vector / 2
-    half = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + 2 / (1 + x * x + y * y + z * z) * (half + half @ half)
+def _turn(R: np.ndarray, x: float, y: float, z: float) -> None:
+    """Rotate in place by a small vector in radians, about the dock's axes: the Cayley transform, of third order."""
+    x, y, z = x / 2, y / 2, z / 2
+    by = 2 / (1 + x * x + y * y + z * z)
+    for row in range(3):
+        a, b, c = R[row, 0], R[row, 1], R[row, 2]
+        # a row times the cross-product matrix, twice
+        p, q, r = b * z - c * y, c * x - a * z, a * y - b * x
+        R[row, 0] = a + by * (p + q * z - r * y)
+        R[row, 1] = b + by * (q + r * x - p * z)
+        R[row, 2] = c + by * (r + p * y - q * x)

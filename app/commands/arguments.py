@@ -5,14 +5,17 @@ from __future__ import annotations
 import argparse
 import math
 import re
+from collections.abc import Sequence
 
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.inputs.samples import sample_source
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
+from dockpose.sources import Kind, Wishes, kind_of
 
 Commands = argparse._SubParsersAction  # what add_subparsers() returns has no public name
+MOST_HZ = 1000.0
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 _BESIDE = "default: what NAME.yaml beside NAME.png says"
@@ -32,6 +35,22 @@ def add_camera_and_dock(parser: argparse.ArgumentParser) -> None:
         "--dock-diameter", metavar="M", help=f"of the ring of lights, in metres, or with its unit as 30cm ({_BESIDE})"
     )
     parser.add_argument("--lights", type=int, metavar="N", help="how many lights, evenly spaced, where it is known")
+
+
+def add_wishes(parser: argparse.ArgumentParser) -> None:
+    """Add ``--exposure``, ``--gain``, ``--fps`` and ``--format``."""
+    parser.add_argument(
+        "--exposure",
+        type=float,
+        metavar="E",
+        help="of a camera, in its own unit, and no longer automatic: 0.1 ms on Linux, so that 120 is 12 ms; powers of "
+        "two of a second on Windows, so that -6 is 1/64 s",
+    )
+    parser.add_argument("--gain", type=float, metavar="G", help="of a camera, in its own unit")
+    parser.add_argument("--fps", type=float, metavar="HZ", help="frames a second of a camera")
+    parser.add_argument(
+        "--format", metavar="FOUR", help="of a camera's pixels: MJPG, YUYV; GREY; Y16, which keeps its 16 bits"
+    )
 
 
 def add_masks(parser: argparse.ArgumentParser) -> None:
@@ -61,6 +80,24 @@ def dock_of(arguments: argparse.Namespace) -> Dock | None:
     diameter_m = metres(arguments.dock_diameter)
     with blaming("--dock-diameter, --lights: "):
         return Dock(diameter_m, arguments.lights)
+
+
+def wishes_of(arguments: argparse.Namespace, sources: Sequence[str]) -> Wishes:
+    """What a camera is asked for. Raises UserError for what no camera can give, and where no source is a camera."""
+    given = {"--exposure": arguments.exposure, "--gain": arguments.gain, "--fps": arguments.fps}
+    for option, value in given.items():
+        if value is not None and not math.isfinite(value):
+            raise UserError(f"{option} is {value:g}; it must be a number")
+    if arguments.fps is not None and not 0 < arguments.fps <= MOST_HZ:
+        raise UserError(f"--fps is {arguments.fps:g}; it must be above 0 and at most {MOST_HZ:g}")
+    letters = arguments.format
+    if letters is not None and not re.fullmatch(r"[A-Za-z0-9]{3,4}", letters):
+        raise UserError(f"--format {letters}: must be the three or four letters of a format, as MJPG or Y16")
+    named = [option for option, value in {**given, "--format": letters}.items() if value is not None]
+    if named and not any(kind_of(source) is Kind.CAMERA for source in sources):
+        what = f"{sources[0]} is none" if sources else "none is given"
+        raise UserError(f"{named[0]} is for a camera, as 0 or /dev/video0; {what}")
+    return Wishes(None, None, arguments.exposure, arguments.gain, arguments.fps, letters and letters.upper())
 
 
 def metres(text: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -14,9 +15,11 @@ from dockpose.app.commands.arguments import (
     add_camera_and_dock,
     add_masks,
     add_sources,
+    add_wishes,
     camera_of,
     dock_of,
     settings_of,
+    wishes_of,
 )
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, EXIT_STOPPED, Interrupts, say
 from dockpose.app.commands.estimate_sequence import How, estimate_sequence
@@ -39,7 +42,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     add_sources(
         parser,
         "*",
-        "a picture, a folder of pictures, a glob, a video, a camera's number, the address of a stream "
+        "a picture, a folder of pictures, a glob, a video, a camera (0, /dev/video0), the address of a stream "
         "(http://, rtsp://), or a scene file to simulate",
     )
     add_camera_and_dock(parser)
@@ -61,6 +64,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for recordings (default: 1)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="do recordings on a Dask cluster, as tcp://host:8786")
+    add_wishes(parser)
     add_masks(parser)
     add_session_argument(parser)
     parser.set_defaults(run=run, parser=parser)
@@ -79,7 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
     if jobs < 1:
         raise UserError(f"--jobs is {jobs}; it must be at least 1")
     to = Destinations(arguments.json, arguments.csv, arguments.annotate)
-    return estimate_sources(arguments.sources, camera, dock, settings, to, How(rate_hz, jobs, arguments.scheduler))
+    how = How(rate_hz, jobs, arguments.scheduler, wishes_of(arguments, arguments.sources))
+    return estimate_sources(arguments.sources, camera, dock, settings, to, how)
 
 
 def estimate_sources(
@@ -117,7 +122,8 @@ def estimate_sources(
         if a source has no camera or dock or no pictures, or an output cannot be written.
     """
     how = how or How()
-    parts = resolve(sources, camera, dock, say, how.rate_hz)
+    found = resolve(sources, camera, dock, say, how.rate_hz)
+    parts = [dataclasses.replace(part, wishes=how.wishes) if isinstance(part, FrameSource) else part for part in found]
     if to.is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
         raise UserError(f"--annotate {to.annotate}: a video is made of one sequence; give a folder instead")
     all_read = True
@@ -159,14 +165,16 @@ def _estimate_pictures(batch: Batch, settings: Settings, how: How, results: Resu
     folder = None if to is None else PictureFolder(to, [file.path for file in batch.files])
     auto_masks = AutoMasks(settings, say)
 
-    def write(path: Path, sha256: str | None, found: Estimate, read: Callable[[], np.ndarray]) -> None:
+    def write(
+        path: Path, sha256: str | None, taken_s: float | None, found: Estimate, read: Callable[[], np.ndarray]
+    ) -> None:
         trust = trust_of(found)
 
         def draw() -> None:
             if folder is not None:
                 folder.write(path.stem, annotate(read(), found, headline=headline_of(trust)))
 
-        results.write(found.to_dict(str(path), 0, None, sha256) | {"track": None}, str(path), trust, draw)
+        results.write(found.to_dict(str(path), 0, None, sha256, taken_s) | {"track": None}, str(path), trust, draw)
 
     if how.is_split:
         with workers(how.jobs, how.scheduler) as (executor, at_once):
@@ -175,7 +183,7 @@ def _estimate_pictures(batch: Batch, settings: Settings, how: How, results: Resu
                     batch.skip(one.told)
                 else:
                     file = batch.files[one.index]
-                    write(file.path, one.sha256, one.estimate, lambda file=file: file.read().image)
+                    write(file.path, one.sha256, one.time_unix_s, one.estimate, lambda file=file: file.read().image)
         return
 
     def work(picture: Picture) -> Estimate:
@@ -185,4 +193,4 @@ def _estimate_pictures(batch: Batch, settings: Settings, how: How, results: Resu
         return found
 
     for picture, found in batch.run(work):
-        write(picture.path, picture.sha256, found, lambda picture=picture: picture.image)
+        write(picture.path, picture.sha256, picture.time_unix_s, found, lambda picture=picture: picture.image)

@@ -21,7 +21,7 @@ from dockpose.app.processing.analysis import headline_of, trust_of
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
 from dockpose.app.state.trust import Trust
-from dockpose.sources import Frame, Frames, Tell, Video, read_ahead
+from dockpose.sources import NO_WISHES, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
 from dockpose.tracking.tracker import Tracked, Tracker
 
 _RATE_HZ = 25.0  # of an annotated video of a source that tells no rate
@@ -39,11 +39,14 @@ class How:
         Number of processes.
     scheduler : str or None
         Address of a Dask cluster's scheduler, in place of processes.
+    wishes : Wishes
+        What a camera is asked for.
     """
 
     rate_hz: float | None = None
     jobs: int = 1
     scheduler: str | None = None
+    wishes: Wishes = NO_WISHES
 
     @property
     def is_split(self) -> bool:
@@ -87,6 +90,8 @@ def estimate_sequence(
         is_grey = source.dock is None or not source.dock.colours
         frames = files.enter_context(source.open(progress.tell, grey=is_grey))
         progress.total = frames.count
+        if isinstance(frames, Live) and frames.about:
+            progress.tell(f"{frames.source}: {frames.about}")
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(source, frames, results.to, folder, files)
         for found, tracked in run:

@@ -8,7 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
+from dockpose.app.commands.arguments import (
+    Commands,
+    add_camera_and_dock,
+    add_wishes,
+    camera_of,
+    dock_of,
+    wishes_of,
+)
 from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import sample_source
@@ -28,9 +35,10 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         nargs="?",
         metavar="SOURCE",
         type=sample_source,
-        help="picture, folder, video, camera's number, stream, or a sample's name; default: the first sample scene",
+        help="picture, folder, video, camera (0, /dev/video0), stream, or a sample's name (default: the first sample)",
     )
     add_camera_and_dock(parser)
+    add_wishes(parser)
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
     parser.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")
     parser.add_argument("--folder", metavar="ROOT", type=Path, help="let the page show pictures of this folder")
@@ -86,6 +94,7 @@ def _options(arguments: argparse.Namespace) -> Options:
         remember_in=config_folder(),
         sessions=sessions.resolve(),
         view_link=arguments.view_token,
+        wishes=wishes_of(arguments, [] if arguments.source is None else [arguments.source]),
     )
 
 

@@ -13,7 +13,7 @@ from dockpose.app.inputs.sidecar import camera_and_dock
 from dockpose.camera.files import FileError
 from dockpose.pose.known import KnownPose
 from dockpose.sources import list_pictures
-from dockpose.sources.pictures import read_picture
+from dockpose.sources.pictures import read_picture_and_time
 
 Result = TypeVar("Result")
 
@@ -34,6 +34,8 @@ class Picture:
         That belong to it.
     truth : KnownPose or None
         Where the dock really is.
+    time_unix_s : float or None, seconds
+        When it was taken, since 1970-01-01 00:00 UTC.
     """
 
     path: Path
@@ -42,6 +44,7 @@ class Picture:
     camera: Camera
     dock: Dock
     truth: KnownPose | None = None
+    time_unix_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,8 @@ class PictureFile:
 
     def read(self) -> Picture:
         """Read and decode it. Raises ImageError, which names the file, where that cannot be done."""
-        return Picture(self.path, *read_picture(self.path), self.camera, self.dock)
+        image, sha256, taken_s = read_picture_and_time(self.path)
+        return Picture(self.path, image, sha256, self.camera, self.dock, time_unix_s=taken_s)
 
 
 class Batch:

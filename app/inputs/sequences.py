@@ -13,7 +13,20 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, videos_below
 from dockpose.app.inputs.sidecar import camera_and_dock, known, read_sidecar
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep, load_sequence
-from dockpose.sources import Frames, Kind, Pictures, Simulated, SourceError, Tell, kind_of, list_pictures, open_frames
+from dockpose.sources import (
+    NO_WISHES,
+    Frames,
+    Kind,
+    Pictures,
+    Simulated,
+    SourceError,
+    Tell,
+    Wishes,
+    camera_number,
+    kind_of,
+    list_pictures,
+    open_frames,
+)
 
 SIMULATED = ("simulated approach", "simulated sweep", "simulated hover", "simulated closed loop")
 PICTURES_HZ = 10.0  # rate at which the page plays pictures, which have no times
@@ -42,6 +55,8 @@ class FrameSource:
         What is simulated.
     folder : TemporaryDirectory or None
         Holds a file that was sent, until :meth:`discard`.
+    wishes : Wishes
+        What a camera is asked for; without a size of its own, for that of the camera file.
     """
 
     source: str
@@ -52,6 +67,7 @@ class FrameSource:
     dock: Dock | None = None
     course: FilmPlan | None = None
     folder: tempfile.TemporaryDirectory[str] | None = None
+    wishes: Wishes = NO_WISHES
 
     def open(self, tell: Tell, *, grey: bool = False) -> Frames:
         """Open the frames, which then carry the camera and the dock.
@@ -74,7 +90,8 @@ class FrameSource:
             elif self.paths:
                 frames = Pictures(self.paths, self.source, self.rate_hz, tell)
             else:
-                frames = open_frames(self.source, tell, rate_hz=self.rate_hz, grey=grey)
+                wishes = of_size(self.wishes, self.camera)
+                frames = open_frames(self.source, tell, rate_hz=self.rate_hz, grey=grey, wishes=wishes)
         except SourceError as error:
             if self.folder is None:
                 raise
@@ -122,7 +139,7 @@ def typed(
         course = load_sequence(source)
         camera, dock = camera or course.scene.camera, dock or course.scene.dock
     elif kind in (Kind.CAMERA, Kind.STREAM):
-        name = f"camera {source}" if kind is Kind.CAMERA else source
+        name = _live_name(source)
         camera, dock = known(name, camera, dock)
     else:
         camera, dock = camera_and_dock(paths[0] if paths else Path(source), camera, dock)
@@ -133,7 +150,7 @@ def given(source: str, camera: Camera | None, dock: Dock | None) -> FrameSource:
     """The sequence that the page starts with; its camera and dock need not be known."""
     kind = kind_of(source)
     if kind in (Kind.CAMERA, Kind.STREAM):
-        return FrameSource(source, f"camera {source}" if kind is Kind.CAMERA else source, camera=camera, dock=dock)
+        return FrameSource(source, _live_name(source), camera=camera, dock=dock)
     first = None if kind is Kind.SIMULATED else list_pictures(source)[0]
     found = FrameSource(source, Path(source).name or source, rate_hz=PICTURES_HZ, camera=camera, dock=dock)
     return found if first is None else _with_sidecar(found, first)
@@ -208,6 +225,18 @@ def simulated(name: str, scene: Scene) -> FrameSource:
         SIMULATED[3]: ClosedLoop(end_m=near_m, frames=500, **currents),
     }[name]
     return FrameSource(name, name, course=FilmPlan(scene=scene, motion=motion))
+
+
+def of_size(wishes: Wishes, camera: Camera | None) -> Wishes:
+    """The wishes with the size that a camera file is for, where they name none."""
+    if camera is None or wishes.width is not None:
+        return wishes
+    return replace(wishes, width=camera.width, height=camera.height)
+
+
+def _live_name(source: str) -> str:
+    number = camera_number(source)
+    return source if number is None else f"camera {number}"
 
 
 def _with_sidecar(source: FrameSource, path: Path) -> FrameSource:

@@ -171,7 +171,7 @@ def _estimate_pictures(files: tuple[PictureFile, ...], folder: str, start: int, 
             text = _as_typed(str(error), [name], folder)
             done.append(Found(index, None, name, None, None, text if name in text else f"{name}: {text}", 1))
         else:
-            done.append(Found(index, None, name, picture.sha256, found))
+            done.append(Found(index, None, name, picture.sha256, found, time_unix_s=picture.time_unix_s))
     return done
 
 

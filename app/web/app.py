@@ -6,12 +6,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import viser
 from dockpose import Camera, Dock
 from dockpose.app.experiment.folder import SessionFolder
-from dockpose.app.inputs.sequences import FrameSource, given, is_sequence
+from dockpose.app.inputs.sequences import FrameSource, given, is_sequence, of_size
 from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.latest_worker import LatestWorker
@@ -98,6 +99,7 @@ class App:
         tank = memory.now.tank
         if sequence is not None:
             tank = changed(tank, camera=camera or tank.camera, dock=dock or tank.dock)
+            sequence = replace(sequence, wishes=of_size(options.wishes, tank.camera))
             view = open_source(None, None, None, tank)
         else:
             is_left_open = source is None and camera is None and dock is None

@@ -4,17 +4,20 @@ May import `dockpose.estimate` and `dockpose.simulate`, since simulated courses 
 """
 
 from dockpose.sources.ahead import read_ahead
+from dockpose.sources.capture import NO_WISHES, Wishes
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
-from dockpose.sources.live import Live
-from dockpose.sources.names import VIDEO_ENDINGS, Kind, kind_of
+from dockpose.sources.live import Arrival, Live
+from dockpose.sources.names import VIDEO_ENDINGS, Kind, camera_number, kind_of
 from dockpose.sources.opening import open_frames
 from dockpose.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
 from dockpose.sources.simulated import Simulated
 from dockpose.sources.video import Video
 
 __all__ = [
+    "NO_WISHES",
     "PICTURE_ENDINGS",
     "VIDEO_ENDINGS",
+    "Arrival",
     "Frame",
     "Frames",
     "Kind",
@@ -24,6 +27,8 @@ __all__ = [
     "SourceError",
     "Tell",
     "Video",
+    "Wishes",
+    "camera_number",
     "kind_of",
     "list_pictures",
     "numeric",

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import sys
+from dataclasses import dataclass
 from typing import Any, Protocol
 
+import av
 import cv2
 import numpy as np
 
@@ -14,6 +17,42 @@ if "OPENCV_LOG_LEVEL" not in os.environ:
     _set_log_level = _cv2.utils.logging.setLogLevel if hasattr(cv2.utils, "logging") else _cv2.setLogLevel
     _set_log_level(0)  # silent
 
+# Grey formats, which OpenCV would otherwise turn into three equal colours of 8 bits.
+_GREY_FORMATS = ("GREY", "Y8", "Y800", "Y10", "Y12", "Y16")
+# Video4Linux counts 1 as manual (V4L2_EXPOSURE_MANUAL), other systems 0 as not automatic.
+_MANUAL_EXPOSURE = 1 if sys.platform.startswith("linux") else 0
+_SAME_RATE = 0.02  # 29.97 is as good as 30
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What a camera is asked for; None leaves it as it is.
+
+    Attributes
+    ----------
+    width, height : int or None, pixels
+        Of the picture.
+    exposure : float or None
+        In the camera's own unit: 0.1 ms with Video4Linux, powers of two of a second on Windows. It ends automatic
+        exposure.
+    gain : float or None
+        In the camera's own unit.
+    rate_hz : float or None, hertz
+        Frames in a second.
+    format : str or None
+        Of the pixels, by its four letters (FOURCC), as MJPG, YUYV, GREY or Y16.
+    """
+
+    width: int | None = None
+    height: int | None = None
+    exposure: float | None = None
+    gain: float | None = None
+    rate_hz: float | None = None
+    format: str | None = None
+
+
+NO_WISHES = Wishes()
+
 
 class Capture(Protocol):
     """An open camera or stream."""
@@ -21,6 +60,25 @@ class Capture(Protocol):
     @property
     def time_s(self) -> float | None:
         """Time of the frame that was grabbed last by the source's own clock, in seconds; None where it has none."""
+        ...
+
+    @property
+    def about(self) -> str:
+        """What it gives, in words, as "1280 x 720 MJPG at 30 frames/s"; empty where it does not say."""
+        ...
+
+    @property
+    def packets(self) -> tuple[av.Packet, ...]:
+        """The frame that was grabbed last as it was sent, and what was sent with it; empty where that is not known."""
+        ...
+
+    @property
+    def unix_at_zero_s(self) -> float | None:
+        """Time of day at the zero of ``time_s`` by the sender, in seconds since 1970 (UTC); None where not told."""
+        ...
+
+    def ask(self, wishes: Wishes) -> tuple[str, ...]:
+        """Set what can be set, and say in words what was refused."""
         ...
 
     def grab(self) -> bool:
@@ -37,27 +95,103 @@ class Capture(Protocol):
 
 
 class Camera:
-    """A camera of this machine, by its number, with whichever backend the system has; check ``is_open``."""
+    """A camera of this machine, by its number, with whichever backend the system has; check ``is_open``.
 
-    time_s = None
+    Grey formats keep all their levels (GREY is uint8, Y10 to Y16 are uint16); others are BGR, uint8. Of what is done
+    here with a camera, nothing was tried with a real one, but with one that answers as Video4Linux is documented to.
+    """
+
+    packets: tuple[av.Packet, ...] = ()
+    unix_at_zero_s = None
 
     def __init__(self, number: int) -> None:
         self._capture = cv2.VideoCapture(number, cv2.CAP_ANY)
+        self.about = self._words(NO_WISHES) if self.is_open else ""
 
     @property
     def is_open(self) -> bool:
         """Whether there is a camera of that number, and no other program has it."""
         return self._capture.isOpened()
 
+    @property
+    def time_s(self) -> float | None:
+        """When the driver had the frame that was grabbed last, by its own clock, in seconds; None if it does not say.
+
+        Video4Linux gives the time of the system's monotonic clock.
+        """
+        stamp_ms = self._capture.get(cv2.CAP_PROP_POS_MSEC)
+        return stamp_ms / 1000 if stamp_ms > 0 else None
+
+    def ask(self, wishes: Wishes) -> tuple[str, ...]:
+        """Set what can be set, and say in words what was refused."""
+        # In this order: the format limits the sizes, and both the rates.
+        if wishes.format is not None:
+            self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*wishes.format.ljust(4)))
+        if wishes.width is not None and wishes.height is not None:
+            self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, wishes.width)
+            self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, wishes.height)
+        if wishes.rate_hz is not None:
+            self._capture.set(cv2.CAP_PROP_FPS, wishes.rate_hz)
+        self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0 if self._format() in _GREY_FORMATS else 1)
+        refused = self._refused_of_format(wishes)
+        if wishes.exposure is not None:
+            self._capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL_EXPOSURE)
+            if not self._capture.set(cv2.CAP_PROP_EXPOSURE, wishes.exposure):
+                refused.append(f"does not take an exposure of {wishes.exposure:g} and keeps its own")
+        if wishes.gain is not None and not self._capture.set(cv2.CAP_PROP_GAIN, wishes.gain):
+            refused.append(f"does not take a gain of {wishes.gain:g} and keeps its own")
+        self.about = self._words(wishes)
+        return tuple(refused)
+
     def grab(self) -> bool:
         """Wait for the next frame; False if there is none."""
         return self._capture.grab()
 
     def retrieve(self) -> tuple[bool, np.ndarray | None]:
-        """Return the frame that was grabbed last, (H, W, 3) BGR uint8."""
+        """Return the frame that was grabbed last, (H, W, 3) BGR uint8, or (H, W) uint8 or uint16 of a grey format."""
         good, image = self._capture.retrieve()
-        return good, image if good else None
+        if not good or image is None or image.size == 0:
+            return False, None
+        return True, image[:, :, 0] if image.ndim == 3 and image.shape[2] == 1 else image
 
     def release(self) -> None:
         """Release the camera."""
         self._capture.release()
+
+    def _refused_of_format(self, wishes: Wishes) -> list[str]:
+        """What was refused of the format, the size and the rate; drivers take the nearest without a word."""
+        refused = []
+        width, height = self._size()
+        if wishes.format is not None and self._format() != wishes.format:
+            refused.append(f"does not give {wishes.format} and goes on with {self._format() or 'its own format'}")
+        if wishes.width is not None and (width, height) != (wishes.width, wishes.height):
+            refused.append(f"does not give {wishes.width} x {wishes.height} and goes on with {width} x {height}")
+        rate_hz = self._capture.get(cv2.CAP_PROP_FPS)
+        if wishes.rate_hz is not None and abs(rate_hz - wishes.rate_hz) > _SAME_RATE * wishes.rate_hz:
+            given = f"goes on with {rate_hz:g}" if rate_hz > 0 else "does not say what it gives"
+            refused.append(f"does not give {wishes.rate_hz:g} frames/s and {given}")
+        return refused
+
+    def _words(self, wishes: Wishes) -> str:
+        """What the camera says of itself by now."""
+        width, height = self._size()
+        rate_hz = self._capture.get(cv2.CAP_PROP_FPS)
+        rate = f"at {rate_hz:.4g} frames/s" if rate_hz > 0 else ""
+        parts = [" ".join(filter(None, (f"{width} x {height}", self._format(), rate)))]
+        for name, asked, which in (
+            ("exposure", wishes.exposure, cv2.CAP_PROP_EXPOSURE),
+            ("gain", wishes.gain, cv2.CAP_PROP_GAIN),
+        ):
+            if asked is not None:  # to ask for what a camera does not have makes OpenCV write to standard error
+                parts.append(f"{name} {asked:g} asked, {self._capture.get(which):g} set")
+        return "; ".join(parts)
+
+    def _size(self) -> tuple[int, int]:
+        return int(self._capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT))
+
+    def _format(self) -> str:
+        """The four letters of the format, without blanks; empty where the backend does not tell."""
+        code = int(self._capture.get(cv2.CAP_PROP_FOURCC))
+        letters = bytes(code >> place & 0xFF for place in (0, 8, 16, 24)) if code > 0 else b""
+        text = letters.decode("ascii", "replace").rstrip(" \0")
+        return text if text.isprintable() else ""

@@ -5,21 +5,44 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
+import av
 import numpy as np
-from dockpose.sources.capture import Capture
+from dockpose.sources.capture import NO_WISHES, Capture, Wishes
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
+_MOST_DELAY_S = 1.0  # of a frame after the time stamp of its driver
 _FAILURES = 5  # consecutive failures, such as corrupt frames, after which a source counts as lost
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """A frame of a live source as it came, whether or not somebody has the time for it.
+
+    Attributes
+    ----------
+    frame : Frame
+        What came.
+    packets : tuple of av.Packet
+        The same as it was sent, and what was sent with it; empty where that is not known, as for cameras.
+    shift_s : float or None, seconds
+        What is to be added to the packets' own times to make them times of frames; None where they have no times.
+    """
+
+    frame: Frame
+    packets: tuple[av.Packet, ...] = ()
+    shift_s: float | None = None
 
 
 class Live(Frames):
     """Frames as they arrive; a slow consumer gets the newest.
 
     The index counts the frames that arrived, so the numbers of dropped ones are left out. Times are in seconds since
-    the first frame, by the source's own clock where it has one, and by the time of arrival elsewhere. Iteration ends
-    when the source is closed.
+    the first frame, by the source's own clock where it has one, and by the time of arrival elsewhere. The time of day
+    is that of the first frame, by the sender where it tells one and else of its arrival, and goes on by the same clock
+    as the times, so that a clock that is set meanwhile tears no gap. Iteration ends when the source is closed.
 
     Parameters
     ----------
@@ -29,8 +52,19 @@ class Live(Frames):
         Opens the source; raises SourceError if it does not answer.
     tell : callable, optional
         Called with a sentence, in the reading thread, when the source is lost or back and for corrupt frames.
+    wishes : Wishes
+        What it is asked for, each time that it is opened.
     first_pause_s, longest_pause_s : float, seconds
         Pause before the first attempt to reconnect, and the longest; each is twice the one before.
+
+    Attributes
+    ----------
+    about : str
+        What the source says that it gives, in words; empty where it does not.
+    on_arrival : callable or None
+        Called in the reading thread with each frame that comes, dropped or not; must not take time.
+    wishes : Wishes
+        What it was asked for last; see :meth:`ask`.
 
     Raises
     ------
@@ -46,6 +80,7 @@ class Live(Frames):
         connect: Callable[[], Capture],
         tell: Tell | None = None,
         *,
+        wishes: Wishes = NO_WISHES,
         first_pause_s: float = FIRST_PAUSE_S,
         longest_pause_s: float = LONGEST_PAUSE_S,
     ) -> None:
@@ -57,8 +92,15 @@ class Live(Frames):
         self._newest: Frame | None = None
         self._came = 0
         self._began_s = 0.0
+        self._began_unix_s = 0.0
         self._ahead_s: float | None = None  # of our clock over the source's, since it was connected
+        self.about = ""
+        self.on_arrival: Callable[[Arrival], None] | None = None
+        self.wishes = wishes
+        self._asked: Wishes | None = None  # anew, while the source is open
+        self._refused: tuple[str, ...] = ()
         capture = connect()
+        self._ask(capture, self.wishes)
         self._thread = threading.Thread(target=self._run, args=(capture,), name="dockpose live source", daemon=True)
         self._thread.start()
 
@@ -70,6 +112,10 @@ class Live(Frames):
             if frame is None or self._stop.is_set():
                 return
             yield frame
+
+    def ask(self, wishes: Wishes) -> None:
+        """Ask the source for something else; the reading thread does so before the next frame."""
+        self.wishes = self._asked = wishes
 
     def close(self) -> None:
         """End the iteration and release the source; its thread may need a read's time limit to notice."""
@@ -85,11 +131,22 @@ class Live(Frames):
             capture.release()
             capture = None if self._stop.is_set() else self._bring_back()
 
+    def _ask(self, capture: Capture, wishes: Wishes) -> None:
+        """Pass on what is wished, and tell what is refused, once."""
+        refused = capture.ask(wishes)
+        for text in refused:
+            if text not in self._refused:
+                self._tell(f"{self.source}: {text}")
+        self._refused, self.about = refused, capture.about
+
     def _read(self, capture: Capture) -> None:
         """Read until the source is lost or closed."""
         failures = 0
         self._ahead_s = None
         while not self._stop.is_set() and failures < _FAILURES:
+            asked, self._asked = self._asked, None
+            if asked is not None:
+                self._ask(capture, asked)
             good = capture.grab()
             arrived_s = time.monotonic()
             image = None
@@ -103,18 +160,28 @@ class Live(Frames):
                 frames = "1 frame was corrupt and is" if failures == 1 else f"{failures} frames were corrupt and are"
                 self._skip(f"{self.source}: {frames} left out", failures)
                 failures = 0
-            self._keep(image, arrived_s, capture.time_s)
+            self._keep(image, arrived_s, capture)
 
-    def _keep(self, image: np.ndarray, arrived_s: float, stamp_s: float | None) -> None:
+    def _keep(self, image: np.ndarray, arrived_s: float, capture: Capture) -> None:
+        stamp_s = capture.time_s
+        if stamp_s is not None and 0 <= arrived_s - stamp_s < _MOST_DELAY_S:
+            arrived_s = stamp_s  # by our own clock, as Video4Linux gives it: when the frame was there, not when we were
         if self._came == 0 or self._began_s == 0.0:
             self._began_s = arrived_s
+            self._began_unix_s = time.time() - (time.monotonic() - arrived_s)
+            if capture.unix_at_zero_s is not None and stamp_s is not None:
+                self._began_unix_s = capture.unix_at_zero_s + stamp_s
         time_s = arrived_s - self._began_s
         if stamp_s is not None:
             if self._ahead_s is None:
                 self._ahead_s = time_s - stamp_s
             time_s = stamp_s + self._ahead_s
-        frame = Frame(image, self._came, round(time_s, 6), self.source)
+        time_s = round(time_s, 6)
+        taken_s = round(self._began_unix_s + time_s, 6)
+        frame = Frame(image, self._came, time_s, self.source, time_unix_s=taken_s)
         self._came += 1
+        if self.on_arrival is not None:
+            self.on_arrival(Arrival(frame, capture.packets, None if stamp_s is None else self._ahead_s))
         with self._changed:
             self.dropped += self._newest is not None
             self._newest = frame
@@ -132,6 +199,7 @@ class Live(Frames):
                 pause_s = min(2 * pause_s, longest_s)
                 self._tell(f"{error}; it is tried again after {pause_s:g} s")
                 continue
+            self._ask(capture, self.wishes)
             self._tell(f"{self.source}: is back after {time.monotonic() - lost_s:.1f} s")
             return capture
         return None

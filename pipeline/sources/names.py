@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
+_CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
 _SCENE_ENDINGS = (".yaml", ".yml")
 VIDEO_ENDINGS = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".wmv", ".mjpeg", ".mjpg")
 
@@ -28,8 +29,8 @@ def kind_of(source: str) -> Kind:
     """Tell what kind of source a text names.
 
     An existing file or folder takes precedence, whatever its name: a video by its suffix, a scene if it is YAML, else a
-    picture. Otherwise digits alone are a camera's number, and a text that begins like an address (``rtsp://``,
-    ``http://``) is a stream.
+    picture. Otherwise digits alone are a camera's number, as is a device like ``/dev/video0``, and a text that begins
+    like an address (``rtsp://``, ``http://``) is a stream.
 
     Parameters
     ----------
@@ -55,14 +56,27 @@ def kind_of(source: str) -> Kind:
         is_folder = is_file = False
     if is_folder:
         return Kind.FOLDER
+    if camera_number(source) is not None and not path.is_file():
+        return Kind.CAMERA
     if not is_file:
         if _ADDRESS.match(source):
             return Kind.STREAM
-        if source.isascii() and source.isdigit():
-            return Kind.CAMERA
         if glob.has_magic(source):
             return Kind.GLOB
     ending = path.suffix.lower()
     if ending in _SCENE_ENDINGS:
         return Kind.SIMULATED
     return Kind.VIDEO if ending in VIDEO_ENDINGS else Kind.PICTURE
+
+
+def camera_number(source: str) -> int | None:
+    """Number of the camera that a text names: "0", "/dev/video0", or a link to one, as in /dev/v4l/by-id; else None.
+
+    Examples
+    --------
+    >>> camera_number("3"), camera_number("/dev/video0"), camera_number("tank.png")
+    (3, 0, None)
+    """
+    device = str(Path(source).resolve()) if source.startswith("/dev/") else source
+    match = _CAMERA.fullmatch(device)
+    return None if match is None else int(match[1])

@@ -6,10 +6,10 @@ import time
 
 from dockpose.camera.files import FileError
 from dockpose.simulate import load_sequence
-from dockpose.sources.capture import Camera
+from dockpose.sources.capture import NO_WISHES, Camera, Wishes
 from dockpose.sources.frames import Frames, SourceError, Tell
 from dockpose.sources.live import Live
-from dockpose.sources.names import Kind, kind_of
+from dockpose.sources.names import Kind, camera_number, kind_of
 from dockpose.sources.pictures import Pictures, list_pictures
 from dockpose.sources.simulated import Simulated
 from dockpose.sources.stream import StreamCapture
@@ -25,13 +25,14 @@ def open_frames(
     rate_hz: float | None = None,
     timeout_s: float = TIMEOUT_S,
     grey: bool = False,
+    wishes: Wishes = NO_WISHES,
 ) -> Frames:
     """Open the source that a text names: see :func:`dockpose.sources.kind_of`.
 
     Parameters
     ----------
     source : str
-        Path of a picture, folder, video or scene file, a glob, a camera's number, or a stream's address.
+        Path of a picture, folder, video or scene file, a glob, a camera's number or device, or a stream's address.
     tell : callable, optional
         Called with plain sentences about corrupt frames, and when a live source goes away and comes back, from
         whichever thread notices.
@@ -41,6 +42,8 @@ def open_frames(
         How long a stream may take to answer, and between two frames before it counts as lost.
     grey : bool
         Give the brightness alone of videos as a frame's image, which is cheaper; what to show is in colour still.
+    wishes : Wishes
+        What a camera is asked for; see ``Live.about`` for what it gives.
 
     Returns
     -------
@@ -73,7 +76,8 @@ def open_frames(
         except FileError as error:
             raise SourceError(str(error)) from error
     if kind is Kind.CAMERA:
-        return Live(f"camera {int(source)}", lambda: _camera(int(source)), tell)
+        number = camera_number(source) or 0
+        return Live(f"camera {number}", lambda: _camera(number), tell, wishes=wishes)
     if kind is Kind.STREAM:
         return _open_stream(source, tell, timeout_s, grey)
     paths = list_pictures(source)
@@ -104,5 +108,6 @@ def _stream(address: str, timeout_s: float) -> StreamCapture:
 def _camera(number: int) -> Camera:
     camera = Camera(number)
     if not camera.is_open:
+        camera.release()
         raise SourceError(f"camera {number}: there is none of that number, or another program has it")
     return camera

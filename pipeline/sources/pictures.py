@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import io
 import re
 from collections.abc import Iterator, Sequence
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 from dockpose.camera.image import ImageError, decode
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from PIL import ExifTags, Image
 
 PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm")
+_WITH_EXIF = (b"\xff\xd8", b"II*\0", b"MM\0*", b"RIFF")  # the first bytes of JPEG, TIFF and WebP
 
 
 class Pictures(Frames):
@@ -46,11 +50,12 @@ class Pictures(Frames):
         for index in range(max(0, start), min(stop, len(self.paths))):
             path = self.paths[index]
             try:
-                image, sha256 = read_picture(path)
+                image, sha256, taken_s = read_picture_and_time(path)
             except ImageError as error:
                 self._skip(str(error))
                 continue
-            yield Frame(image, index, None if self.rate_hz is None else index / self.rate_hz, str(path), sha256)
+            time_s = None if self.rate_hz is None else index / self.rate_hz
+            yield Frame(image, index, time_s, str(path), sha256, time_unix_s=taken_s)
 
 
 def read_picture(path: Path) -> tuple[np.ndarray, str]:
@@ -73,11 +78,40 @@ def read_picture(path: Path) -> tuple[np.ndarray, str]:
     ImageError
         If the file cannot be read or is not a picture.
     """
+    return read_picture_and_time(path)[:2]
+
+
+def read_picture_and_time(path: Path) -> tuple[np.ndarray, str, float | None]:
+    """Read a picture file as :func:`read_picture`, and when it was taken as :func:`taken_unix_s`."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise ImageError(f"{path}: cannot be read ({error.strerror or error})") from error
-    return decode(data, str(path)), hashlib.sha256(data).hexdigest()
+    return decode(data, str(path)), hashlib.sha256(data).hexdigest(), taken_unix_s(data)
+
+
+def taken_unix_s(data: bytes) -> float | None:
+    """When a picture was taken by its EXIF tags, in seconds since 1970-01-01 00:00 UTC; None where it is not sure.
+
+    DateTimeOriginal is a clock on the wall; without OffsetTimeOriginal nobody knows of which time zone. The fraction of
+    the second is that of SubSecTimeOriginal (EXIF 2.31, section 4.6.5).
+
+    Parameters
+    ----------
+    data : bytes
+        Contents of a picture file; only JPEG, TIFF and WebP are looked into.
+    """
+    if not data.startswith(_WITH_EXIF):
+        return None
+    try:
+        with Image.open(io.BytesIO(data)) as picture:
+            tags = picture.getexif().get_ifd(ExifTags.IFD.Exif)
+        taken, zone = tags[ExifTags.Base.DateTimeOriginal], tags[ExifTags.Base.OffsetTimeOriginal]
+        digits = str(tags.get(ExifTags.Base.SubsecTimeOriginal, "")).strip(" \0")
+        moment = datetime.strptime(f"{taken.strip(chr(0))} {zone.strip(chr(0))}", "%Y:%m:%d %H:%M:%S %z")
+        return moment.timestamp() + (float(f"0.{digits}") if digits else 0.0)
+    except Exception:  # no such tags, or damaged ones, for which Pillow raises many kinds of errors
+        return None
 
 
 def list_pictures(source: str) -> list[Path]:

@@ -6,11 +6,13 @@ import av
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
+from dockpose.sources.capture import Wishes
 from dockpose.sources.pixels import picture_of
 
 # Frames are neither queued nor waited for, and the format is told from half a second of them rather than five. FFmpeg's
 # RTSP loses frames over UDP without a word.
 _OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "500000", "rtsp_transport": "tcp"}
+_YEAR_2000_S = 946_684_800  # an earlier clock was never set
 # Formats whose frames carry the sender's clock; for others, FFmpeg makes times up from a frame rate.
 _WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
 
@@ -42,9 +44,25 @@ class StreamCapture:
         self._stream = self._container.streams.video[0]
         self._stream.codec_context.thread_count = 1
         self._has_clock = bool(_WITH_CLOCK & set(self._container.format.name.split(",")))
+        self._is_intra = self._stream.codec_context.codec.intra_only
         self._packets = self._container.demux(self._stream)
         self._waiting: list[av.VideoFrame] = []
         self._frame: av.VideoFrame | None = None
+        self.packets: tuple[av.Packet, ...] = ()
+        rate = self._stream.average_rate if self._has_clock else None
+        codec = self._stream.codec_context
+        shown = f" at {float(rate):.4g} frames/s" if rate else ""
+        self.about = f"{codec.width} x {codec.height} {codec.name}{shown}"
+
+    @property
+    def unix_at_zero_s(self) -> float | None:
+        """Time of day at the zero of ``time_s`` by the sender's reports (RTCP); None where it sent none yet."""
+        began_us = self._container.start_time_realtime
+        return None if began_us is None or began_us / 1e6 < _YEAR_2000_S else began_us / 1e6
+
+    def ask(self, wishes: Wishes) -> tuple[str, ...]:
+        """Nothing can be set at a stream; its sender decides."""
+        return ()
 
     @property
     def is_recording(self) -> bool:
@@ -58,9 +76,12 @@ class StreamCapture:
 
     def grab(self) -> bool:
         """Wait for the next frame; False if there is none or it is corrupt."""
+        self.packets = ()
         while not self._waiting:
             try:
                 packet = next(self._packets)
+                # Without a clock the frame's time is all that there is, so that it must be the frame's packet alone.
+                self.packets = (*self.packets, packet) if self._has_clock else (packet,) if self._is_intra else ()
                 self._waiting = [frame for frame in packet.decode() if isinstance(frame, av.VideoFrame)]
             except (StopIteration, FFmpegError):
                 return False

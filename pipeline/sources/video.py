@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from array import array
 from bisect import bisect_left
 from collections.abc import Iterator
+from datetime import datetime
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -21,6 +23,7 @@ _NEAR = 32  # frames this far ahead are reached by reading on rather than by see
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
 _DECIMALS = 6  # of times in seconds
 _BOXES = (".mp4", ".m4v", ".mov")
+_FIRST_YEAR, _A_DAY_S = 2000, 86400  # an earlier clock was never set, and one far ahead is wrong
 _FAILURES = 1000  # damaged packets in a row after which a file is given up
 
 
@@ -30,7 +33,7 @@ class Video(Frames):
     A frame's index is the rank of its time stamp among those of all the file's packets, which are read on opening
     without decoding (some microseconds each). So a corrupt frame leaves its index out, and a frame has the same index
     and the same time whether it was reached from the beginning or by seeking. Times are those of the file, constant
-    rate or not, from its first frame on.
+    rate or not, from its first frame on; the time of day is known as :func:`began_unix_s` says.
 
     Parameters
     ----------
@@ -59,6 +62,7 @@ class Video(Frames):
             self._time_base = stream.time_base or Fraction(1, 1)
             self._told = stream.frames or None
             self._stamps = _time_stamps(container, stream) if scan else None
+            self._began_unix_s = began_unix_s(container.format.name, container.metadata.get("creation_time"))
         self.count = self._told if self._stamps is None else len(self._stamps)
         self._kept: _Decoder | None = None
         self._tell_cut_short(is_broken_off)
@@ -109,7 +113,10 @@ class Video(Frames):
 
     def _frame(self, index: int, decoded: av.VideoFrame) -> Frame:
         image, time_s = picture_of(decoded, grey=self._grey), self._time_s(index, decoded)
-        return Frame(image, index, time_s, self.source, shown=partial(picture_of, decoded) if self._grey else None)
+        shown = partial(picture_of, decoded) if self._grey else None
+        began_s = self._began_unix_s
+        taken_s = None if began_s is None or time_s is None else round(began_s + time_s, _DECIMALS)
+        return Frame(image, index, time_s, self.source, shown=shown, time_unix_s=taken_s)
 
     def _time_s(self, index: int, decoded: av.VideoFrame) -> float | None:
         if self._stamps is not None:
@@ -134,6 +141,38 @@ class Video(Frames):
             self.is_cut_short = True
             there = f"{count} frames are there, the last of them perhaps in part"
             self._tell(f"{self.source}: the video is cut short: {there}")
+
+
+def began_unix_s(container: str, creation_time: str | None) -> float | None:
+    """Time of day of a video's first frame, in seconds since 1970-01-01 00:00 UTC; None where it is not sure.
+
+    Files say when they were made, but seldom whether recording began or ended then: cameras and phones differ in their
+    MP4 files, and programs that convert a file write the time of that, all of them in whole seconds. So only Matroska's
+    date (DateUTC) is believed, and only where it has a fraction of a second, as recorders write it that are at work
+    while it happens, when they begin.
+
+    Parameters
+    ----------
+    container : str
+        FFmpeg's name of the format.
+    creation_time : str or None
+        As FFmpeg gives it: "2026-11-22T04:26:03.123456Z".
+
+    Examples
+    --------
+    >>> began_unix_s("matroska,webm", "1970-01-01T00:00:00.500000Z"), began_unix_s("mov,mp4", None)
+    (None, None)
+    >>> began_unix_s("matroska,webm", "2001-09-09T01:46:40.250000Z")
+    1000000000.25
+    """
+    if creation_time is None or "matroska" not in container.split(","):
+        return None
+    try:
+        began = datetime.fromisoformat(creation_time)
+    except ValueError:
+        return None
+    is_sure = began.tzinfo is not None and began.microsecond != 0 and began.year >= _FIRST_YEAR
+    return began.timestamp() if is_sure and began.timestamp() < time.time() + _A_DAY_S else None
 
 
 class _Decoder:

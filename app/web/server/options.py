@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from dockpose.sources import NO_WISHES, Wishes
+
 UPLOAD_LIMIT_BYTES = 200 * 2**20
 SESSIONS_FOLDER = Path("dockpose-sessions")
 
@@ -27,6 +29,8 @@ class Options:
         Folder for experiments; created with the first one.
     view_link : bool
         Whether there is a second address, for who may look but change nothing.
+    wishes : Wishes
+        What a camera is asked for that was given at the start.
     """
 
     allow_hosts: tuple[str, ...] = ()
@@ -35,6 +39,7 @@ class Options:
     remember_in: Path | None = None
     sessions: Path = SESSIONS_FOLDER
     view_link: bool = False
+    wishes: Wishes = NO_WISHES
 
 
 DEFAULTS = Options()

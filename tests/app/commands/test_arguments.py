@@ -25,3 +25,21 @@ def test_a_large_bare_diameter_is_asked_about(command, capsys, tmp_path):
     assert "centimetres?" in told
     assert "write 0.3, or 30m" in told
     assert len(told.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["dive.mp4", "--exposure", "120"], "--exposure is for a camera, as 0 or /dev/video0; dive.mp4 is none"),
+        (["0", "--exposure", "nan"], "--exposure is nan; it must be a number"),
+        (["0", "--gain", "inf"], "--gain is inf; it must be a number"),
+        (["0", "--fps", "0"], "--fps is 0; it must be above 0 and at most 1000"),
+        (["0", "--format", "JPEG2000"], "--format JPEG2000: must be the three or four letters"),
+    ],
+)
+@pytest.mark.parametrize("command", ["estimate", "serve"])
+def test_what_no_camera_can_be_asked_for_is_refused(command, words, sentence, capsys):
+    assert main([command, *words]) == 2
+    told = capsys.readouterr().err
+    assert sentence in told
+    assert len(told.splitlines()) == 1

@@ -12,11 +12,13 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
+from dockpose import Camera
 from dockpose.app.cli import main
 from dockpose.app.commands.console import FrameProgress, told_text
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 
+from tests.support.cameras import V4l2Camera
 from tests.support.scenes import CAMERA, random_scene
 from tests.support.streams import MjpegServer
 
@@ -199,3 +201,35 @@ def test_progress_tells_rate_and_time_left_in_plain_lines(monkeypatch, capsys):
     assert len(told.err.splitlines()) == 2
     assert told.err.splitlines()[0].startswith("dockpose: film.avi: 10 of 100 frames, 1.0 a second")
     assert told.err.splitlines()[0].endswith("90 s left")
+
+
+def run_camera(monkeypatch, pictures, *words, **more):
+    """Exit status of ``dockpose estimate 0`` with a camera that gives these pictures, and then Ctrl+C."""
+    at_end = partial(signal.raise_signal, signal.SIGINT)
+    camera = V4l2Camera.make(pictures, sizes=((320, 240), (640, 480)), on_end=at_end, rates_hz=(20.0,), **more)
+    monkeypatch.setattr(cv2, "VideoCapture", camera)
+    return main(["estimate", "0", *words, *KNOWN])
+
+
+def test_a_camera_gives_the_size_of_its_file_and_says_what_it_took(here, capsys, monkeypatch):
+    pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((here / "pictures").iterdir())]
+    words = ["--camera", "camera.yaml", "--json", "-", "--exposure", "120", "--gain", "2", "--format", "MJPG"]
+    assert run_camera(monkeypatch, pictures, *words) == 130
+    told = capsys.readouterr()
+    lines = lines_of(told.out)
+    assert 2 <= len(lines) <= FRAMES
+    assert all(line["status"] == "ok" and line["image"]["width"] == 320 for line in lines)
+    assert all(abs(time.time() - line["time_unix_s"]) < 60 for line in lines)
+    said = "dockpose: camera 0: 320 x 240 MJPG at 20 frames/s; exposure 120 asked, 117 set; gain 2 asked, 2 set"
+    assert told.err.splitlines()[0] == said
+
+
+def test_a_camera_of_another_shape_than_its_file_is_refused_by_name(here, capsys, monkeypatch):
+    save_camera(Camera(250, 250, 159.5, 99.5, 320, 200), here / "other.yaml")
+    pictures = [np.zeros((240, 320), np.uint8)] * 4
+    assert run_camera(monkeypatch, pictures, "--camera", "other.yaml", "--json", "-") == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert "camera 0: does not give 320 x 200 and goes on with 320 x 240" in told.err
+    assert "320 x 240" in told.err.splitlines()[-1]
+    assert "not the same picture rescaled" in told.err

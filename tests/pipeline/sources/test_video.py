@@ -278,3 +278,33 @@ def test_a_stream_with_a_clock_has_its_times(tmp_path):
     allowed_us = np.unique(times_us[:, None] - times_us)
     assert np.abs(steps_us[:, None] - allowed_us).min(axis=1).max() < 12
     assert steps_us.min() > 30_000
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "date", "began_s"),
+    [
+        ("a.mkv", "ffv1", "2026-07-01T12:00:00.123456Z", 1782907200.123456),
+        ("a.mkv", "ffv1", "2026-07-01T12:00:00Z", None),  # as programs date a file that they convert
+        ("a.mkv", "ffv1", "1970-01-01T00:00:07.250000Z", None),  # a clock that was never set
+        ("a.mkv", "ffv1", "2190-01-01T00:00:07.250000Z", None),
+        ("a.mkv", "ffv1", None, None),
+        ("a.mp4", "libx264", "2026-07-01T12:00:00.123456Z", None),  # in whole seconds, and perhaps of the end
+    ],
+)
+def test_the_time_of_day_is_told_where_the_file_is_sure_of_it(tmp_path, name, codec, date, began_s, monkeypatch):
+    monkeypatch.setattr("time.time", lambda: 1782907200.0 + 3600)
+    path = tmp_path / name
+    with av.open(str(path), "w") as container:
+        container.metadata.update({} if date is None else {"creation_time": date})
+        stream = container.add_stream(codec, rate=25)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        for number in range(3):
+            levels = ramp(number, 256).astype(np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(levels, format="gray").reformat(format="yuv420p")))
+        container.mux(stream.encode(None))
+    with open_frames(str(path)) as frames:
+        found = [frame.time_unix_s for frame in frames]
+        again = frames.at(2).time_unix_s
+    wanted = [None] * 3 if began_s is None else [began_s + number / 25 for number in range(3)]
+    assert found == (wanted if began_s is None else pytest.approx(wanted, abs=2e-6))
+    assert again == found[2]

@@ -21,6 +21,7 @@ STILL_WRONG: set[tuple[str, str]] = set()
 NOT_YET_NUMPYDOC: set[str] = set()
 # Test files that are named after what several files do together.
 OF_SEVERAL = {
+    "app/commands/test_bags.py",
     "app/experiment/test_session_faults.py",
     "app/export/test_formats.py",
     "pipeline/paper/test_paper.py",

@@ -53,6 +53,13 @@ def add_wishes(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_topic(parser: argparse.ArgumentParser) -> None:
+    """Add ``--topic``."""
+    parser.add_argument(
+        "--topic", metavar="NAME", help="of a bag of ROS, as /camera/image_raw (default: the only one with pictures)"
+    )
+
+
 def add_masks(parser: argparse.ArgumentParser) -> None:
     """Add ``--mask``."""
     parser.add_argument(

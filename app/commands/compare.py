@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from dockpose.app.commands.arguments import (
     add_camera_and_dock,
     add_masks,
     add_sources,
+    add_topic,
     camera_of,
     dock_of,
     masks_of,
@@ -22,11 +23,14 @@ from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, s
 from dockpose.app.commands.output import PictureFolder, open_text, write_line
 from dockpose.app.drawing.montage import montage
 from dockpose.app.drawing.numbers import chance, number, pose_cells
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Batch, Picture, expand
-from dockpose.app.inputs.sidecar import read_sidecar
+from dockpose.app.inputs.sequences import FrameSource, typed
+from dockpose.app.inputs.sidecar import known, read_sidecar
 from dockpose.app.processing.comparison import compare
 from dockpose.camera.files import FileError
 from dockpose.pose.known import KnownPose, pose_error
+from dockpose.sources import Kind, kind_of
 
 _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")
 
@@ -34,10 +38,11 @@ _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "
 def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command ``compare``."""
     parser = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
-    add_sources(parser, "+", "a picture, a folder of pictures, or a glob")
+    add_sources(parser, "+", "a picture, a folder of pictures, a glob, or a bag of ROS")
     add_camera_and_dock(parser)
     parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
     parser.add_argument("--montage", metavar="DIR", type=Path, help="write a picture of all methods side by side")
+    add_topic(parser)
     add_masks(parser)
     parser.set_defaults(run=run)
 
@@ -47,31 +52,56 @@ def run(arguments: argparse.Namespace) -> int:
 
     Where neither a file nor a montage is asked for, a table of each picture is printed.
     """
-    masks, paths = masks_of(arguments), expand(arguments.sources)
-    batch = Batch(paths, camera_of(arguments), dock_of(arguments), say)
+    settings, camera, dock = Settings(masks=masks_of(arguments)), camera_of(arguments), dock_of(arguments)
+    recorded = [source for source in arguments.sources if kind_of(source) is Kind.BAG]
+    paths = expand([source for source in arguments.sources if source not in recorded])
+    batch = Batch(paths, camera, dock, say)
+    bags = [typed(source, camera, dock, topic=arguments.topic) for source in recorded]
 
     def work(picture: Picture) -> dict[str, Estimate]:
-        return compare(picture.image, picture.camera, picture.dock, Settings(masks=masks))
+        return compare(picture.image, picture.camera, picture.dock, settings)
 
     with contextlib.ExitStack() as files:
         json_file = open_text(arguments.json, files)
         montages = None if arguments.montage is None else PictureFolder(arguments.montage, paths)
-        for picture, found in batch.run(work):
+
+        def write(picture: Picture, found: Mapping[str, Estimate], frame: int = 0, label: str = "") -> None:
+            truth = _truth(picture.path)
             if json_file is not None:
-                write_line(json_file, to_line(picture, found))
+                write_line(json_file, to_line(picture, found, frame))
             if montages is not None:
-                montages.write(picture.path.stem, montage(picture.image, found, _truth(picture.path)))
+                montages.write(label or picture.path.stem, montage(picture.image, found, truth))
             if json_file is None and montages is None:
-                print(table(str(picture.path), found, _truth(picture.path)))
+                print(table(f"{picture.path}{label and f' {label}'}", found, truth))
+
+        for picture, found in batch.run(work):
+            write(picture, found)
+        for bag in bags:
+            _compare_frames(bag, batch, lambda one, frame: write(one, work(one), frame, f"frame_{frame + 1:04d}"))
     return EXIT_ALL_READ if batch.all_read else EXIT_SOME_UNREADABLE
 
 
-def to_line(picture: Picture, found: Mapping[str, Estimate]) -> dict[str, Any]:
+def _compare_frames(source: FrameSource, batch: Batch, work: Callable[[Picture, int], None]) -> None:
+    """Compare on each frame of a sequence, given with its index; what cannot be read is told to the batch."""
+    try:
+        with source.open(say) as frames:
+            camera, dock = known(source.name, frames.camera, frames.dock)
+            for frame in frames:
+                work(Picture(Path(source.source), frame.image, "", camera, dock), frame.index)
+            if frames.skipped or frames.is_cut_short:
+                batch.all_read = False
+    except UserError:
+        raise
+    except ValueError as error:
+        batch.skip(str(error) if source.source in str(error) else f"{source.source}: {error}")
+
+
+def to_line(picture: Picture, found: Mapping[str, Estimate], frame: int = 0) -> dict[str, Any]:
     """One picture's comparison as a JSON object; unknown values are None, never left out."""
     return {
         "source": str(picture.path),
-        "frame": 0,
-        "sha256": picture.sha256,
+        "frame": frame,
+        "sha256": picture.sha256 or None,
         "methods": {name: _method_dict(one) for name, one in found.items()},
     }
 

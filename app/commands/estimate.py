@@ -15,6 +15,7 @@ from dockpose.app.commands.arguments import (
     add_camera_and_dock,
     add_masks,
     add_sources,
+    add_topic,
     add_wishes,
     camera_of,
     dock_of,
@@ -42,8 +43,8 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     add_sources(
         parser,
         "*",
-        "a picture, a folder of pictures, a glob, a video, a camera (0, /dev/video0), the address of a stream "
-        "(http://, rtsp://), or a scene file to simulate",
+        "a picture, a folder of pictures, a glob, a video, a bag of ROS, a camera (0, /dev/video0), the address of a "
+        "stream (http://, rtsp://), or a scene file to simulate",
     )
     add_camera_and_dock(parser)
     parser.add_argument("--method", choices=[*METHODS], help="threshold (default: hats)")
@@ -62,6 +63,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--rate", type=float, metavar="HZ", help="take pictures in their order as a sequence of so many a second"
     )
+    add_topic(parser)
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for recordings (default: 1)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="do recordings on a Dask cluster, as tcp://host:8786")
     add_wishes(parser)
@@ -83,7 +85,8 @@ def run(arguments: argparse.Namespace) -> int:
     if jobs < 1:
         raise UserError(f"--jobs is {jobs}; it must be at least 1")
     to = Destinations(arguments.json, arguments.csv, arguments.annotate)
-    how = How(rate_hz, jobs, arguments.scheduler, wishes_of(arguments, arguments.sources))
+    wishes = wishes_of(arguments, arguments.sources)
+    how = How(rate_hz, arguments.topic, jobs, arguments.scheduler, wishes)
     return estimate_sources(arguments.sources, camera, dock, settings, to, how)
 
 
@@ -122,7 +125,7 @@ def estimate_sources(
         if a source has no camera or dock or no pictures, or an output cannot be written.
     """
     how = how or How()
-    found = resolve(sources, camera, dock, say, how.rate_hz)
+    found = resolve(sources, camera, dock, say, how.rate_hz, how.topic)
     parts = [dataclasses.replace(part, wishes=how.wishes) if isinstance(part, FrameSource) else part for part in found]
     if to.is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
         raise UserError(f"--annotate {to.annotate}: a video is made of one sequence; give a folder instead")

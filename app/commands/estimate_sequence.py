@@ -35,6 +35,8 @@ class How:
     ----------
     rate_hz : float or None
         Of pictures in a row, which makes them a sequence; None where each is for itself.
+    topic : str or None
+        Of bags; None for the only one with pictures.
     jobs : int
         Number of processes.
     scheduler : str or None
@@ -44,6 +46,7 @@ class How:
     """
 
     rate_hz: float | None = None
+    topic: str | None = None
     jobs: int = 1
     scheduler: str | None = None
     wishes: Wishes = NO_WISHES
@@ -126,7 +129,7 @@ class _Run:
 
     def __init__(self, source: FrameSource, frames: Frames, settings: Settings, how: How, tell: Tell) -> None:
         self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
-        self._camera, self._dock = known(source.name, source.camera, source.dock)
+        self._camera, self._dock = known(source.name, frames.camera, frames.dock)
         self._tracker = Tracker(self._camera, self._dock, settings)
         self._last: Frame | None = None
         self._skipped = 0
@@ -166,7 +169,7 @@ class _Run:
 
     def _split(self, count: int) -> Iterator[tuple[Found, Tracked]]:
         source = self._source
-        work = SequenceWork(source.source, source.paths, source.rate_hz, self._camera, self._dock, count)
+        work = SequenceWork(source.source, source.paths, source.rate_hz, self._camera, self._dock, count, source.topic)
         auto_masks = AutoMasks(self._settings, self._tell)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
             for found in split(work, executor, at_once, auto_masks, self._settings):

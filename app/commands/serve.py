@@ -11,6 +11,7 @@ from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import (
     Commands,
     add_camera_and_dock,
+    add_topic,
     add_wishes,
     camera_of,
     dock_of,
@@ -35,9 +36,10 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         nargs="?",
         metavar="SOURCE",
         type=sample_source,
-        help="picture, folder, video, camera (0, /dev/video0), stream, or a sample's name (default: the first sample)",
+        help="picture, folder, video, bag, camera (0, /dev/video0), stream, or a sample's name (default: first sample)",
     )
     add_camera_and_dock(parser)
+    add_topic(parser)
     add_wishes(parser)
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
     parser.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")
@@ -95,6 +97,7 @@ def _options(arguments: argparse.Namespace) -> Options:
         sessions=sessions.resolve(),
         view_link=arguments.view_token,
         wishes=wishes_of(arguments, [] if arguments.source is None else [arguments.source]),
+        topic=arguments.topic,
     )
 
 

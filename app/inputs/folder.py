@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from dockpose.app.errors import UserError
-from dockpose.sources import PICTURE_ENDINGS, VIDEO_ENDINGS, numeric
+from dockpose.sources import BAG_ENDINGS, PICTURE_ENDINGS, VIDEO_ENDINGS, numeric
 
 _DEEPEST, _MOST_FOLDERS, _MOST_FILES = 4, 200, 5000
 
@@ -49,8 +49,8 @@ def pictures_in(root: Path, folder: str) -> list[str]:
 
 
 def videos_below(root: Path) -> list[str]:
-    """Names, relative to the root, of the videos in it and in the folders below it."""
-    return _files_in(root, folders_below(root), VIDEO_ENDINGS)
+    """Names, relative to the root, of the videos and bags in it and in the folders below it."""
+    return _files_in(root, folders_below(root), (*VIDEO_ENDINGS, *BAG_ENDINGS))
 
 
 def _files_in(root: Path, folders: list[str], endings: tuple[str, ...]) -> list[str]:

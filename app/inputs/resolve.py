@@ -20,6 +20,7 @@ def resolve(
     dock: Dock | None,
     report: Callable[[str], None],
     rate_hz: float | None = None,
+    topic: str | None = None,
 ) -> list[Batch | FrameSource | None]:
     """Return what the sources stand for, in order.
 
@@ -36,6 +37,8 @@ def resolve(
         Told which sources cannot be read.
     rate_hz : float or None
         Of pictures that follow each other; None where they do not.
+    topic : str or None
+        Of bags; None for the only one with pictures.
 
     Returns
     -------
@@ -55,7 +58,7 @@ def resolve(
         try:
             is_batch = paths and rate_hz is None
             found.append(
-                Batch(paths, camera, dock, report) if is_batch else typed(group[0], camera, dock, paths, rate_hz)
+                Batch(paths, camera, dock, report) if is_batch else typed(group[0], camera, dock, paths, rate_hz, topic)
             )
         except FileError as error:
             report(str(error))

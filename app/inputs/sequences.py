@@ -15,6 +15,7 @@ from dockpose.app.inputs.sidecar import camera_and_dock, known, read_sidecar
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep, load_sequence
 from dockpose.sources import (
     NO_WISHES,
+    Bag,
     Frames,
     Kind,
     Pictures,
@@ -53,6 +54,8 @@ class FrameSource:
         Those given for it or beside it; None where not known.
     course : FilmPlan or None
         What is simulated.
+    topic : str or None
+        Of a bag; None for the only one with pictures.
     folder : TemporaryDirectory or None
         Holds a file that was sent, until :meth:`discard`.
     wishes : Wishes
@@ -66,6 +69,7 @@ class FrameSource:
     camera: Camera | None = None
     dock: Dock | None = None
     course: FilmPlan | None = None
+    topic: str | None = None
     folder: tempfile.TemporaryDirectory[str] | None = None
     wishes: Wishes = NO_WISHES
 
@@ -91,12 +95,15 @@ class FrameSource:
                 frames = Pictures(self.paths, self.source, self.rate_hz, tell)
             else:
                 wishes = of_size(self.wishes, self.camera)
-                frames = open_frames(self.source, tell, rate_hz=self.rate_hz, grey=grey, wishes=wishes)
+                rate_hz, topic = self.rate_hz, self.topic
+                frames = open_frames(self.source, tell, rate_hz=rate_hz, grey=grey, wishes=wishes, topic=topic)
         except SourceError as error:
             if self.folder is None:
                 raise
             self.discard()
             raise UserError(str(error).replace(self.source, self.name)) from error
+        if isinstance(frames, Bag) and frames.camera is not None and self.camera is None:
+            tell(f"{self.name}: the camera is that of the bag's topic {frames.camera_topic}")
         frames.camera, frames.dock = self.camera or frames.camera, self.dock or frames.dock
         return frames
 
@@ -112,7 +119,12 @@ def is_sequence(source: str) -> bool:
 
 
 def typed(
-    source: str, camera: Camera | None, dock: Dock | None, paths: Sequence[Path] = (), rate_hz: float | None = None
+    source: str,
+    camera: Camera | None,
+    dock: Dock | None,
+    paths: Sequence[Path] = (),
+    rate_hz: float | None = None,
+    topic: str | None = None,
 ) -> FrameSource:
     """Return a sequence that was typed, with its camera and dock.
 
@@ -126,6 +138,8 @@ def typed(
         Of its pictures, if it has any.
     rate_hz : float or None
         Of its pictures.
+    topic : str or None
+        Of a bag; whether that brings a camera is found out when it is opened.
 
     Raises
     ------
@@ -141,18 +155,21 @@ def typed(
     elif kind in (Kind.CAMERA, Kind.STREAM):
         name = _live_name(source)
         camera, dock = known(name, camera, dock)
+    elif kind is Kind.BAG:
+        beside = read_sidecar(Path(source))
+        camera, dock = camera or beside.camera, dock or beside.dock
     else:
         camera, dock = camera_and_dock(paths[0] if paths else Path(source), camera, dock)
-    return FrameSource(source, name, tuple(paths), rate_hz, camera, dock, course)
+    return FrameSource(source, name, tuple(paths), rate_hz, camera, dock, course, topic)
 
 
-def given(source: str, camera: Camera | None, dock: Dock | None) -> FrameSource:
-    """The sequence that the page starts with; its camera and dock need not be known."""
+def given(source: str, camera: Camera | None, dock: Dock | None, topic: str | None = None) -> FrameSource:
+    """The sequence that the page starts with, of a bag with its topic; its camera and dock need not be known."""
     kind = kind_of(source)
     if kind in (Kind.CAMERA, Kind.STREAM):
         return FrameSource(source, _live_name(source), camera=camera, dock=dock)
-    first = None if kind is Kind.SIMULATED else list_pictures(source)[0]
-    found = FrameSource(source, Path(source).name or source, rate_hz=PICTURES_HZ, camera=camera, dock=dock)
+    first = None if kind is Kind.SIMULATED else Path(source) if kind is Kind.BAG else list_pictures(source)[0]
+    found = FrameSource(source, Path(source).name or source, (), PICTURES_HZ, camera, dock, topic=topic)
     return found if first is None else _with_sidecar(found, first)
 
 
@@ -203,13 +220,13 @@ def choose(name: Any, given: FrameSource | None, root: Path | None, scene: Scene
 
 
 def sent(data: bytes, name: str) -> FrameSource:
-    """A video that a browser sent, kept until it is discarded. Raises UserError where its name is not a video's."""
+    """A video or bag that a browser sent, kept until it is discarded. Raises UserError where its name is of neither."""
     folder = tempfile.TemporaryDirectory(prefix="dockpose-")
     path = Path(folder.name) / f"sent{Path(name).suffix.lower()}"
     path.write_bytes(data)
-    if kind_of(str(path)) is not Kind.VIDEO:
+    if kind_of(str(path)) not in (Kind.VIDEO, Kind.BAG):
         folder.cleanup()
-        raise UserError(f"{name} is no video by its name; .mp4, .avi, .mov, .mkv and .webm are.")
+        raise UserError(f"{name} is no video by its name; .mp4, .avi, .mov, .mkv, .webm, .mcap and .bag are.")
     return FrameSource(str(path), name, folder=folder)
 
 

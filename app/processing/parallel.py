@@ -75,7 +75,7 @@ class SequenceWork:
     """The frames of one recording.
 
     Each worker opens ``source``, so on a cluster all must see it under the same path; relative paths start from
-    ``folder``. ``paths`` and ``rate_hz`` belong to sequences of pictures only.
+    ``folder``. ``paths`` and ``rate_hz`` belong to sequences of pictures only, ``topic`` to bags.
     """
 
     source: str
@@ -84,6 +84,7 @@ class SequenceWork:
     camera: Camera
     dock: Dock
     frames: int
+    topic: str | None = None
     folder: str = field(default_factory=os.getcwd)
 
     def count(self) -> int:
@@ -135,7 +136,7 @@ def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
 def _estimate_frames(
     work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
 ) -> list[Found]:
-    frames, told = _opened(work.source, work.paths, work.rate_hz, work.folder, not work.dock.colours)
+    frames, told = _opened(work.source, work.paths, work.rate_hz, work.folder, not work.dock.colours, work.topic)
     told.clear()
     search = search_of(work.camera, work.dock, settings)
     if before is not None and before.estimate is not None:
@@ -240,13 +241,13 @@ def _cancel(waiting: deque[Future[list[Found]]]) -> None:
 
 @functools.lru_cache(maxsize=1)
 def _opened(
-    source: str, paths: tuple[Path, ...], rate_hz: float | None, folder: str, grey: bool
+    source: str, paths: tuple[Path, ...], rate_hz: float | None, folder: str, grey: bool, topic: str | None
 ) -> tuple[Frames, list[str]]:
     """A source that stays open in a worker from chunk to chunk, and the list of its messages."""
     told: list[str] = []
     if paths:
         return Pictures([Path(folder) / path for path in paths], source, rate_hz, told.append), told
-    return open_frames(str(Path(folder) / source), told.append, grey=grey), told
+    return open_frames(str(Path(folder) / source), told.append, grey=grey, topic=topic), told
 
 
 def _leave_interrupts() -> None:

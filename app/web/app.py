@@ -93,7 +93,8 @@ class App:
         options: Options = DEFAULTS,
     ) -> App:
         """Open the source and start serving; for arguments and errors see :func:`dockpose.app.commands.serve.serve`."""
-        sequence = given(source, camera, dock) if source is not None and is_sequence(source) else None
+        is_typed = source is not None and is_sequence(source)
+        sequence = given(source, camera, dock, options.topic) if source is not None and is_typed else None
         picture = None if source is None or sequence is not None else Path(source)
         memory = Memory(options.remember_in)
         tank = memory.now.tank

@@ -73,13 +73,24 @@ def load_camera(path: str | Path) -> Camera:
         if "camera" in content:
             return msgspec.convert(content["camera"], Camera, strict=False)
         if "camera_matrix" in content or "image_width" in content:
-            return _from_calibration(msgspec.convert(content, _Calibration, strict=False))
+            return camera_of_calibration(content)
     except (msgspec.ValidationError, ValueError) as error:
         raise FileError(f"{path}: {error}") from error
     raise FileError(
         f"{path}: is no camera file: it has neither the key camera (dockpose) nor camera_matrix (ROS, OpenCV); "
         f"its keys are {', '.join(map(str, content)) or 'none'}"
     )
+
+
+def camera_of_calibration(content: dict[str, Any]) -> Camera:
+    """Return the camera that the keys of a ROS camera_info file describe.
+
+    Raises
+    ------
+    ValueError
+        If one of its keys is missing or wrong.
+    """
+    return _from_calibration(msgspec.convert(content, _Calibration, strict=False))
 
 
 def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose") -> None:

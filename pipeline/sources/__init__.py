@@ -1,23 +1,26 @@
-"""Sources of frames with times: picture files, videos, cameras, streams and simulated courses.
+"""Sources of frames with times: picture files, videos, bags, cameras, streams and simulated courses.
 
 May import `dockpose.estimate` and `dockpose.simulate`, since simulated courses can be steered by an estimator.
 """
 
 from dockpose.sources.ahead import read_ahead
+from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Wishes
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.live import Arrival, Live
-from dockpose.sources.names import VIDEO_ENDINGS, Kind, camera_number, kind_of
+from dockpose.sources.names import BAG_ENDINGS, VIDEO_ENDINGS, Kind, camera_number, kind_of
 from dockpose.sources.opening import open_frames
 from dockpose.sources.pictures import PICTURE_ENDINGS, Pictures, list_pictures, numeric
 from dockpose.sources.simulated import Simulated
 from dockpose.sources.video import Video
 
 __all__ = [
+    "BAG_ENDINGS",
     "NO_WISHES",
     "PICTURE_ENDINGS",
     "VIDEO_ENDINGS",
     "Arrival",
+    "Bag",
     "Frame",
     "Frames",
     "Kind",

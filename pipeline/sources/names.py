@@ -11,6 +11,8 @@ _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECAS
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
 _SCENE_ENDINGS = (".yaml", ".yml")
 VIDEO_ENDINGS = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".wmv", ".mjpeg", ".mjpg")
+BAG_ENDINGS = (".mcap", ".bag", ".db3")  # of files; rosbag2 makes folders of the first and the last
+_BAG_METADATA = "metadata.yaml", b"rosbag2_bagfile_information"
 
 
 class Kind(enum.Enum):
@@ -20,6 +22,7 @@ class Kind(enum.Enum):
     FOLDER = "folder"
     GLOB = "glob"
     VIDEO = "video"
+    BAG = "bag"
     CAMERA = "camera"
     STREAM = "stream"
     SIMULATED = "simulated"
@@ -28,9 +31,9 @@ class Kind(enum.Enum):
 def kind_of(source: str) -> Kind:
     """Tell what kind of source a text names.
 
-    An existing file or folder takes precedence, whatever its name: a video by its suffix, a scene if it is YAML, else a
-    picture. Otherwise digits alone are a camera's number, as is a device like ``/dev/video0``, and a text that begins
-    like an address (``rtsp://``, ``http://``) is a stream.
+    An existing file or folder takes precedence, whatever its name: a video or a bag by its suffix, a scene if it is
+    YAML, else a picture; a folder that rosbag2 wrote is a bag. Otherwise digits alone are a camera's number, as is a
+    device like ``/dev/video0``, and a text that begins like an address (``rtsp://``, ``http://``) is a stream.
 
     Parameters
     ----------
@@ -55,7 +58,7 @@ def kind_of(source: str) -> Kind:
     except OSError:  # too long for a file name
         is_folder = is_file = False
     if is_folder:
-        return Kind.FOLDER
+        return Kind.BAG if _is_bag(path) else Kind.FOLDER
     if camera_number(source) is not None and not path.is_file():
         return Kind.CAMERA
     if not is_file:
@@ -66,6 +69,8 @@ def kind_of(source: str) -> Kind:
     ending = path.suffix.lower()
     if ending in _SCENE_ENDINGS:
         return Kind.SIMULATED
+    if ending in BAG_ENDINGS:
+        return Kind.BAG
     return Kind.VIDEO if ending in VIDEO_ENDINGS else Kind.PICTURE
 
 
@@ -80,3 +85,19 @@ def camera_number(source: str) -> int | None:
     device = str(Path(source).resolve()) if source.startswith("/dev/") else source
     match = _CAMERA.fullmatch(device)
     return None if match is None else int(match[1])
+
+
+def is_rosbag2_file(path: Path) -> bool:
+    """Whether a file's name is that of one of the files in a folder that rosbag2 writes."""
+    return path.name.lower().removesuffix(".zstd").endswith((".mcap", ".db3"))
+
+
+def _is_bag(folder: Path) -> bool:
+    """Whether rosbag2 wrote a folder; where it was killed, the description is missing."""
+    name, word = _BAG_METADATA
+    try:
+        if (folder / name).is_file():
+            return word in (folder / name).read_bytes()[:4096]
+        return any(map(is_rosbag2_file, folder.iterdir()))
+    except OSError:
+        return False

@@ -6,6 +6,7 @@ import time
 
 from dockpose.camera.files import FileError
 from dockpose.simulate import load_sequence
+from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Camera, Wishes
 from dockpose.sources.frames import Frames, SourceError, Tell
 from dockpose.sources.live import Live
@@ -26,13 +27,14 @@ def open_frames(
     timeout_s: float = TIMEOUT_S,
     grey: bool = False,
     wishes: Wishes = NO_WISHES,
+    topic: str | None = None,
 ) -> Frames:
     """Open the source that a text names: see :func:`dockpose.sources.kind_of`.
 
     Parameters
     ----------
     source : str
-        Path of a picture, folder, video or scene file, a glob, a camera's number or device, or a stream's address.
+        Path of a picture, folder, video, bag or scene file, a glob, a camera's number or device, or a stream's address.
     tell : callable, optional
         Called with plain sentences about corrupt frames, and when a live source goes away and comes back, from
         whichever thread notices.
@@ -44,6 +46,8 @@ def open_frames(
         Give the brightness alone of videos as a frame's image, which is cheaper; what to show is in colour still.
     wishes : Wishes
         What a camera is asked for; see ``Live.about`` for what it gives.
+    topic : str, optional
+        Which topic of a bag; None for the only one with pictures.
 
     Returns
     -------
@@ -70,6 +74,8 @@ def open_frames(
     kind = kind_of(source)
     if kind is Kind.VIDEO:
         return Video(source, tell, grey=grey)
+    if kind is Kind.BAG:
+        return Bag(source, tell, topic)
     if kind is Kind.SIMULATED:
         try:
             return Simulated(load_sequence(source), source, tell)

@@ -31,6 +31,8 @@ class Options:
         Whether there is a second address, for who may look but change nothing.
     wishes : Wishes
         What a camera is asked for that was given at the start.
+    topic : str or None
+        Of the bag that it starts with; None for the only one with pictures.
     """
 
     allow_hosts: tuple[str, ...] = ()
@@ -40,6 +42,7 @@ class Options:
     sessions: Path = SESSIONS_FOLDER
     view_link: bool = False
     wishes: Wishes = NO_WISHES
+    topic: str | None = None
 
 
 DEFAULTS = Options()

@@ -25,6 +25,8 @@ from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
 from dockpose.sources import Simulated, SourceError
 
+from tests.support import bags
+
 CAMERA = Camera(350, 350, 159.5, 119.5, 320, 240)
 SCENE = Scene(
     camera=CAMERA,
@@ -188,3 +190,25 @@ def test_track_that_decides_is_shown_as_chosen_and_told(follower, view):
     assert (found.choice.selected, found.choice.selected_by) == (other, "tracking")
     assert "by pose B" in found.message
     assert math.isclose(found.elapsed_ms, tracked.estimate.elapsed_ms)
+
+
+def test_a_bag_that_a_browser_sent_brings_its_pictures_and_camera(tmp_path):
+    info = bags.camera_info((700.0, 0.0, 9.5, 0.0, 700.0, 4.5, 0.0, 0.0, 1.0), (20, 10))
+    pictures = [np.zeros((10, 20), np.uint8)]
+    entries = [("/camera/camera_info", bags.CAMERA_INFO, bags.START_NS, info), *bags.frames(pictures)]
+    source, told = sent(bags.write_mcap(tmp_path / "a.mcap", entries).read_bytes(), "tank.mcap"), []
+    with source.open(told.append) as frames:
+        assert frames.count == 1
+        assert frames.camera == Camera(700, 700, 9.5, 4.5, 20, 10, (0.0,) * 5)
+    assert told == ["tank.mcap: the camera is that of the bag's topic /camera/camera_info"]
+    source.discard()
+    with pytest.raises(UserError, match=r"^broken\.mcap: is no MCAP file"):
+        sent(b"nothing", "broken.mcap").open(told.append)
+
+
+def test_the_page_may_play_the_bags_of_its_folder(tmp_path):
+    path = bags.write_mcap(tmp_path / "a.mcap", bags.frames([np.zeros((10, 20), np.uint8)]))
+    assert "a.mcap" in choices(None, tmp_path)
+    assert choose("a.mcap", None, tmp_path, SCENE).source == str(path)
+    given_bag = given(str(path), None, None, bags.TOPIC)
+    assert (given_bag.name, given_bag.topic) == ("a.mcap", bags.TOPIC)

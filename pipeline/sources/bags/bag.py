@@ -1,0 +1,209 @@
+"""A topic of a bag as frames, in order and by index."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from dockpose.camera.camera import Camera
+from dockpose.camera.image import ImageError
+from dockpose.sources.bags.files import BagFiles
+from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
+from dockpose.sources.bags.storage import Place, Topic
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+
+_ENCODINGS = ("cdr", "ros1")
+# Clocks that begin with a program or a simulation count from 0; this is in 1973, before anything was recorded.
+_LEAST_UNIX_NS = 10**17
+_DECIMALS = 9
+
+
+class Bag(Frames):
+    """The pictures of one topic of a bag of ROS 1 or ROS 2, each read when it is due.
+
+    Parameters
+    ----------
+    source : str
+        Path of an .mcap, .db3 or .bag file, or of a folder as rosbag2 writes it.
+    tell : callable, optional
+        Called with a sentence for messages that cannot be read, and on opening a bag that is cut short, or whose time
+        stamps are none.
+    topic : str, optional
+        Name of the topic; None for the only one with pictures.
+
+    Attributes
+    ----------
+    topic : str
+        Name of the topic.
+    camera_topic : str or None
+        Topic from which the camera was taken; None where the bag has none for these pictures.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read, is no bag, has no such topic, or several where none is named; or if the packages that read
+        bags are missing.
+    """
+
+    def __init__(self, source: str, tell: Tell | None = None, topic: str | None = None) -> None:
+        super().__init__(source, tell)
+        self._files = BagFiles(source)
+        try:
+            self.topic = self._chosen(topic)
+            self._places = self._places_of(self.topic)
+            self.count = len(self._places)
+            self._tell_cut_short()
+            if not self._places:
+                raise SourceError(f"{source}: has no message of the topic {self.topic}")
+            self.rate_hz = self._rate_hz()
+            self._has_stamps, self._first_ns = self._clock()
+            self.camera, self.camera_topic = self._camera()
+        except BaseException:
+            self._files.close()
+            raise
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, len(self._places))
+
+    def between(self, start: int, stop: int) -> Iterator[Frame]:
+        """Yield the frames with ``start`` <= index < ``stop``."""
+        for index in range(max(0, start), min(stop, len(self._places))):
+            try:
+                yield self._frame(index)
+            except (SourceError, ImageError) as error:
+                text = str(error)
+                self._skip(text if text.startswith(self.source) else f"{self.source}: frame {index}: {text}")
+
+    def close(self) -> None:
+        """Release the files."""
+        self._files.close()
+
+    def _frame(self, index: int) -> Frame:
+        message = self._message(self._places[index])
+        image = picture_in(message, f"{self.source}: frame {index}")
+        time_ns = self._time_ns(message, self._places[index])
+        time_s = round((time_ns - self._first_ns) / 1e9, _DECIMALS)
+        time_unix_s = time_ns / 1e9 if time_ns >= _LEAST_UNIX_NS else None
+        return Frame(image, index, time_s, self.source, time_unix_s=time_unix_s)
+
+    def _time_ns(self, message: Any, place: Place) -> int:
+        return (_stamp_ns(message) if self._has_stamps else 0) or place.time_ns
+
+    def _chosen(self, topic: str | None) -> str:
+        """The topic that was asked for, or the only one with pictures."""
+        known = {one.name: one for storage in self._files.storages for one in storage.topics.values()}
+        pictures = sorted(name for name, one in known.items() if _has_pictures(one))
+        if topic is not None:
+            wanted = topic if topic in known or topic.startswith("/") else f"/{topic}"
+            if wanted in pictures:
+                return wanted
+            there = f"it is {known[wanted].kind}" if wanted in known else "there is no such topic"
+            listed = f"pictures are on {', '.join(pictures)}" if pictures else "no topic has pictures"
+            raise SourceError(f"{self.source}: topic {topic}: {there}; {listed}")
+        if not pictures:
+            others = ", ".join(f"{name} ({one.kind or one.encoding})" for name, one in sorted(known.items()))
+            raise SourceError(f"{self.source}: no topic of the bag has pictures; its topics are {others or 'none'}")
+        if len(pictures) > 1:
+            raise SourceError(f"{self.source}: which topic? Say --topic with one of {', '.join(pictures)}")
+        return pictures[0]
+
+    def _places_of(self, name: str) -> list[Place]:
+        found: list[Place] = []
+        for storage in self._files.storages:
+            found += storage.places([key for key, topic in storage.topics.items() if topic.name == name])
+        return sorted(found)
+
+    def _message(self, place: Place) -> Any:
+        storage = self._files.storages[place.file]
+        topic = storage.topics[place.topic]
+        return deserialised(storage.read(place), topic)
+
+    def _rate_hz(self) -> float | None:
+        took_ns = self._places[-1].time_ns - self._places[0].time_ns
+        return (len(self._places) - 1) * 1e9 / took_ns if took_ns > 0 else None
+
+    def _clock(self) -> tuple[bool, int]:
+        """Whether the time stamps of the pictures count, and the first time by them, or by the recording."""
+        for place in self._places:
+            try:
+                stamp_ns = _stamp_ns(self._message(place))
+            except SourceError:
+                continue
+            if stamp_ns == 0:
+                self._tell(f"{self.source}: its pictures have no time stamps; the times of the recording are taken")
+                break
+            if stamp_ns < _LEAST_UNIX_NS:
+                begin = f"its time stamps begin at {stamp_ns / 1e9:.3f} s, which is no time of day"
+                self._tell(f"{self.source}: {begin}; times are counted from the first frame alone")
+            return True, stamp_ns
+        return False, self._places[0].time_ns
+
+    def _camera(self) -> tuple[Camera | None, str | None]:
+        """The camera that the topic beside that of the pictures describes, and that topic."""
+        above = self.topic.rsplit("/", 1)[0]
+        names = [f"{above}/camera_info", f"{above.rsplit('/', 1)[0]}/camera_info"]  # of a compressed one, one level up
+        for name in names[: 2 if self._is_compressed() else 1]:
+            for place in self._places_of(name):
+                storage = self._files.storages[place.file]
+                if storage.topics[place.topic].kind != CAMERA_INFO:
+                    break
+                try:
+                    camera = camera_in(self._message(place), self._is_rectified())
+                except ValueError as error:
+                    self._tell(f"{self.source}: the camera of {name} cannot be used ({error})")
+                    break
+                if camera is not None:
+                    return camera, name
+                self._tell(f"{self.source}: the camera of {name} was not calibrated (its focal length is 0)")
+                break
+        return None, None
+
+    def _is_rectified(self) -> bool:
+        """Whether a program took the distortion out of the pictures, by the name that ROS gives such topics."""
+        return "rect" in self.topic.removesuffix("/compressed").rsplit("/")[-1]
+
+    def _is_compressed(self) -> bool:
+        place = self._places[0]
+        return self._files.storages[place.file].topics[place.topic].kind == COMPRESSED
+
+    def _tell_cut_short(self) -> None:
+        frames = "1 frame is" if self.count == 1 else f"{self.count} frames are"
+        if any(storage.is_cut_short for storage in self._files.storages):
+            self.is_cut_short = True
+            self._tell(f"{self.source}: the bag is cut short: {frames} there")
+        elif self._files.is_unfinished:
+            self._tell(f"{self.source}: the bag was not closed, as it has no metadata.yaml: {frames} there")
+
+
+def deserialised(data: bytes, topic: Topic) -> Any:
+    """Return a message with its fields.
+
+    Parameters
+    ----------
+    data : bytes
+        The message as it was recorded.
+    topic : Topic
+        What it is, and how it was serialised.
+
+    Raises
+    ------
+    SourceError
+        If it is damaged.
+    """
+    from rosbags.typesys import Stores, get_typestore
+
+    try:
+        if topic.encoding == "ros1":
+            return get_typestore(Stores.ROS1_NOETIC).deserialize_ros1(data, topic.kind)
+        return get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr(data, topic.kind)
+    except Exception as error:  # what damaged bytes raise is not told
+        raise SourceError(f"the message is damaged ({len(data)} bytes)") from error
+
+
+def _has_pictures(topic: Topic) -> bool:
+    return topic.kind in (IMAGE, COMPRESSED) and topic.encoding in _ENCODINGS
+
+
+def _stamp_ns(message: Any) -> int:
+    stamp = message.header.stamp
+    return stamp.sec * 10**9 + stamp.nanosec

@@ -1,0 +1,183 @@
+"""MCAP files, by their index; those without one, such as files that break off, record by record."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import struct
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from dockpose.sources.bags.storage import Place, Storage, Topic, expanded, kind_of_message
+from dockpose.sources.frames import SourceError
+
+_MAGIC = b"\x89MCAP0\r\n"
+_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0F
+_HEAD = struct.Struct("<BQ")  # of every record: what it is, and the length of its content
+_MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, number, when recorded, when published
+_CHUNK_HEAD = struct.Struct("<QQQII")  # begin, end, size, checksum, and the length of the compression's name
+
+
+class McapFile(Storage):
+    """An MCAP file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    number : int
+        Which file of the bag it is.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read or is none.
+    ImportError
+        If the package ``mcap`` is missing.
+
+    References
+    ----------
+    The format: https://mcap.dev/spec
+    """
+
+    def __init__(self, path: Path, number: int = 0) -> None:
+        super().__init__()
+        from mcap.records import Channel, Schema
+
+        self._Channel, self._Schema = Channel, Schema
+        self._path, self._number = path, number
+        self._file: BinaryIO = path.open("rb")
+        self._kept: tuple[int, bytes] = (-1, b"")
+        self._schemas: dict[int, str] = {}
+        self._indexed: list[tuple[int, dict[int, int]]] | None = None
+        self._scanned: list[Place] = []
+        try:
+            if self._file.read(8) != _MAGIC:
+                raise SourceError("is no MCAP file")
+            self._length = self._file.seek(0, os.SEEK_END)
+            if not self._read_index():
+                self._scan()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def places(self, topics: Collection[int]) -> list[Place]:
+        """Where the messages of some channels lie, in the order in which they were recorded."""
+        if self._indexed is None:
+            return sorted(place for place in self._scanned if place.topic in topics)
+        found = []
+        for chunk, index_of in self._indexed:
+            for topic in index_of.keys() & topics:
+                entries = self._entries(index_of[topic])
+                found += [Place(time_ns, topic, self._number, chunk, offset) for time_ns, offset in entries]
+        return sorted(found)
+
+    def close(self) -> None:
+        """Release the file."""
+        self._file.close()
+
+    def _read(self, place: Place) -> bytes:
+        if place.chunk < 0:
+            return self._content(self._file, place.offset)[_MESSAGE_HEAD.size :]
+        if self._kept[0] != place.chunk:
+            self._kept = (place.chunk, self._decompressed(self._content(self._file, place.chunk)))
+        return self._content(io.BytesIO(self._kept[1]), place.offset)[_MESSAGE_HEAD.size :]
+
+    def _read_index(self) -> bool:
+        """Take topics and chunks from the summary at the end of the file; False where it is not there or not whole."""
+        from mcap.exceptions import McapError
+        from mcap.reader import make_reader
+
+        self._file.seek(-8, os.SEEK_END)
+        if self._length < 2 * len(_MAGIC) or self._file.read() != _MAGIC:
+            return False
+        self._file.seek(0)
+        try:
+            summary = make_reader(self._file).get_summary()
+        except (McapError, ValueError, struct.error):
+            return False
+        counted = None if summary is None else summary.statistics
+        if summary is None or counted is None or not summary.channels:
+            return False
+        chunks = summary.chunk_indexes
+        if counted.chunk_count != len(chunks) or (counted.message_count and not chunks):
+            return False
+        if any(not chunk.message_index_offsets for chunk in chunks):
+            return False
+        for schema in summary.schemas.values():
+            self._schemas[schema.id] = schema.name
+        for channel in summary.channels.values():
+            self._note(channel.id, channel.schema_id, channel.topic, channel.message_encoding)
+        self._indexed = [(chunk.chunk_start_offset, chunk.message_index_offsets) for chunk in chunks]
+        return True
+
+    def _note(self, key: int, schema: int, name: str, encoding: str) -> None:
+        kind = kind_of_message(self._schemas.get(schema, ""))
+        self.topics[key] = Topic(name, kind, encoding)
+
+    def _entries(self, start: int) -> Iterator[tuple[int, int]]:
+        """Times and offsets in the index of one channel's messages in one chunk."""
+        content = self._content(self._file, start)
+        return struct.iter_unpack("<QQ", content[6:])
+
+    def _scan(self) -> None:
+        """Go through the whole file, as far as it is there."""
+        self.is_cut_short = True
+        for kind, start, length in _records(self._file, len(_MAGIC), self._length):
+            if kind == _DATA_END:
+                self.is_cut_short = False
+                return
+            if kind != _CHUNK:
+                self._see(kind, self._file, start, length, -1)
+                continue
+            with contextlib.suppress(ValueError):  # a damaged chunk; others follow
+                content = self._decompressed(self._content(self._file, start))
+                for inner, offset, size in _records(io.BytesIO(content), 0, len(content)):
+                    if offset + _HEAD.size + size <= len(content):
+                        self._see(inner, io.BytesIO(content), offset, size, start)
+
+    def _see(self, kind: int, stream: BinaryIO, start: int, length: int, chunk: int) -> None:
+        """Note a record, if it is there as a whole and of concern."""
+        from mcap.data_stream import ReadDataStream
+
+        if kind not in (_SCHEMA, _CHANNEL, _MESSAGE) or (chunk < 0 and start + _HEAD.size + length > self._length):
+            return
+        stream.seek(start + _HEAD.size)
+        if kind == _MESSAGE:
+            channel, _, time_ns, _ = _MESSAGE_HEAD.unpack(stream.read(_MESSAGE_HEAD.size))
+            self._scanned.append(Place(time_ns, channel, self._number, chunk, start))
+        elif kind == _SCHEMA:
+            schema = self._Schema.read(ReadDataStream(stream))
+            self._schemas[schema.id] = schema.name
+        else:
+            channel = self._Channel.read(ReadDataStream(stream))
+            self._note(channel.id, channel.schema_id, channel.topic, channel.message_encoding)
+
+    @staticmethod
+    def _content(stream: BinaryIO, start: int) -> bytes:
+        stream.seek(start)
+        _, length = _HEAD.unpack(stream.read(_HEAD.size))
+        return stream.read(length)
+
+    @staticmethod
+    def _decompressed(content: bytes) -> bytes:
+        """The records of a chunk; of one that breaks off, the beginning."""
+        if len(content) < _CHUNK_HEAD.size:
+            return b""
+        size, letters = _CHUNK_HEAD.unpack_from(content)[2::2]
+        start = _CHUNK_HEAD.size + letters
+        name, data = content[_CHUNK_HEAD.size : start], content[start + 8 :]
+        if len(content) < start + 8:
+            return b""
+        return expanded(name.decode(), data) if name else data[:size]
+
+
+def _records(stream: BinaryIO, start: int, end: int) -> Iterator[tuple[int, int, int]]:
+    """Kind, place and length of the records of a file or chunk; the last need not be there as a whole."""
+    while start + _HEAD.size <= end:
+        stream.seek(start)
+        kind, length = _HEAD.unpack(stream.read(_HEAD.size))
+        yield kind, start, length
+        start += _HEAD.size + length

@@ -1,0 +1,135 @@
+"""Pictures and cameras in ROS messages."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.camera.files import camera_of_calibration
+from dockpose.camera.image import ImageError, decode
+
+IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
+
+# Bits and channels of each encoding, and how it becomes BGR or, of one channel, stays grey. OpenCV names a Bayer
+# pattern by the second row and column, ROS by the first: ROS's rggb is OpenCV's BG.
+_BAYER = {
+    "rggb": cv2.COLOR_BAYER_BG2BGR,
+    "bggr": cv2.COLOR_BAYER_RG2BGR,
+    "gbrg": cv2.COLOR_BAYER_GR2BGR,
+    "grbg": cv2.COLOR_BAYER_GB2BGR,
+}
+_ENCODINGS: dict[str, tuple[int, int, int | None]] = {
+    **{name: (bits, 1, None) for bits in (8, 16) for name in (f"mono{bits}", f"{bits}UC1")},
+    **{name: (bits, 3, None) for bits in (8, 16) for name in (f"bgr{bits}", f"{bits}UC3")},
+    **{f"rgb{bits}": (bits, 3, cv2.COLOR_RGB2BGR) for bits in (8, 16)},
+    **{name: (bits, 4, cv2.COLOR_BGRA2BGR) for bits in (8, 16) for name in (f"bgra{bits}", f"{bits}UC4")},
+    **{f"rgba{bits}": (bits, 4, cv2.COLOR_RGBA2BGR) for bits in (8, 16)},
+    **{f"bayer_{pattern}{bits}": (bits, 1, code) for bits in (8, 16) for pattern, code in _BAYER.items()},
+}
+
+
+def picture_in(message: Any, name: str = "image") -> np.ndarray:
+    """Return the picture of a message.
+
+    Parameters
+    ----------
+    message : object
+        With the fields of ``sensor_msgs/Image`` or ``sensor_msgs/CompressedImage``.
+    name : str
+        What to call it in an error.
+
+    Returns
+    -------
+    (H, W) grey or (H, W, 3) BGR array, uint8 or uint16
+        The picture; its opacity is left out.
+
+    Raises
+    ------
+    ImageError
+        If its encoding is none that is read, or its data do not fit its size.
+    """
+    if not hasattr(message, "encoding"):
+        if "compressedDepth" in message.format:
+            raise ImageError(f"{name}: is a depth picture ({message.format}), which shows no lights")
+        return decode(bytes(memoryview(message.data)), name)
+    if message.encoding not in _ENCODINGS:
+        raise ImageError(f"{name}: has the encoding {message.encoding!r}; those read are {', '.join(_ENCODINGS)}")
+    bits, channels, conversion = _ENCODINGS[message.encoding]
+    rows = _rows(message, bits // 8 * channels, name)
+    levels = rows.view(np.uint8 if bits == 8 else (">u2" if message.is_bigendian else "<u2"))
+    pixels = levels.astype(np.uint8 if bits == 8 else np.uint16)  # in the machine's own order, and ours to keep
+    if channels > 1:
+        pixels = pixels.reshape(message.height, message.width, channels)
+    return pixels if conversion is None else cv2.cvtColor(pixels, conversion)
+
+
+def _rows(message: Any, pixel_bytes: int, name: str) -> np.ndarray:
+    """The bytes of a picture's rows, without what fills them up."""
+    width, height, step = message.width, message.height, message.step
+    data = np.frombuffer(memoryview(message.data), np.uint8)
+    used = width * pixel_bytes
+    if width < 1 or height < 1 or step < used or len(data) < step * (height - 1) + used:
+        raise ImageError(
+            f"{name}: says {width} x {height} pixels of {pixel_bytes} bytes in rows of {step}, but has {len(data)}"
+        )
+    padded = np.zeros(step * height, np.uint8) if len(data) < step * height else data[: step * height]
+    if len(data) < step * height:  # the last row need not be filled up
+        padded[: len(data)] = data
+    return np.ascontiguousarray(padded.reshape(height, step)[:, :used])
+
+
+def camera_in(message: Any, is_rectified: bool = False) -> Camera | None:
+    """Return the camera of a message, for pictures as they were published.
+
+    Parameters
+    ----------
+    message : object
+        With the fields of ``sensor_msgs/CameraInfo``, of ROS 1 or 2.
+    is_rectified : bool
+        Whether the pictures were rectified: then its projection matrix holds, and there is no distortion.
+
+    Returns
+    -------
+    Camera or None
+        For the region of interest; where pixels are binned, of the size before, which scales to theirs. None where the
+        camera was not calibrated.
+
+    Raises
+    ------
+    ValueError
+        If the lens model is none of ours, or a number is impossible.
+    """
+    K, P, D = (_field(message, name) for name in "kpd")
+    matrix = np.reshape(P, (3, 4))[:, :3] if is_rectified else np.reshape(K, (3, 3))
+    if matrix[0, 0] == 0:
+        return None
+    roi = message.roi
+    x, y, width, height = roi.x_offset, roi.y_offset, roi.width, roi.height
+    if width == 0 or height == 0:  # the whole picture
+        x, y, width, height = 0, 0, message.width, message.height
+    matrix = matrix.copy()
+    matrix[:2, 2] -= (x, y)
+    distortion = [] if is_rectified else D.tolist()
+    return camera_of_calibration(
+        {
+            "image_width": width,
+            "image_height": height,
+            "camera_matrix": {"rows": 3, "cols": 3, "data": matrix.ravel().tolist()},
+            "distortion_coefficients": {
+                "rows": 1,
+                "cols": len(distortion),
+                "data": distortion,
+            },
+            # A driver that knows none leaves it empty.
+            "distortion_model": None if is_rectified else message.distortion_model or None,
+        }
+    )
+
+
+def _field(message: Any, name: str) -> np.ndarray:
+    """A matrix of CameraInfo, which ROS 1 spells in capitals."""
+    values = getattr(message, name) if hasattr(message, name) else getattr(message, name.upper())
+    return np.array(values, float)

@@ -1,0 +1,314 @@
+"""Bags that other libraries wrote, as frames; and those that are cut short, are none, or leave a question open."""
+
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from dockpose.camera.camera import Camera
+from dockpose.sources import Bag, Kind, SourceError, kind_of, open_frames
+from mcap.writer import CompressionType, IndexType
+from rosbags import rosbag2
+
+from tests.support import bags
+from tests.support.bags import COMPRESSED, PERIOD_NS, ROS1, ROS2, START_NS, STRING, TOPIC
+
+K = (700.0, 0.0, 319.5, 0.0, 700.0, 239.5, 0.0, 0.0, 1.0)
+
+
+def pictures(count: int = 12, shape: tuple[int, ...] = (48, 64)) -> list[np.ndarray]:
+    """Noise, which no compression makes small."""
+    rng = np.random.default_rng(1)
+    return [rng.integers(0, 256, shape, np.uint8) for _ in range(count)]
+
+
+def by_message(writer):
+    writer.set_compression(rosbag2.CompressionMode.MESSAGE, rosbag2.CompressionFormat.ZSTD)
+
+
+def by_file(writer):
+    writer.set_compression(rosbag2.CompressionMode.FILE, rosbag2.CompressionFormat.ZSTD)
+
+
+def single_database(path, frames):
+    (database,) = bags.write_rosbag2(path, frames(ROS2)).glob("*.db3")
+    return database
+
+
+WRITERS = {
+    "mcap": lambda path, frames: bags.write_mcap(path / "a.mcap", frames(ROS2)),
+    "mcap, lz4": lambda path, frames: bags.write_mcap(
+        path / "a.mcap", frames(ROS2), compression=CompressionType.LZ4, chunk_size=9000
+    ),
+    "mcap without chunks": lambda path, frames: bags.write_mcap(path / "a.mcap", frames(ROS2), use_chunking=False),
+    "mcap without an index": lambda path, frames: bags.write_mcap(
+        path / "a.mcap", frames(ROS2), chunk_size=9000, index_types=IndexType.NONE, use_statistics=False
+    ),
+    "mcap of ROS 1": lambda path, frames: bags.write_mcap(path / "a.mcap", frames(ROS1), store=ROS1),
+    "folder of SQLite": lambda path, frames: bags.write_rosbag2(path / "bag", frames(ROS2)),
+    "folder of mcap": lambda path, frames: bags.write_rosbag2(path / "bag", frames(ROS2), "MCAP"),
+    "compressed messages": lambda path, frames: bags.write_rosbag2(path / "bag", frames(ROS2), prepare=by_message),
+    "compressed file": lambda path, frames: bags.write_rosbag2(path / "bag", frames(ROS2), prepare=by_file),
+    "single db3": lambda path, frames: single_database(path / "bag", frames),
+    "ROS 1": lambda path, frames: bags.write_rosbag1(path / "a.bag", frames(ROS1), chunk_bytes=9000),
+    "ROS 1, bz2": lambda path, frames: bags.write_rosbag1(path / "a.bag", frames(ROS1), "BZ2"),
+    "ROS 1, lz4": lambda path, frames: bags.write_rosbag1(path / "a.bag", frames(ROS1), "LZ4"),
+}
+
+
+@pytest.mark.parametrize("write", WRITERS.values(), ids=WRITERS)
+def test_every_kind_of_bag_gives_the_pictures_with_their_times(tmp_path, write):
+    shown, told = pictures(), []
+    path = write(tmp_path, lambda store: bags.frames(shown, store=store))
+    assert kind_of(str(path)) is Kind.BAG
+    with open_frames(str(path), told.append) as frames:
+        assert frames.count == len(shown)
+        assert frames.rate_hz == pytest.approx(10.0)
+        found = list(frames)
+        again = [frames.at(index) for index in (7, 2, 11)]
+        part = list(frames.between(3, 6))
+    assert told == []
+    assert [frame.index for frame in found] == list(range(len(shown)))
+    assert all(np.array_equal(frame.image, picture) for frame, picture in zip(found, shown, strict=True))
+    assert [frame.time_s for frame in found] == [round(0.1 * k, 9) for k in range(len(shown))]
+    unix = [(START_NS + k * PERIOD_NS) / 1e9 for k in range(len(shown))]
+    assert [frame.time_unix_s for frame in found] == pytest.approx(unix, abs=1e-6)
+    assert [np.array_equal(frame.image, shown[index]) for frame, index in zip(again, (7, 2, 11), strict=True)] == [
+        True
+    ] * 3
+    assert [frame.index for frame in part] == [3, 4, 5]
+    assert np.array_equal(part[0].image, shown[3])
+
+
+def test_a_bag_is_not_read_into_memory(tmp_path):
+    shown = pictures(40, (200, 300))
+    path = bags.write_mcap(tmp_path / "a.mcap", bags.frames(shown), chunk_size=100_000)
+    with Bag(str(path)) as bag:
+        read = 0
+        file = bag._files.storages[0]._file  # pyright: ignore[reportAttributeAccessIssue]
+        original = file.read
+
+        class Counting:
+            def __getattr__(self, name):
+                return getattr(file, name)
+
+            def read(self, size=-1):
+                nonlocal read
+                data = original(size)
+                read += len(data)
+                return data
+
+        bag._files.storages[0]._file = Counting()  # pyright: ignore[reportAttributeAccessIssue]
+        assert np.array_equal(bag.at(20).image, shown[20])
+    assert 60_000 <= read < 300_000  # of 2.4 MB: the chunks with that picture
+
+
+def test_the_topic_that_was_asked_for(tmp_path):
+    left, right = pictures(4), pictures(8)[4:]
+    entries = bags.frames(left, topic="/left/image_raw") + bags.frames(right, topic="/right/image_raw")
+    path = str(bags.write_mcap(tmp_path / "a.mcap", entries))
+    with pytest.raises(SourceError, match=r"which topic\? Say --topic with one of /left/image_raw, /right/image_raw"):
+        Bag(path)
+    for topic in ("/right/image_raw", "right/image_raw"):
+        with Bag(path, topic=topic) as bag:
+            assert np.array_equal(bag.at(0).image, right[0])
+    with pytest.raises(
+        SourceError, match=r"topic /up: there is no such topic; pictures are on /left/image_raw, /right"
+    ):
+        Bag(path, topic="/up")
+
+
+def test_a_bag_without_pictures_names_its_topics(tmp_path):
+    path = bags.write_mcap(tmp_path / "a.mcap", [("/chatter", STRING, START_NS, bags.text("hello"))])
+    with pytest.raises(SourceError, match=r"no topic of the bag has pictures; its topics are /chatter \(std_msgs"):
+        Bag(str(path))
+    with pytest.raises(SourceError, match=r"topic /chatter: it is std_msgs/msg/String; no topic has pictures"):
+        Bag(str(path), topic="/chatter")
+
+
+@pytest.mark.parametrize(("ending", "shape"), [("jpeg", (48, 64, 3)), ("png", (48, 64)), ("png", (48, 64, 3))])
+def test_compressed_pictures(tmp_path, ending, shape):
+    shown = [cv2.GaussianBlur(picture, (9, 9), 3) for picture in pictures(3, shape)]
+    entries = [("/c/image_raw/compressed", COMPRESSED, START_NS, bags.compressed(one, ending)) for one in shown]
+    with Bag(str(bags.write_mcap(tmp_path / "a.mcap", entries))) as bag:
+        found = [frame.image for frame in bag]
+    assert [image.shape for image in found] == [shape] * 3
+    most = 0 if ending == "png" else 12  # levels that JPEG may change
+    assert all(np.abs(a.astype(int) - b).max() <= most for a, b in zip(found, shown, strict=True))
+
+
+def test_a_damaged_message_is_left_out_counted_and_told(tmp_path):
+    shown, told = pictures(4), []
+    entries = bags.frames(shown)
+    topic, kind, time_ns, _ = entries[1]
+    entries[1] = (topic, kind, time_ns, bags.image(shown[1], "32FC1"))
+    entries[2] = (topic, kind, time_ns + PERIOD_NS, bags.image(shown[2], "mono8", data=np.zeros(10, np.uint8)))
+    with Bag(str(bags.write_mcap(tmp_path / "a.mcap", entries)), told.append) as bag:
+        assert [frame.index for frame in bag] == [0, 3]
+        assert bag.skipped == 2
+        assert bag.count == 4
+    assert "frame 1: has the encoding '32FC1'; those read are mono8, " in told[0]
+    assert "frame 2: says 64 x 48 pixels of 1 bytes in rows of 64, but has 10" in told[1]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD])
+def test_of_an_mcap_that_breaks_off_every_whole_frame_is_there(tmp_path, seed, compression):
+    """What lies before the cut, by the places at which the writer put the messages of a bag without compression."""
+    rng = np.random.default_rng(seed)
+    shown, told = pictures(), []
+    path = bags.write_mcap(tmp_path / "a.mcap", bags.frames(shown), compression=compression, chunk_size=9000)
+    whole = path.read_bytes()
+    first, last = len(whole) // 4, len(whole) - 400
+    cut = int(rng.integers(first, last))
+    path.write_bytes(whole[:cut])
+    expected = sum(whole.find(picture.tobytes()) + picture.nbytes <= cut for picture in shown)
+    with Bag(str(path), told.append) as bag:
+        found = list(bag)
+    if compression is CompressionType.NONE:
+        assert len(found) == expected
+    else:  # noise keeps its size, so at most the chunk at the cut, of three frames, is missing
+        assert len(found) >= cut * len(shown) // len(whole) - 3
+    assert 0 < len(found) < len(shown) or cut > whole.rfind(shown[-1].tobytes())
+    assert all(np.array_equal(frame.image, picture) for frame, picture in zip(found, shown, strict=False))
+    assert bag.is_cut_short
+    assert told == [f"{path}: the bag is cut short: {len(found)} frame{' is' if len(found) == 1 else 's are'} there"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("compression", [None, "BZ2", "LZ4"])
+def test_of_a_bag_of_ros_1_that_breaks_off_the_frames_before_are_there(tmp_path, seed, compression):
+    rng = np.random.default_rng(seed)
+    shown, told = pictures(), []
+    path = bags.write_rosbag1(tmp_path / "a.bag", bags.frames(shown, store=ROS1), compression, chunk_bytes=9000)
+    whole = path.read_bytes()
+    cut = int(rng.integers(len(whole) // 3, len(whole) - 2000))
+    path.write_bytes(whole[:cut])
+    with Bag(str(path), told.append) as bag:
+        found = list(bag)
+    if compression is None:
+        assert len(found) == sum(whole.find(picture.tobytes()) + picture.nbytes <= cut for picture in shown)
+    else:
+        assert len(found) >= cut * len(shown) // len(whole) - 4
+    assert all(np.array_equal(frame.image, picture) for frame, picture in zip(found, shown, strict=False))
+    assert len(told) == 1
+    assert f"the bag is cut short: {len(found)} frames are there" in told[0]
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
+def test_of_a_database_that_breaks_off_the_frames_before_are_there(tmp_path, share):
+    shown, told = pictures(40), []
+    (path,) = bags.write_rosbag2(tmp_path / "bag", bags.frames(shown)).glob("*.db3")
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    with Bag(str(path), told.append) as bag:
+        found = list(bag)
+    places = [whole.find(picture.tobytes()) for picture in shown]
+    assert min(places) > 0  # each in one piece
+    assert len(found) == sum(place + 3072 <= share * len(whole) for place in places) < len(shown)
+    assert all(np.array_equal(frame.image, picture) for frame, picture in zip(found, shown, strict=False))
+    assert told == [f"{path}: the bag is cut short: {len(found)} frames are there"]
+
+
+def test_a_folder_of_a_recorder_that_was_killed(tmp_path):
+    shown, told = pictures(), []
+    folder = bags.write_rosbag2(tmp_path / "bag", bags.frames(shown), "MCAP")
+    (folder / "metadata.yaml").unlink()
+    with Bag(str(folder), told.append) as bag:
+        assert len(list(bag)) == len(shown)
+    assert told == [f"{folder}: the bag was not closed, as it has no metadata.yaml: 12 frames are there"]
+
+
+def test_times_of_pictures_without_stamps_are_those_of_the_recording(tmp_path):
+    told = []
+    entries = [
+        (TOPIC, bags.IMAGE, START_NS + k * 10**9, bags.image(one, "mono8", stamp_ns=0))
+        for k, one in enumerate(pictures(3))
+    ]
+    with Bag(str(bags.write_mcap(tmp_path / "a.mcap", entries)), told.append) as bag:
+        found = list(bag)
+    assert [frame.time_s for frame in found] == [0.0, 1.0, 2.0]
+    assert found[1].time_unix_s == pytest.approx(START_NS / 1e9 + 1, abs=1e-6)
+    assert len(told) == 1
+    assert told[0].endswith("its pictures have no time stamps; the times of the recording are taken")
+
+
+def test_stamps_that_are_no_time_of_day_give_none(tmp_path):
+    told = []
+    stamps_ns = (12_000_000_000, 12_100_000_000, 12_200_000_000)
+    messages = [bags.image(one, "mono8", stamp_ns=stamp) for one, stamp in zip(pictures(3), stamps_ns, strict=True)]
+    entries = [(TOPIC, bags.IMAGE, START_NS + k, message) for k, message in enumerate(messages)]
+    with Bag(str(bags.write_mcap(tmp_path / "a.mcap", entries)), told.append) as bag:
+        found = list(bag)
+    assert [frame.time_s for frame in found] == [0.0, 0.1, 0.2]
+    assert [frame.time_unix_s for frame in found] == [None] * 3
+    assert "its time stamps begin at 12.000 s, which is no time of day" in told[0]
+
+
+@pytest.mark.parametrize("store", [ROS1, ROS2], ids=["ROS 1", "ROS 2"])
+def test_the_camera_beside_the_pictures(tmp_path, store):
+    info = bags.camera_info(K, (640, 480), store=store, D=(-0.1, 0.01, 0.0, 0.0, 0.0))
+    entries = [("/camera/camera_info", bags.CAMERA_INFO, START_NS, info), *bags.frames(pictures(2), store=store)]
+    with Bag(str(bags.write_mcap(tmp_path / "a.mcap", entries, store=store))) as bag:
+        assert bag.camera == Camera(700, 700, 319.5, 239.5, 640, 480, (-0.1, 0.01, 0.0, 0.0, 0.0))
+        assert bag.camera_topic == "/camera/camera_info"
+
+
+def test_a_camera_elsewhere_or_not_calibrated_is_not_taken(tmp_path):
+    told = []
+    info = bags.camera_info(K, (640, 480))
+    entries = [("/other/camera_info", bags.CAMERA_INFO, START_NS, info), *bags.frames(pictures(2))]
+    with Bag(str(bags.write_mcap(tmp_path / "a.mcap", entries)), told.append) as bag:
+        assert bag.camera is None
+    assert told == []
+    info = bags.camera_info((0.0,) * 9, (640, 480))
+    entries = [("/camera/camera_info", bags.CAMERA_INFO, START_NS, info), *bags.frames(pictures(2))]
+    with Bag(str(bags.write_mcap(tmp_path / "b.mcap", entries)), told.append) as bag:
+        assert bag.camera is None
+    assert told[0].endswith("the camera of /camera/camera_info was not calibrated (its focal length is 0)")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.mcap", b"", "the file is empty"),
+        ("a.mcap", b"nothing of the kind", "is no MCAP file"),
+        ("a.bag", b"#ROSBAG V1.2\n", "is no bag of ROS 1"),
+        ("a.db3", b"nothing of the kind", "is no SQLite database"),
+        ("a.db3", b"SQLite format 3\0" + bytes(84), "is no bag of ROS 2"),
+    ],
+)
+def test_files_that_are_none_are_refused_by_name(tmp_path, name, content, message):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(SourceError, match=message) as raised:
+        Bag(str(path))
+    assert str(path) in str(raised.value)
+
+
+def test_a_missing_bag_is_named(tmp_path):
+    with pytest.raises(SourceError, match=r"a\.mcap: cannot be read"):
+        Bag(str(tmp_path / "a.mcap"))
+
+
+def test_a_folder_whose_file_is_missing_is_refused(tmp_path):
+    folder = bags.write_rosbag2(tmp_path / "bag", bags.frames(pictures(2)))
+    for path in folder.glob("*.db3"):
+        path.unlink()
+    with pytest.raises(SourceError, match=r"the bag's .*\.db3 is not there"):
+        Bag(str(folder))
+
+
+def test_without_the_packages_one_sentence_says_how_to_get_them(tmp_path, monkeypatch):
+    path = bags.write_mcap(tmp_path / "a.mcap", bags.frames(pictures(2)))
+    monkeypatch.setitem(sys.modules, "mcap", None)
+    monkeypatch.setitem(sys.modules, "mcap.records", None)
+    with pytest.raises(SourceError, match=r"pip install 'dockpose\[ros\]'"):
+        Bag(str(path))
+
+
+def test_a_folder_of_pictures_is_no_bag(tmp_path: Path):
+    (tmp_path / "a.png").write_bytes(b"")
+    (tmp_path / "metadata.yaml").write_text("camera: 1")
+    assert kind_of(str(tmp_path)) is Kind.FOLDER

@@ -1,0 +1,143 @@
+"""Pixels and cameras of messages, each against pictures known by hand or what OpenCV makes of them."""
+
+import cv2
+import numpy as np
+import pytest
+from dockpose.camera.camera import Camera
+from dockpose.camera.image import ImageError
+from dockpose.sources.bags.messages import camera_in, picture_in
+
+from tests.support import bags
+from tests.support.bags import ROS1, ROS2
+
+K = (700.0, 0.0, 319.5, 0.0, 710.0, 239.5, 0.0, 0.0, 1.0)
+# One pixel, in the order of blue, green and red, as each encoding has it.
+BGR = (10, 20, 30)
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+@pytest.mark.parametrize(
+    ("name", "stored"),
+    [("bgr", (10, 20, 30)), ("rgb", (30, 20, 10)), ("bgra", (10, 20, 30, 0)), ("rgba", (30, 20, 10, 7))],
+)
+def test_colours_are_put_in_order_whatever_their_opacity(name, stored, bits):
+    kind = np.uint8 if bits == 8 else np.uint16
+    picture = np.full((2, 3, len(stored)), stored, kind)
+    found = picture_in(bags.image(picture, f"{name}{bits}"))
+    assert found.dtype == kind
+    assert np.array_equal(found, np.full((2, 3, 3), BGR))
+
+
+@pytest.mark.parametrize("encoding", ["mono8", "8UC1"])
+def test_grey_of_8_bits(encoding):
+    picture = np.arange(6, dtype=np.uint8).reshape(2, 3)
+    assert np.array_equal(picture_in(bags.image(picture, encoding)), picture)
+
+
+@pytest.mark.parametrize("encoding", ["mono16", "16UC1"])
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_grey_of_16_bits_in_either_order(encoding, order):
+    picture = np.array([[1, 256], [4095, 65535]], f"{order}u2")
+    found = picture_in(bags.image(picture, encoding, is_bigendian=int(order == ">")))
+    assert found.dtype == np.uint16
+    assert found.tolist() == [[1, 256], [4095, 65535]]
+
+
+@pytest.mark.parametrize("fills_last_row", [True, False])
+def test_rows_may_be_filled_up(fills_last_row):
+    rows = np.array([[1, 2, 3, 99], [4, 5, 6, 99]], np.uint8).ravel()
+    data = rows if fills_last_row else rows[:-1]
+    message = bags.image(np.zeros((2, 3), np.uint8), "mono8", step=4, data=data)
+    assert picture_in(message).tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+@pytest.mark.parametrize("pattern", ["rggb", "bggr", "gbrg", "grbg"])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_a_bayer_pattern_of_one_colour_gives_that_colour(pattern, bits):
+    level = {"r": 200, "g": 100, "b": 50}
+    top, bottom = ([level[letter] for letter in pair] for pair in (pattern[:2], pattern[2:]))
+    tile = np.array([top, bottom], np.uint8 if bits == 8 else np.uint16)
+    found = picture_in(bags.image(np.tile(tile, (4, 4)), f"bayer_{pattern}{bits}"))
+    assert np.array_equal(found, np.full((8, 8, 3), (50, 100, 200)))
+
+
+def test_png_of_16_bits():
+    picture = np.array([[0, 300], [4095, 65535]], np.uint16)
+    assert np.array_equal(picture_in(bags.compressed(picture, "png")), picture)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"encoding": "32FC1"}, "has the encoding '32FC1'; those read are mono8"),
+        ({"step": 2}, "in rows of 2"),
+        ({"height": 5}, "says 3 x 5 pixels"),
+        ({"width": 0}, "says 0 x 2 pixels"),
+        ({"data": np.zeros(0, np.uint8)}, "but has 0"),
+    ],
+)
+def test_what_does_not_fit_is_refused(changed, message):
+    encoding = changed.pop("encoding", "mono8")
+    with pytest.raises(ImageError, match=message):
+        picture_in(bags.image(np.zeros((2, 3), np.uint8), encoding, **changed))
+
+
+def test_depth_and_damaged_pictures_are_refused():
+    message = bags.compressed(np.zeros((2, 3), np.uint16), "png")
+    message.format = "16UC1; compressedDepth png"
+    with pytest.raises(ImageError, match="is a depth picture"):
+        picture_in(message)
+    cut = bags.compressed(np.random.default_rng(0).integers(0, 256, (20, 30), np.uint8), "png")
+    cut.data = cut.data[: len(cut.data) // 2]
+    with pytest.raises(ImageError, match=r"damaged or cut short"):
+        picture_in(cut)
+
+
+@pytest.mark.parametrize("store", [ROS1, ROS2], ids=["ROS 1", "ROS 2"])
+def test_the_camera_of_a_message(store):
+    message = bags.camera_info(K, (640, 480), store=store, D=(0.1, 0.2, 0.01, 0.02, 0.3))
+    assert camera_in(message) == Camera(700, 710, 319.5, 239.5, 640, 480, (0.1, 0.2, 0.01, 0.02, 0.3))
+
+
+def test_a_fisheye_lens():
+    message = bags.camera_info(K, (640, 480), model="equidistant", D=(0.1, 0.2, 0.01, 0.02))
+    assert camera_in(message) == Camera(700, 710, 319.5, 239.5, 640, 480, (0.1, 0.2, 0.01, 0.02), fisheye=True)
+
+
+def test_a_region_of_interest_moves_the_principal_point():
+    message = bags.camera_info(K, (640, 480), roi=(100, 50, 320, 240))
+    camera = camera_in(message)
+    assert camera is not None
+    whole = Camera(700, 710, 319.5, 239.5, 640, 480)
+    point = [[0.1, -0.05, 1.5]]
+    assert camera.project(point) == pytest.approx(whole.project(point) - [100, 50])
+    assert (camera.width, camera.height) == (320, 240)
+
+
+def test_binned_pixels_scale_to_the_size_of_the_picture():
+    """A pixel of the binned picture covers two by two: the middle of its first one lies at 0.5."""
+    camera = camera_in(bags.camera_info(K, (640, 480), binning=2))
+    assert camera is not None
+    x, y = camera.for_size(320, 240).project([[0.1, -0.05, 1.5]])[0]
+    assert (2 * x + 0.5, 2 * y + 0.5) == pytest.approx(camera.project([[0.1, -0.05, 1.5]])[0])
+
+
+def test_of_rectified_pictures_the_projection_matrix_holds():
+    P = (650.0, 0.0, 310.0, 0.0, 0.0, 655.0, 230.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    message = bags.camera_info(K, (640, 480), D=(0.1, 0.2, 0.01, 0.02, 0.3), P=P)
+    assert camera_in(message, is_rectified=True) == Camera(650, 655, 310, 230, 640, 480)
+
+
+def test_a_camera_without_calibration_is_none_and_an_unknown_lens_refused():
+    assert camera_in(bags.camera_info((0.0,) * 9, (640, 480))) is None
+    with pytest.raises(ValueError, match="distortion_model is 'ovali'"):
+        camera_in(bags.camera_info(K, (640, 480), model="ovali"))
+
+
+def test_opencv_names_the_patterns_of_the_test_alike():
+    names = {"rggb": "RGGB", "bggr": "BGGR", "gbrg": "GBRG", "grbg": "GRBG"}
+    rng = np.random.default_rng(0)
+    mosaic = rng.integers(0, 256, (16, 16), np.uint8)
+    for pattern, name in names.items():
+        expected = cv2.cvtColor(mosaic, getattr(cv2, f"COLOR_Bayer{name}2BGR"))
+        assert np.array_equal(picture_in(bags.image(mosaic, f"bayer_{pattern}8")), expected)

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from dockpose.app.commands import budget, calibrate, compare, estimate, export, reproduce, serve, simulate, study
+from dockpose.app.commands import budget, compare, estimate, export, reproduce, serve, simulate, study
+from dockpose.app.commands.calibration import calibrate
 from dockpose.app.commands.console import EXIT_BAD_ARGUMENTS, EXIT_STOPPED, say
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import sample_source

@@ -1,71 +1,27 @@
-"""Camera calibration from pictures of a chessboard or ChArUco board, with OpenCV."""
+"""Camera calibration: pictures of a board in, a camera and how sure it is out."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
+from dockpose.camera.board import Board, Sighting, find_board
+from dockpose.camera.bundle import Sigmas
 from dockpose.camera.camera import Camera
-from dockpose.checks import check_number, check_whole
+from dockpose.camera.coverage import Coverage, coverage_of, outer_corners_px
+from dockpose.camera.fitting import LENSES, TERMS, CalibrationError, Fitted, Lens, fit, sigmas_of
+from dockpose.camera.ladder import FEWEST, Rung, climb
 
-LENSES = ("perspective", "rational", "fisheye")
+LENS_CHOICES = ("auto", *LENSES)
 FEWEST_PICTURES = 3
 # A picture whose error exceeds both this multiple of the median error and this many pixels is an outlier.
 _OUTLIER, _OUTLIER_PX = 3.0, 0.5
 _WORST_SHARE = 0.003  # of the picture's longer side (2 px of 640); a fit with a larger error is rejected
-_FEWEST_CORNERS = 8  # of a partly hidden ChArUco board
-_FEWEST_ROWS = 3
-# OpenCV 4 keeps its fisheye model's flags apart, and 5 among all others.
-_FLAGS: Any = cv2.fisheye if hasattr(cv2.fisheye, "CALIB_FIX_SKEW") else cv2
-_FISHEYE_FLAGS: int = _FLAGS.CALIB_USE_INTRINSIC_GUESS | _FLAGS.CALIB_RECOMPUTE_EXTRINSIC | _FLAGS.CALIB_FIX_SKEW
-
-
-class CalibrationError(ValueError):
-    """The pictures do not determine a camera; the text says why."""
-
-
-@dataclass(frozen=True)
-class Board:
-    """A flat board of black and white squares.
-
-    Parameters
-    ----------
-    columns, rows : int
-        Number of squares, at least 3. For a chessboard the number of inner corners is accepted too.
-    square_m : float, metres
-        Side of a square.
-    dictionary : str, optional
-        Name of the ArUco dictionary of a ChArUco board, such as ``"DICT_4X4_50"``; None for a chessboard.
-    marker_m : float, metres, optional
-        Side of the ArUco markers; None for three quarters of a square.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range or the dictionary is unknown.
-    """
-
-    columns: int
-    rows: int
-    square_m: float
-    dictionary: str | None = None
-    marker_m: float | None = None
-
-    def __post_init__(self) -> None:
-        check_whole("columns", self.columns, least=_FEWEST_ROWS)
-        check_whole("rows", self.rows, least=_FEWEST_ROWS)
-        check_number("square_m", self.square_m, above=0)
-        if self.marker_m is not None:
-            check_number("marker_m", self.marker_m, above=0)
-            if self.marker_m >= self.square_m:
-                raise ValueError(f"marker_m is {self.marker_m!r}; it must be below the square's {self.square_m}")
-        if self.dictionary is not None and not (
-            self.dictionary.startswith("DICT_") and hasattr(cv2.aruco, self.dictionary)
-        ):
-            raise ValueError(f"dictionary is {self.dictionary!r}; it must be one of OpenCV's, such as DICT_4X4_50")
+_UNSURE = 0.1  # of the focal length: with a larger standard error it is not known
+_ALIKE_SHARE = 0.05  # of the longer side: boards whose outlines are nearer than this are alike
+_SHARPER = 0.8  # width of the edges, relative to those of a like picture, that makes a picture take its place
+NO_BOARD, UNREADABLE, ALIKE = "no board was found in it", "it cannot be read as a picture", "it is like another"
 
 
 @dataclass(frozen=True)
@@ -77,7 +33,7 @@ class BoardView:
     name : str
         Name of the picture.
     error_px : float or None, pixels
-        Root mean square reprojection error of its corners; None where no board was found.
+        Root mean square reprojection error of its corners; None where it was not used.
     corners : int
         Number of corners found.
     dropped : str
@@ -104,26 +60,138 @@ class Calibration:
         One entry per picture, used or dropped.
     counted_as : {"squares", "corners"}
         What the board's columns and rows were taken to count.
+    lens : Lens
+        The lens model.
+    sigmas : Sigmas
+        Standard errors of the camera's numbers.
+    rungs : tuple of Rung
+        How well each lens model sees pictures that it was not fitted to; empty where the model was asked for, or there
+        are too few pictures to tell.
+    coverage : Coverage
+        What the boards cover.
+    used : tuple of Sighting
+        The boards that were used.
+    distances_m : (float, float), metres
+        The least and the largest distance of a board.
     """
 
     camera: Camera
     error_px: float
     views: tuple[BoardView, ...]
     counted_as: str
+    lens: Lens
+    sigmas: Sigmas
+    rungs: tuple[Rung, ...]
+    coverage: Coverage
+    used: tuple[Sighting, ...]
+    distances_m: tuple[float, float]
+
+    @property
+    def fixed(self) -> tuple[str, ...]:
+        """Coefficients that were left at 0, by name."""
+        return () if self.lens.fisheye else tuple(term for term in TERMS if term not in self.lens.terms)
 
 
-@dataclass(frozen=True)
-class _Sighting:
-    """A detected board: its corners on the board (N, 3) in metres, and in the picture (N, 2) in pixels."""
+@dataclass
+class Gathering:
+    """Boards gathered from pictures, one after another.
 
-    name: str
-    board_m: np.ndarray
-    picture_px: np.ndarray
+    Parameters
+    ----------
+    board : Board
+        The board in the pictures.
+    distinct : bool
+        Whether a board that lies as another one did is left out, unless it is sharper, then it takes its place: for
+        frames of a video or a live camera.
+
+    Attributes
+    ----------
+    sightings : list of Sighting
+        The boards that count.
+    views : dict of str to BoardView
+        What became of each picture, by its name.
+    size : (int, int) or None, pixels
+        Width and height of the pictures with a board.
+    counted_as : {"squares", "corners"}
+        What the board's columns and rows count.
+    """
+
+    board: Board
+    distinct: bool = False
+    sightings: list[Sighting] = field(default_factory=list)
+    views: dict[str, BoardView] = field(default_factory=dict)
+    size: tuple[int, int] | None = None
+    counted_as: str = "squares"
+
+    def add(self, name: str, grey: np.ndarray | None, *, thorough: bool = True) -> Sighting | None:
+        """Look for the board in one more picture.
+
+        Parameters
+        ----------
+        name : str
+            Of the picture; one name stands for one picture.
+        grey : (H, W) uint8 array or None
+            The picture; None where it could not be read.
+        thorough : bool
+            See :func:`dockpose.camera.board.find_board`.
+
+        Returns
+        -------
+        Sighting or None
+            The board, whether it counts or not, as ``views[name].dropped`` says; None where there is none.
+        """
+        dropped, found = self._look(name, grey, thorough)
+        if found is not None and not dropped and self.distinct:
+            dropped = self._alike(found)
+        self.views[name] = BoardView(name, None, 0 if found is None else len(found.picture_px), dropped)
+        if found is not None and not dropped:
+            self.sightings.append(found)
+        return found
+
+    def _look(self, name: str, grey: np.ndarray | None, thorough: bool) -> tuple[str, Sighting | None]:
+        if grey is None:
+            return UNREADABLE, None
+        size = (grey.shape[1], grey.shape[0])
+        if self.size is not None and size != self.size:
+            return f"it is {size[0]} x {size[1]} pixels, the others are {self.size[0]} x {self.size[1]}", None
+        undecided = not self.sightings and self.board.dictionary is None
+        for way in ("squares", "corners") if undecided else (self.counted_as,):
+            found = find_board(grey, self.board, way, name, thorough=thorough)
+            if found is not None:
+                self.counted_as, self.size = way, size
+                return found.blurred(self.usual_edge_px() if self.distinct else np.inf), found
+        return NO_BOARD, None
+
+    def usual_edge_px(self) -> float:
+        """Median width of the boards' edges, in pixels; infinite for fewer than three."""
+        edges = [each.edge_px for each in self.sightings if np.isfinite(each.edge_px)]
+        return float(np.median(edges)) if len(edges) >= FEWEST_PICTURES else np.inf
+
+    def _alike(self, found: Sighting) -> str:
+        """Why a board adds nothing to the others; empty where it does, or takes the place of a less sharp one."""
+        limit = _ALIKE_SHARE * max(self.size or (0,))
+        columns, rows = np.array(self.board.inner(self.counted_as)) - 1
+        outline = self.board.square_m * np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]])
+        own = outer_corners_px(found, outline)
+        for index, other in enumerate(self.sightings):
+            theirs = outer_corners_px(other, outline)
+            # A chessboard may be seen turned by half a turn.
+            apart = min(np.linalg.norm(own - each, axis=1).max() for each in (theirs, np.roll(theirs, 2, axis=0)))
+            if apart < limit:
+                if found.edge_px < _SHARPER * other.edge_px:
+                    self.views[other.name] = BoardView(other.name, None, len(other.picture_px), ALIKE)
+                    del self.sightings[index]
+                    return ""
+                return ALIKE
+        return ""
+
+    def drop(self, name: str, why: str) -> None:
+        """Leave out a board that counted so far, for a reason."""
+        self.sightings = [each for each in self.sightings if each.name != name]
+        self.views[name] = BoardView(name, None, self.views[name].corners, why)
 
 
-def calibrate(
-    pictures: Iterable[tuple[str, np.ndarray | None]], board: Board, lens: str = "perspective"
-) -> Calibration:
+def calibrate(pictures: Iterable[tuple[str, np.ndarray | None]], board: Board, lens: str = "auto") -> Calibration:
     """Calibrate a camera from pictures of a board.
 
     Parameters
@@ -133,8 +201,8 @@ def calibrate(
         need not fit in memory together.
     board : Board
         The board in the pictures.
-    lens : {"perspective", "rational", "fisheye"}
-        Lens model, with 5, 8 and 4 distortion coefficients respectively.
+    lens : str
+        Lens model, one of ``LENS_CHOICES``; "auto" takes the stiffest that the pictures do not speak against.
 
     Returns
     -------
@@ -147,130 +215,107 @@ def calibrate(
         If the lens model is unknown.
     CalibrationError
         If fewer than three pictures show the board, or they do not determine the camera.
+    """
+    if lens not in LENS_CHOICES:
+        raise ValueError(f"lens is {lens!r}; it must be one of {', '.join(LENS_CHOICES)}")
+    gathering = Gathering(board)
+    for name, grey in pictures:
+        gathering.add(name, grey)
+    return calibrate_gathered(gathering, lens)
+
+
+def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
+    """Calibrate a camera from boards that were gathered.
+
+    Parameters
+    ----------
+    gathering : Gathering
+        The boards; it is left as it is.
+    lens : str
+        Lens model, see :func:`calibrate`.
+
+    Returns
+    -------
+    Calibration
+        As :func:`calibrate` returns it.
+
+    Raises
+    ------
+    CalibrationError
+        If there are fewer than three boards, or they do not determine the camera.
 
     Notes
     -----
-    Outliers are dropped one at a time, and the rest calibrated again, until none is left. Calibrating underwater behind
-    a flat port is only valid at the board's distance: calibrate in air instead, and give the port in the camera file.
-
-    References
-    ----------
-    Zhang 2000, "A flexible new technique for camera calibration", as implemented in OpenCV.
+    Blurred pictures are left out first. Outliers are dropped one at a time, and the rest calibrated again, until none
+    is left; then the lens model is chosen, and outliers looked for once more.
     """
-    if lens not in LENSES:
-        raise ValueError(f"lens is {lens!r}; it must be one of {', '.join(LENSES)}")
-    views, sightings, counted_as, size = _find_boards(pictures, board)
-    if len(sightings) < FEWEST_PICTURES or size is None:
+    kept = Gathering(
+        gathering.board, False, list(gathering.sightings), dict(gathering.views), gathering.size, gathering.counted_as
+    )
+    usual_px = kept.usual_edge_px()
+    for sighting in gathering.sightings:
+        why = sighting.blurred(usual_px)
+        if why:
+            kept.drop(sighting.name, why)
+    if len(kept.sightings) < FEWEST_PICTURES or kept.size is None:
+        raise CalibrationError(_too_few(kept))
+    size, rungs = kept.size, ()
+    model = LENSES["k2" if lens == "auto" else lens]
+    fitted = _without_outliers(kept, size, model)
+    if lens == "auto":
+        model, rungs = climb(kept.sightings, size)
+        fitted = _without_outliers(kept, size, model)
+    for sighting, error in zip(kept.sightings, fitted.errors_px.tolist(), strict=True):
+        kept.views[sighting.name] = BoardView(sighting.name, error, len(sighting.picture_px))
+    corners = np.array([len(sighting.picture_px) for sighting in kept.sightings])
+    overall = float(np.sqrt((corners * fitted.errors_px**2).sum() / corners.sum()))
+    if not overall <= _WORST_SHARE * max(size):
+        board = kept.board
         raise CalibrationError(
-            f"the board was found in {len(sightings)} of {len(views)} pictures; {FEWEST_PICTURES} are needed, better 15"
+            f"no camera fits the corners (error {overall:.1f} px); is the board {board.columns} x {board.rows}, "
+            "and is it flat?"
         )
+    known = sigmas_of(fitted, kept.sightings)
+    unsure = max(known.values["fx"] / fitted.camera.fx, known.values["fy"] / fitted.camera.fy)
+    if not unsure < _UNSURE:
+        raise CalibrationError(
+            "the pictures cannot tell the focal length from the distance, since the board lies too much alike in "
+            "all; take more, with the board tilted by 20 to 40 degrees"
+        )
+    distances_m = np.linalg.norm(fitted.poses[:, 3:], axis=1)
+    return Calibration(
+        camera=fitted.camera,
+        error_px=overall,
+        views=tuple(kept.views.values()),
+        counted_as=kept.counted_as,
+        lens=model,
+        sigmas=known,
+        rungs=rungs,
+        coverage=coverage_of(kept.sightings, size, fitted.camera.fx),
+        used=tuple(kept.sightings),
+        distances_m=(float(distances_m.min()), float(distances_m.max())),
+    )
+
+
+def _too_few(gathering: Gathering) -> str:
+    dropped = [view.dropped for view in gathering.views.values()]
+    blurred = sum("blurred" in why for why in dropped)
+    also = f", and is blurred in {blurred} more" if blurred else ""
+    return (
+        f"a board of {gathering.board.columns} x {gathering.board.rows} squares was found in "
+        f"{len(gathering.sightings)} of {len(dropped)} pictures{also}; "
+        f"{FEWEST_PICTURES} are needed, better {2 * FEWEST} to 20"
+    )
+
+
+def _without_outliers(gathering: Gathering, size: tuple[int, int], lens: Lens) -> Fitted:
+    """The fit to the gathered boards, after those that stand out were dropped."""
     while True:
-        camera, errors = _solve(sightings, size, lens)
+        fitted = fit(gathering.sightings, size, lens)
+        errors = fitted.errors_px
         limit = max(_OUTLIER * float(np.median(errors)), _OUTLIER_PX)
         worst = int(np.argmax(errors))
-        if errors[worst] <= limit or len(sightings) == FEWEST_PICTURES:
-            break
-        name = sightings[worst].name
+        if errors[worst] <= limit or len(gathering.sightings) == FEWEST_PICTURES:
+            return fitted
         why = f"its error of {errors[worst]:.2f} px stands out from the others' {np.median(errors):.2f} px"
-        views[name] = BoardView(name, float(errors[worst]), len(sightings[worst].picture_px), why)
-        del sightings[worst]
-    for sighting, error in zip(sightings, errors, strict=True):
-        views[sighting.name] = BoardView(sighting.name, float(error), len(sighting.picture_px))
-    corners = np.array([len(sighting.picture_px) for sighting in sightings])
-    overall = float(np.sqrt((corners * errors**2).sum() / corners.sum()))
-    if not overall <= _WORST_SHARE * max(size):
-        raise CalibrationError(
-            f"no camera fits the corners (error {overall:.1f} px); is the board {board.columns} x {board.rows}?"
-        )
-    return Calibration(camera, overall, tuple(views.values()), counted_as)
-
-
-def _find_boards(
-    pictures: Iterable[tuple[str, np.ndarray | None]], board: Board
-) -> tuple[dict[str, BoardView], list[_Sighting], str, tuple[int, int] | None]:
-    """Detect the board in each picture; all pictures must have the size of the first in which it was found."""
-    views: dict[str, BoardView] = {}
-    sightings: list[_Sighting] = []
-    counted_as, size = "squares", None
-    for name, grey in pictures:
-        if grey is None:
-            views[name] = BoardView(name, None, 0, "it cannot be read as a picture")
-            continue
-        own_size = (grey.shape[1], grey.shape[0])
-        if size is not None and own_size != size:
-            why = f"it is {own_size[0]} x {own_size[1]} pixels, the others are {size[0]} x {size[1]}"
-            views[name] = BoardView(name, None, 0, why)
-            continue
-        ways = ("squares", "corners") if not sightings and board.dictionary is None else (counted_as,)
-        for way in ways:
-            found = _find_charuco(grey, board) if board.dictionary else _find_chessboard(grey, board, way)
-            if found is not None:
-                counted_as, size = way, own_size
-                views[name] = BoardView(name, None, len(found[1]))
-                sightings.append(_Sighting(name, *found))
-                break
-        else:
-            views[name] = BoardView(name, None, 0, "no board was found in it")
-    return views, sightings, counted_as, size
-
-
-def _find_chessboard(grey: np.ndarray, board: Board, counted_as: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Corners on the board and in the picture; ``counted_as`` says what the board's numbers count."""
-    inner = (board.columns - 1, board.rows - 1) if counted_as == "squares" else (board.columns, board.rows)
-    found, corners = cv2.findChessboardCornersSB(grey, inner, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
-    if not found:
-        return None
-    column, row = np.meshgrid(np.arange(inner[0]), np.arange(inner[1]))
-    flat = board.square_m * np.column_stack([column.ravel(), row.ravel(), np.zeros(column.size)])
-    return flat.astype(np.float32), corners.reshape(-1, 2).astype(np.float32)
-
-
-def _find_charuco(grey: np.ndarray, board: Board) -> tuple[np.ndarray, np.ndarray] | None:
-    dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.dictionary or ""))
-    marker_m = board.marker_m or 0.75 * board.square_m
-    pattern = cv2.aruco.CharucoBoard((board.columns, board.rows), board.square_m, marker_m, dictionary)
-    corners, numbers, _, _ = cv2.aruco.CharucoDetector(pattern).detectBoard(grey)
-    if corners is None or numbers is None or len(corners) < _FEWEST_CORNERS:
-        return None
-    seen = [int(number) for number in np.ravel(np.asarray(numbers))]
-    across = board.columns - 1
-    if len({number // across for number in seen}) < 2 or len({number % across for number in seen}) < 2:
-        return None
-    places = [list(corner) for corner in pattern.getChessboardCorners()]
-    flat = np.array([places[number] for number in seen], dtype=np.float32)
-    return flat, np.asarray(corners).reshape(-1, 2).astype(np.float32)
-
-
-def _solve(sightings: Sequence[_Sighting], size: tuple[int, int], lens: str) -> tuple[Camera, np.ndarray]:
-    """The camera, and the root mean square error (N,) of each picture."""
-    board = [sighting.board_m for sighting in sightings]
-    picture = [sighting.picture_px for sighting in sightings]
-    try:
-        if lens == "fisheye":
-            # Start from a field of view of 180 degrees across the picture; OpenCV's own initial guess often fails.
-            focal = max(size) / np.pi
-            start = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
-            answer = cv2.fisheye.calibrate(
-                [points[None].astype(float) for points in board],
-                [points[None].astype(float) for points in picture],
-                *(size, start, np.zeros(4)),
-                flags=_FISHEYE_FLAGS,
-            )
-        else:
-            flags = cv2.CALIB_RATIONAL_MODEL if lens == "rational" else 0
-            answer = cv2.calibrateCamera(board, picture, size, np.eye(3), np.zeros(5), flags=flags)
-    except cv2.error as error:
-        raise CalibrationError(
-            "the pictures do not determine the camera; take more, with the board tilted and in the corners"
-        ) from error
-    _, K, distortion, turns, shifts = answer
-    coefficients = tuple(np.asarray(distortion).ravel()[: {"fisheye": 4, "rational": 8}.get(lens, 5)].tolist())
-    if not np.isfinite(K).all() or not np.isfinite(coefficients).all() or K[0, 0] <= 0 or K[1, 1] <= 0:
-        raise CalibrationError("the pictures lead to no finite focal length; take more, with the board tilted")
-    numbers = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
-    camera = Camera(*numbers, *size, distortion=coefficients, fisheye=lens == "fisheye")
-    errors = []
-    for flat, seen, turn, shift in zip(board, picture, turns, shifts, strict=True):
-        points = flat @ cv2.Rodrigues(np.asarray(turn))[0].T + np.asarray(shift).ravel()
-        errors.append(np.sqrt(((camera.project(points) - seen) ** 2).sum(axis=1).mean()))
-    return camera, np.nan_to_num(np.array(errors), nan=np.inf)
+        gathering.drop(gathering.sightings[worst].name, why)

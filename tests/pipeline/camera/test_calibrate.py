@@ -6,8 +6,12 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera
-from dockpose.camera.calibrate import Board, CalibrationError, calibrate
+from dockpose.camera.board import Board
+from dockpose.camera.calibrate import BoardView, Gathering, calibrate, calibrate_gathered
+from dockpose.camera.fitting import CalibrationError
 from dockpose.pose.circle import rotation_from_angles
+
+from tests.support.boards import sightings
 
 TRUE = Camera(520, 515, 322, 236, 640, 480, (-0.18, 0.05, 0.001, -0.001, 0.0))
 FISHEYE = Camera(300, 300, 322, 236, 640, 480, (-0.02, 0.01, -0.004, 0.001), fisheye=True)
@@ -99,9 +103,23 @@ def test_a_board_described_by_its_corners_is_understood():
     assert done.views[0].corners == (COLUMNS - 1) * (ROWS - 1)
 
 
+def test_boards_that_lie_alike_are_refused():
+    gathering = Gathering(CHESSBOARD, sightings=sightings(TRUE, 0, tilt_rad=0.0, ranges_m=(0.4, 0.41)), size=(640, 480))
+    gathering.views |= {each.name: BoardView(each.name, None, 54) for each in gathering.sightings}
+    with pytest.raises(CalibrationError, match=r"cannot tell the focal length|no focal length"):
+        calibrate_gathered(gathering, "k2")
+
+
+def test_blurred_pictures_are_dropped():
+    good = pictures(CHESSBOARD, TRUE, 5)
+    done = calibrate([*good, ("moved.png", cv2.blur(picture(CHESSBOARD, TRUE, 7), (15, 1)))], CHESSBOARD)
+    assert "it is blurred: the board's edges are" in done.views[-1].dropped
+    assert len(done.used) == 5
+
+
 def test_too_few_boards_are_named():
     blank = np.full((480, 640), 128, np.uint8)
-    with pytest.raises(CalibrationError, match="found in 0 of 1 pictures; 3 are needed"):
+    with pytest.raises(CalibrationError, match="of 10 x 7 squares was found in 0 of 1 pictures; 3 are needed"):
         calibrate([("blank.png", blank)], CHESSBOARD)
 
 

@@ -41,8 +41,8 @@ def test_the_file_can_be_for_ros(folder, tmp_path):
         (["--board", "10by7", "--square", "0.024"], "--board 10by7: must be columns x rows"),
         (["--board", "10x7", "--square", "0"], "square_m is 0.0"),
         (["--board", "10x7", "--square", "0.024", "--charuco", "DICT_9"], "dictionary is 'DICT_9'"),
-        (["--board", "5x4", "--square", "0.024"], "is the board 5 x 4?"),
-        (["--board", "21x17", "--square", "0.024"], "the board was found in 0 of 7 pictures"),
+        (["--board", "5x4", "--square", "0.024"], "a board of 5 x 4 squares was found in"),
+        (["--board", "21x17", "--square", "0.024"], "a board of 21 x 17 squares was found in 0 of 7 pictures"),
         (["--board", "10x7", "--square", "0.024", "--out", "/nowhere/c.yaml"], "--out /nowhere/c.yaml: cannot be"),
     ],
 )
@@ -57,3 +57,24 @@ def test_a_broken_picture_is_told_and_the_rest_is_done(folder, tmp_path, capsys)
     words = ["calibrate", str(folder), str(tmp_path / "broken.png"), "--board", "10x7", "--square", "0.024"]
     assert main([*words, "--out", str(tmp_path / "c.yaml")]) == 1
     assert "broken.png  dropped: it cannot be read as a picture" in capsys.readouterr().out
+
+
+def test_a_video_becomes_a_camera_file(tmp_path, capsys):
+    video = cv2.VideoWriter(str(tmp_path / "run.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 5.0, (640, 480), False)
+    for _, picture in pictures(CHESSBOARD, TRUE, 6):
+        for _ in range(2):
+            video.write(picture)
+    video.release()
+    words = ["calibrate", str(tmp_path / "run.avi"), "--board", "10x7", "--square", "0.024", "--in", "water"]
+    assert main([*words, "--out", str(tmp_path / "c.yaml")]) == 0
+    assert load_camera(tmp_path / "c.yaml").fx == pytest.approx(TRUE.fx, rel=0.02)
+    text = capsys.readouterr().out
+    assert "12 frames looked at: 6 used, 6 were like others." in text
+    assert "Calibrated in water" in text
+
+
+def test_a_video_is_calibrated_alone(tmp_path, capsys):
+    (tmp_path / "run.mp4").write_bytes(b"")
+    words = ["calibrate", str(tmp_path / "run.mp4"), str(tmp_path), "--board", "10x7", "--square", "0.024"]
+    assert main(words) == 2
+    assert "a video or live camera is calibrated alone" in capsys.readouterr().err

@@ -1,0 +1,140 @@
+"""``dockpose calibrate``: pictures, a video or a live view of a board in, a camera file out."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, say
+from dockpose.app.errors import UserError, blaming, writing
+from dockpose.app.export.calibration import MEDIA, camera_lines, outcome
+from dockpose.app.inputs.pictures import expand
+from dockpose.app.processing.calibration import Looked, gather
+from dockpose.camera.board import Board
+from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, Calibration, Gathering, calibrate_gathered
+from dockpose.camera.coverage import Coverage
+from dockpose.camera.files import FORMATS, save_camera
+from dockpose.camera.fitting import CalibrationError
+from dockpose.camera.image import decode, to_grey, to_levels
+from dockpose.sources import Kind, kind_of, open_frames
+from rich.console import Console
+from rich.progress import track
+
+_OF_FRAMES = (Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
+
+
+def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command ``calibrate``."""
+    parser = commands.add_parser("calibrate", help="make a camera file from pictures or a video of a chessboard")
+    parser.add_argument(
+        "sources",
+        nargs="+",
+        metavar="SOURCE",
+        help="folder, pictures or glob; or a video; or a live camera's number or a stream's address, until the views "
+        "are enough or Ctrl+C",
+    )
+    parser.add_argument("--board", required=True, metavar="10x7", help="how many squares the board has")
+    parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, in metres")
+    parser.add_argument("--charuco", metavar="DICT", help="dictionary of a ChArUco board, as DICT_4X4_50")
+    parser.add_argument("--marker", type=float, metavar="M", help="side of its markers (default: 3/4 of a square)")
+    parser.add_argument(
+        "--lens",
+        default="auto",
+        choices=LENS_CHOICES,
+        help="distortion: none, k1, k2 (k1 and k2), tangential (p1 and p2 too), k3 (that too), fisheye or rational "
+        "(default: the simplest that the pictures do not speak against)",
+    )
+    parser.add_argument(
+        "--in", dest="medium", default="air", choices=MEDIA, help="where the pictures were taken (default: %(default)s)"
+    )
+    parser.add_argument("--format", default="dockpose", choices=FORMATS, help="of the file (default: %(default)s)")
+    parser.add_argument("--out", default="camera.yaml", metavar="C.yaml", type=Path, help="default: %(default)s")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose calibrate``; returns the exit status. A line a picture and the outcome go to standard output."""
+    board, typed = _board(arguments), " ".join(arguments.sources)
+    gathering, looked = gathered(arguments.sources, board)
+    try:
+        done = calibrate_gathered(gathering, arguments.lens)
+    except CalibrationError as error:
+        seen = "" if looked is None else f" ({looked.in_words(len(gathering.sightings))})"
+        raise UserError(f"{typed}: {error}{seen}") from error
+    with writing(f"--out {arguments.out}"):
+        save_camera(done.camera, arguments.out, arguments.format)
+    for line in report(done, looked, arguments.medium):
+        print(line)
+    print(f"The camera is in {arguments.out}.")
+    return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in done.views) else EXIT_ALL_READ
+
+
+def report(done: Calibration, looked: Looked | None, medium: str) -> Iterator[str]:
+    """Lines that tell what became of each picture, and what the camera is."""
+    width = max(len(view.name) for view in done.views)
+    for view in done.views:
+        yield f"{view.name:{width}}  {outcome(view)}"
+    if looked is not None:
+        yield f"{looked.in_words(len(done.views))}."
+    yield from camera_lines(done, medium)
+
+
+def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | None]:
+    """The boards in pictures, or in the frames of the one video or live source that was named.
+
+    Raises
+    ------
+    UserError
+        if a video or live source is not named alone.
+    SourceError
+        if it cannot be opened, or a picture is not there.
+    """
+    if not any(kind_of(source) in _OF_FRAMES for source in sources):
+        gathering = Gathering(board)
+        for name, grey in _pictures(expand(sources)):
+            gathering.add(name, grey)
+        return gathering, None
+    if len(sources) > 1:
+        raise UserError(f"{' '.join(sources)}: a video or live camera is calibrated alone")
+    gathering = Gathering(board, distinct=True)
+    with FrameProgress(sources[0]) as progress, open_frames(sources[0], progress.tell, grey=True) as frames:
+        looked = Looked()
+        if frames.is_live:
+            progress.tell("show the board all over the picture, tilted, near and far; Ctrl+C when it is enough")
+
+        def on_look(now: Looked, covered: Coverage | None) -> None:
+            nonlocal looked
+            looked = now
+            progress.step()
+            if covered is not None and frames.is_live:
+                wanted = f"; now {covered.wanted[0]}" if covered.wanted else "; that is enough"
+                progress.tell(f"{covered.pictures} views, {100 * covered.share:.0f} % of the picture{wanted}")
+
+        try:
+            looked = gather(frames, gathering, on_look)
+        except KeyboardInterrupt:
+            say("stopped; what was seen so far counts")
+    return gathering, looked
+
+
+def _board(arguments: argparse.Namespace) -> Board:
+    match = re.fullmatch(r"(\d+)\s*[xX×*]\s*(\d+)", arguments.board.strip())
+    if match is None:
+        raise UserError(f"--board {arguments.board}: must be columns x rows, as 10x7")
+    with blaming(f"--board {arguments.board}, --square, --charuco, --marker: "):
+        return Board(int(match[1]), int(match[2]), arguments.square, arguments.charuco, arguments.marker)
+
+
+def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:
+    """Names and grey pictures of 8 bits, None for what cannot be read; with a progress bar on standard error."""
+    console = Console(file=sys.stderr)
+    for path in track(paths, "Looking for the board", console=console, disable=not console.is_terminal):
+        try:
+            yield path.name, to_levels(to_grey(decode(path.read_bytes(), str(path))))[0]
+        except (OSError, ValueError):
+            yield path.name, None

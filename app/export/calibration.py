@@ -1,0 +1,105 @@
+"""A calibration in words: the camera with its standard errors, which terms were fixed and why, what to add."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from dockpose.camera.calibrate import BoardView, Calibration
+from dockpose.camera.coverage import Coverage
+from dockpose.camera.ladder import Rung
+
+MEDIA = ("air", "water")
+_SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
+
+
+def camera_lines(done: Calibration, medium: str = "air") -> Iterator[str]:
+    """Sentences on a calibration, the most important first.
+
+    Parameters
+    ----------
+    done : Calibration
+        The calibration.
+    medium : {"air", "water"}
+        Where the pictures were taken.
+    """
+    across, down = np.degrees(done.camera.field_of_view_rad)
+    used = len(done.used)
+    yield (
+        f"{used} of {len(done.views)} pictures used, error {done.error_px:.3f} px; "
+        f"the lens sees {across:.1f} x {down:.1f} degrees"
+        + (" in air." if medium == "air" else ", as a pinhole in the water.")
+    )
+    yield f"Each with one sigma: {numbers_in_words(done)}."
+    fx, sigma = done.camera.fx, done.sigmas.values["fx"]
+    if sigma > _SURE_SHARE * fx:
+        yield f"The focal length is only known to {100 * sigma / fx:.1f} %: tilt the board more, and come nearer."
+    yield from lens_lines(done)
+    near, far = done.distances_m
+    if medium == "air":
+        yield (
+            f"Calibrated in air, with the board at {near:.2f} to {far:.2f} m. Behind a flat port under water "
+            "the camera file needs the port too: calibrate --in water --camera with this file finds it."
+        )
+    else:
+        yield (
+            f"Calibrated in water, with the board at {near:.2f} to {far:.2f} m: behind a flat port this camera "
+            "holds at these distances only, behind a dome at all. For all distances calibrate in air, then "
+            "--in water --camera AIR.yaml."
+        )
+    if done.counted_as == "corners":
+        yield "The board's numbers were taken to count its inner corners, since no board of so many squares was found."
+    if done.coverage.wanted:
+        yield f"To be surer, add pictures with {advice(done.coverage)}."
+
+
+def numbers_in_words(done: Calibration) -> str:
+    """The camera's numbers with their standard errors: "fx 519.70 ± 0.23 px, ..., k1 -0.1801 ± 0.0010"."""
+    camera, parts = done.camera, []
+    for name, sigma in done.sigmas.values.items():
+        if name in ("fx", "fy", "cx", "cy"):
+            parts.append(f"{name} {getattr(camera, name):.2f} ± {sigma:.2f} px")
+        else:
+            order = done.lens.terms if done.lens.fisheye else ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+            parts.append(f"{name} {camera.distortion[order.index(name)]:.5f} ± {sigma:.5f}")
+    return ", ".join(parts)
+
+
+def lens_lines(done: Calibration) -> Iterator[str]:
+    """Which lens model was taken and why; which of the usual coefficients were left at 0."""
+    terms = ", ".join(done.lens.terms) or "no distortion"
+    if done.rungs:
+        tried = [rung for rung in done.rungs if np.isfinite(rung.held_out_px)]
+        errors = ", ".join(f"{rung.lens.name} {rung.held_out_px:.3f}" for rung in tried)
+        yield f"Lens: {done.lens.name} ({terms}). Errors of pictures left out of the fit, in px: {errors}."
+    else:
+        yield f"Lens: {done.lens.name} ({terms})."
+    usual = tuple(term for term in done.fixed if term in ("k1", "k2", "p1", "p2", "k3"))
+    if usual:
+        yield f"{', '.join(usual)} fixed at 0: {_why_fixed(done, usual)}."
+
+
+def _why_fixed(done: Calibration, fixed: Sequence[str]) -> str:
+    if not done.rungs:
+        return "too few pictures to tell" if len(done.used) < 6 else f"as --lens {done.lens.name} asks"
+    own = next(rung for rung in done.rungs if rung.lens == done.lens)
+    freer: list[Rung] = [rung for rung in done.rungs if set(rung.lens.terms) & set(fixed) and not rung.lens.fisheye]
+    best = min(freer, key=lambda rung: rung.held_out_px)
+    if not np.isfinite(best.held_out_px):
+        return "with them the fit fails"
+    return (
+        f"pictures left out are met to {own.held_out_px:.3f} px without, and to {best.held_out_px:.3f} px "
+        "at best with, which is no more than chance"
+    )
+
+
+def advice(coverage: Coverage) -> str:
+    """What to photograph next, in words; empty where the pictures are enough."""
+    return "; ".join(coverage.wanted)
+
+
+def outcome(view: BoardView) -> str:
+    """What became of a picture, in words."""
+    if view.dropped:
+        return f"dropped: {view.dropped}"
+    return f"{view.error_px:.3f} px over {view.corners} corners"

@@ -1,0 +1,92 @@
+"""Boards gathered from the frames of a video or a live camera, as the command and the page do it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from dockpose.camera.board import Sighting
+from dockpose.camera.calibrate import ALIKE, NO_BOARD, Gathering
+from dockpose.camera.coverage import Coverage, coverage_of
+from dockpose.camera.image import to_grey, to_levels
+from dockpose.sources import Frames
+
+MOST_BOARDS = 40  # of a video; more tell hardly more
+ENOUGH_LIVE = 15
+_LOOKS_HZ, _MOST_LOOKS = 6.0, 600
+_SORTS = {ALIKE: "were like others", NO_BOARD: "show no board"}
+
+
+@dataclass
+class Looked:
+    """How many frames were looked at, and what became of them.
+
+    Attributes
+    ----------
+    frames : int
+        Number of frames that were looked at.
+    left_out : Counter of str
+        How many were left out, by the reason in a few words.
+    last : Sighting or None
+        The board in the newest frame.
+    """
+
+    frames: int = 0
+    left_out: Counter[str] = field(default_factory=Counter)
+    last: Sighting | None = None
+
+    def see(self, gathering: Gathering, image: np.ndarray, name: str) -> Sighting | None:
+        """Look for the board in one more frame, (H, W) or (H, W, 3); only frames that count stay in the gathering."""
+        self.frames += 1
+        self.last = gathering.add(name, to_levels(to_grey(image))[0], thorough=False)
+        dropped = gathering.views[name].dropped
+        if dropped:
+            del gathering.views[name]
+            self.left_out[_SORTS.get(dropped, "were blurred" if "blurred" in dropped else dropped)] += 1
+        for other in [other for other, view in gathering.views.items() if view.dropped == ALIKE]:
+            del gathering.views[other]  # its place was taken by a sharper one
+        return self.last
+
+    def in_words(self, used: int) -> str:
+        """For people: "310 frames looked at: 25 used, 200 were like others, 80 show no board, 5 were blurred"."""
+        parts = [f"{used} used", *(f"{count} {why}" for why, count in self.left_out.most_common())]
+        return f"{self.frames} frames looked at: {', '.join(parts)}"
+
+
+def gather(
+    frames: Frames, gathering: Gathering, on_look: Callable[[Looked, Coverage | None], None] = lambda looked, seen: None
+) -> Looked:
+    """Gather boards from frames: to the end of a recording, or from a live source until they are enough.
+
+    Parameters
+    ----------
+    frames : Frames
+        The source. Of a recording some six frames a second are looked at, and at most some 600.
+    gathering : Gathering
+        Where the boards go; Ctrl+C leaves it whole.
+    on_look : callable
+        Told after each look: what became of the frames, and, where a board was added, what all boards cover.
+
+    Returns
+    -------
+    Looked
+        What became of the frames.
+    """
+    looked = Looked()
+    every = max(1, round((frames.rate_hz or 1.0) / _LOOKS_HZ), (frames.count or 0) // _MOST_LOOKS)
+    if frames.is_live or frames.count is None:
+        every = 1
+    for number, frame in enumerate(frames):
+        if number % every:
+            continue
+        before = len(gathering.sightings)
+        looked.see(gathering, frame.image, f"frame {frame.index}")
+        is_new = len(gathering.sightings) > before and gathering.size is not None
+        covered = coverage_of(gathering.sightings, gathering.size) if is_new and gathering.size else None
+        on_look(looked, covered)
+        enough = ENOUGH_LIVE if frames.is_live else MOST_BOARDS
+        if covered is not None and covered.is_enough and covered.pictures >= enough:
+            break
+    return looked

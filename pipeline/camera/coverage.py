@@ -1,0 +1,122 @@
+"""How much of the picture, of tilts and of distances the boards cover, and what to photograph next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from dockpose.camera.board import Sighting
+
+ENOUGH_PICTURES = 12
+_CELLS = 3
+_SEEN_TWICE = 2  # pictures whose board reaches into a part of the picture
+_TILTED_DEG, _TILTED_PICTURES = 15.0, 2
+_NEAR_AND_FAR = 1.4  # largest distance of the board, relative to the smallest
+_PLACES = (
+    ("upper left", "top", "upper right"),
+    ("left", "middle", "right"),
+    ("lower left", "bottom", "lower right"),
+)
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What boards in pictures cover.
+
+    Attributes
+    ----------
+    pictures : int
+        Number of boards.
+    cells : (3, 3) int array
+        In how many pictures the board reaches into each part of the picture, from the upper left.
+    tilts_deg : (N, 2) float array, degrees
+        How far each board is turned: its right edge away from the camera, its lower edge away from the camera. Before
+        the camera is known they are rough.
+    distances : (N,) float array
+        Distances of the boards, relative to the nearest.
+    """
+
+    pictures: int
+    cells: np.ndarray
+    tilts_deg: np.ndarray
+    distances: np.ndarray
+
+    @property
+    def wanted(self) -> tuple[str, ...]:
+        """What is missing, in words, as "the board in the lower left"; empty where the pictures are enough."""
+        empty = [_PLACES[row][column] for row, column in np.argwhere(self.cells < _SEEN_TWICE)]
+        wanted = [f"the board in the {_in_words(empty)} of the picture"] if empty else []
+        for axis, ways in enumerate((("left", "right"), ("top", "bottom"))):
+            for sign, way in zip((-1, 1), ways, strict=True):
+                tilted = sign * self.tilts_deg[:, axis] > _TILTED_DEG if self.pictures else np.zeros(0)
+                if tilted.sum() < _TILTED_PICTURES:
+                    wanted.append(f"the board tilted by 20 to 40 degrees, its {way} edge away from the camera")
+        if self.pictures and self.distances.max() < _NEAR_AND_FAR:
+            wanted.append("the board nearer and farther")
+        if self.pictures < ENOUGH_PICTURES and not wanted:
+            wanted.append(f"{ENOUGH_PICTURES - self.pictures} more")
+        return tuple(wanted)
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether nothing is missing."""
+        return not self.wanted
+
+    @property
+    def share(self) -> float:
+        """Share (0 to 1) of the parts of the picture that boards have reached twice."""
+        return float((self.cells >= _SEEN_TWICE).mean())
+
+
+def _in_words(places: Sequence[str]) -> str:
+    return " and the ".join([", the ".join(places[:-1]), places[-1]]) if len(places) > 1 else places[0]
+
+
+def coverage_of(sightings: Sequence[Sighting], size: tuple[int, int], focal_px: float | None = None) -> Coverage:
+    """Work out what boards cover.
+
+    Parameters
+    ----------
+    sightings : sequence of Sighting
+        The boards.
+    size : (int, int), pixels
+        Width and height of the pictures.
+    focal_px : float, pixels, optional
+        Of the camera; None, before it is known, for the picture's longer side.
+
+    Returns
+    -------
+    Coverage
+        The parts of the picture, tilts and distances that they cover.
+    """
+    cells = np.zeros((_CELLS, _CELLS), dtype=int)
+    tilts, distances = [], []
+    focal = focal_px or float(max(size))
+    K = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
+    for sighting in sightings:
+        places = np.clip((sighting.picture_px / size * _CELLS).astype(int), 0, _CELLS - 1)
+        reached = np.zeros_like(cells)
+        reached[places[:, 1], places[:, 0]] = 1
+        cells += reached
+        _, turn, shift = cv2.solvePnP(
+            sighting.board_m.astype(float), sighting.picture_px.astype(float), K, None, flags=cv2.SOLVEPNP_IPPE
+        )
+        away = cv2.Rodrigues(turn)[0][:, 2]
+        away = away * np.sign(away[2])
+        tilts.append(np.degrees([np.arctan2(-away[0], away[2]), np.arctan2(-away[1], away[2])]))
+        distances.append(float(np.linalg.norm(shift)))
+    relative = np.array(distances) / min(distances) if distances else np.zeros(0)
+    return Coverage(len(sightings), cells, np.array(tilts).reshape(-1, 2), relative)
+
+
+def outer_corners_px(sighting: Sighting, board_m: np.ndarray) -> np.ndarray:
+    """Where the outline (4, 2) of a board, in metres, is in the picture: (4, 2) in pixels.
+
+    Of a board that is only partly seen as well; what is different between two pictures shows in them.
+    """
+    to_picture, _ = cv2.findHomography(sighting.board_m[:, :2].astype(float), sighting.picture_px.astype(float))
+    if to_picture is None:
+        return np.full((4, 2), np.inf)
+    return cv2.perspectiveTransform(board_m[None].astype(float), to_picture)[0]

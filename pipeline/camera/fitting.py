@@ -1,0 +1,211 @@
+"""Cameras fitted to the corners of boards, by lens models of growing freedom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from dockpose.camera.board import Sighting
+from dockpose.camera.bundle import STEP, Shared, Sigmas, adjust, residuals, rms_px, sigmas
+from dockpose.camera.camera import Camera
+from msgspec.structs import replace
+
+TERMS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+_SHORTEST = 0.05  # focal length of any lens, relative to the picture's longer side
+# OpenCV 4 keeps its fisheye model's flags apart, and 5 among all others.
+_FLAGS: Any = cv2.fisheye if hasattr(cv2.fisheye, "CALIB_FIX_SKEW") else cv2
+_FISHEYE_FLAGS: int = _FLAGS.CALIB_USE_INTRINSIC_GUESS | _FLAGS.CALIB_RECOMPUTE_EXTRINSIC | _FLAGS.CALIB_FIX_SKEW
+# Distortion of a pinhole in terms of a fisheye lens: tan(a) = a + a^3 / 3 + 2 a^5 / 15 + ...
+_PINHOLE_AS_FISHEYE = (1 / 3, 2 / 15)
+
+
+class CalibrationError(ValueError):
+    """The pictures do not determine a camera; the text says why."""
+
+
+_UNDETERMINED = "the pictures do not determine the camera; take more, with the board tilted and in the corners"
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A lens model.
+
+    Attributes
+    ----------
+    name : str
+        Short name, as in ``--lens``.
+    terms : tuple of str
+        Its distortion coefficients that are fitted; the others are 0.
+    length : int
+        How many coefficients the camera then has.
+    flags : int
+        For OpenCV's calibration.
+    fisheye : bool
+        Whether it is OpenCV's fisheye model.
+    """
+
+    name: str
+    terms: tuple[str, ...]
+    length: int
+    flags: int = 0
+    fisheye: bool = False
+
+
+_NO_K3 = cv2.CALIB_FIX_K3
+_NO_P = cv2.CALIB_ZERO_TANGENT_DIST | _NO_K3
+# From the stiffest to the freest: the order in which models are preferred while they fit equally well.
+LADDER = (
+    Lens("none", (), 0, _NO_P | cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2),
+    Lens("k1", TERMS[:1], 4, _NO_P | cv2.CALIB_FIX_K2),
+    Lens("k2", TERMS[:2], 4, _NO_P),
+    Lens("tangential", TERMS[:4], 4, _NO_K3),
+    Lens("k3", TERMS[:5], 5),
+    Lens("fisheye", ("k1", "k2", "k3", "k4"), 4, fisheye=True),
+    Lens("rational", TERMS, 8, cv2.CALIB_RATIONAL_MODEL),
+)
+LENSES = {lens.name: lens for lens in LADDER}
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A camera fitted to boards.
+
+    Attributes
+    ----------
+    camera : Camera
+        The camera.
+    lens : Lens
+        Its lens model.
+    poses : (N, 6) float array
+        For each board the rotation vector (radians) and the position (metres) of its frame in the camera's.
+    errors_px : (N,) float array, pixels
+        Root mean square reprojection error of each board's corners.
+    """
+
+    camera: Camera
+    lens: Lens
+    poses: np.ndarray
+    errors_px: np.ndarray
+
+
+def fit(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
+    """Fit a camera of one lens model.
+
+    Parameters
+    ----------
+    sightings : sequence of Sighting
+        At least 3 boards.
+    size : (int, int), pixels
+        Width and height of the pictures.
+    lens : Lens
+        The lens model.
+
+    Returns
+    -------
+    Fitted
+        The camera and the boards' poses.
+
+    Raises
+    ------
+    CalibrationError
+        If the boards do not determine the camera.
+
+    References
+    ----------
+    Zhang 2000, "A flexible new technique for camera calibration", as implemented in OpenCV.
+    """
+    if lens.fisheye:
+        return _fit_fisheye(sightings, size, lens)
+    try:
+        board, picture = _points(sightings)
+        _, K, distortion, turns, shifts = cv2.calibrateCamera(
+            board, picture, size, np.eye(3), np.zeros(5), flags=lens.flags
+        )
+    except cv2.error as error:
+        raise CalibrationError(_UNDETERMINED) from error
+    return _checked(sightings, size, lens, K, np.ravel(distortion)[: lens.length], _poses(turns, shifts))
+
+
+def _fit_fisheye(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
+    """The better of two fits: from the best perspective lens, and OpenCV's own from a view of 180 degrees."""
+    fits = []
+    try:
+        seen = min((fit(sightings, size, LENSES[name]) for name in ("k2", "k3")), key=lambda each: each.errors_px.max())
+        k1, k2 = (*seen.camera.distortion, 0.0, 0.0)[:2]
+        start = (_PINHOLE_AS_FISHEYE[0] + k1, _PINHOLE_AS_FISHEYE[1] + k1 + k2, 0.0, 0.0)
+        bent = [replace(seen.camera, distortion=each, fisheye=True) for each in (start, (0.0,) * 4)]
+        fits += [adjust_camera(sightings, Fitted(camera, lens, seen.poses, seen.errors_px)) for camera in bent]
+    except (CalibrationError, np.linalg.LinAlgError):
+        pass
+    focal = max(size) / np.pi
+    K = np.array([[focal, 0, (size[0] - 1) / 2], [0, focal, (size[1] - 1) / 2], [0, 0, 1]])
+    board, picture = ([each[None].astype(float) for each in kind] for kind in _points(sightings))
+    try:
+        _, K, distortion, turns, shifts = cv2.fisheye.calibrate(
+            board, picture, size, K, np.zeros(4), flags=_FISHEYE_FLAGS
+        )
+        fits.append(_checked(sightings, size, lens, K, np.ravel(distortion)[:4], _poses(turns, shifts)))
+    except (cv2.error, CalibrationError):
+        pass
+    if not fits:
+        raise CalibrationError(_UNDETERMINED)
+    return min(fits, key=lambda each: rms_px(each.errors_px[:, None]))
+
+
+def _points(sightings: Sequence[Sighting]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Corners on the boards and in the pictures, as OpenCV takes them."""
+    return [each.board_m.astype(np.float32) for each in sightings], [
+        each.picture_px.astype(np.float32) for each in sightings
+    ]
+
+
+def _poses(turns: Sequence[np.ndarray], shifts: Sequence[np.ndarray]) -> np.ndarray:
+    return np.array([np.r_[np.ravel(turn), np.ravel(shift)] for turn, shift in zip(turns, shifts, strict=True)])
+
+
+def _checked(
+    sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens, K: np.ndarray, bent: np.ndarray, poses: np.ndarray
+) -> Fitted:
+    """The fit with these numbers. Raises CalibrationError where they are no camera's."""
+    if not np.isfinite(K).all() or not np.isfinite(bent).all() or min(K[0, 0], K[1, 1]) < _SHORTEST * max(size):
+        raise CalibrationError("the pictures lead to no focal length; take more, with the board tilted")
+    numbers = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
+    camera = Camera(*numbers, *size, distortion=tuple(bent.tolist()), fisheye=lens.fisheye)
+    return Fitted(camera, lens, poses, _errors_px(camera, sightings, poses))
+
+
+def _errors_px(camera: Camera, sightings: Sequence[Sighting], poses: np.ndarray) -> np.ndarray:
+    errors = [rms_px(residuals(camera, sighting, pose)) for sighting, pose in zip(sightings, poses, strict=True)]
+    return np.nan_to_num(np.array(errors), nan=np.inf)
+
+
+def intrinsics_of(camera: Camera, lens: Lens) -> Shared:
+    """The intrinsics of a camera that its lens model leaves free: fx, fy, cx, cy and coefficients."""
+    order = lens.terms if lens.fisheye else TERMS
+    kept = [order.index(term) for term in lens.terms]
+
+    def camera_of(each: np.ndarray) -> Camera:
+        distortion = np.zeros(lens.length)
+        distortion[kept] = each[4:]
+        fx, fy, cx, cy = each[:4].tolist()
+        return replace(camera, fx=fx, fy=fy, cx=cx, cy=cy, distortion=tuple(distortion.tolist()))
+
+    numbers = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *(camera.distortion[i] for i in kept)])
+    steps = np.r_[np.full(4, STEP * camera.fx), np.full(len(kept), STEP)]
+    return Shared(("fx", "fy", "cx", "cy", *lens.terms), numbers, steps, camera_of)
+
+
+def adjust_camera(sightings: Sequence[Sighting], start: Fitted) -> Fitted:
+    """Adjust the intrinsics and all poses of a fit until the reprojection error is least."""
+    shared = intrinsics_of(start.camera, start.lens)
+    numbers, poses = adjust(sightings, start.poses, shared)
+    camera = shared.camera_of(numbers)
+    return Fitted(camera, start.lens, poses, _errors_px(camera, sightings, poses))
+
+
+def sigmas_of(fitted: Fitted, sightings: Sequence[Sighting]) -> Sigmas:
+    """Standard errors of the intrinsics of a fitted camera, see :func:`sigmas`."""
+    return sigmas(sightings, fitted.poses, intrinsics_of(fitted.camera, fitted.lens))

@@ -1,0 +1,126 @@
+"""Which lens model the pictures can tell: the stiffest one that sees pictures it was not fitted to as well as any."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from dockpose.camera.board import Sighting
+from dockpose.camera.bundle import residuals, rms_px, settled_pose
+from dockpose.camera.fitting import LADDER, LENSES, CalibrationError, Fitted, Lens, fit
+
+_FOLDS = 6
+_SPECIAL = ("fisheye", "rational")  # models that must be clearly better, by this factor, than the others
+_EARNS = 0.95
+FEWEST = 6  # pictures; fewer are too few to leave any out
+_FEW = 3  # pictures, which hardly tell one coefficient
+
+
+@dataclass(frozen=True)
+class Rung:
+    """How well a lens model sees pictures that it was not fitted to.
+
+    Attributes
+    ----------
+    lens : Lens
+        The model.
+    held_out_px : float, pixels
+        Root mean square reprojection error of the pictures left out; infinite where the model could not be fitted.
+    worse_px2, sigma_px2 : float, pixels squared
+        By how much its mean squared error exceeds the best model's, and the standard error of that.
+    """
+
+    lens: Lens
+    held_out_px: float
+    worse_px2: float
+    sigma_px2: float
+
+    @property
+    def is_as_good(self) -> bool:
+        """Whether no other model is better by more than a standard error."""
+        return self.worse_px2 <= self.sigma_px2
+
+
+def climb(sightings: Sequence[Sighting], size: tuple[int, int]) -> tuple[Lens, tuple[Rung, ...]]:
+    """Choose the lens model by cross-validation over pictures.
+
+    Parameters
+    ----------
+    sightings : sequence of Sighting
+        At least 3 boards.
+    size : (int, int), pixels
+        Width and height of the pictures.
+
+    Returns
+    -------
+    lens : Lens
+        The first model of the ladder that no other beats by more than a standard error; the fisheye and the rational
+        model only where they are better by two standard errors and 5 %.
+    rungs : tuple of Rung
+        Every model; empty for fewer than 6 pictures, where the choice is the model with two radial coefficients at 4 or
+        5 and with one at 3.
+
+    Raises
+    ------
+    CalibrationError
+        If no model can be fitted.
+
+    References
+    ----------
+    Breiman et al. 1984, "Classification and Regression Trees", section 3.4.3, on the rule of one standard error.
+    """
+    if len(sightings) < FEWEST:
+        return LADDER[1 if len(sightings) <= _FEW else 2], ()
+    errors = {lens.name: _held_out_px2(sightings, size, lens) for lens in LADDER if lens.name not in _SPECIAL}
+    best = min(errors, key=lambda name: float(errors[name].mean()))
+    if not np.isfinite(errors[best].mean()):
+        raise CalibrationError(
+            "the pictures do not determine the camera; take more, with the board tilted and in the corners"
+        )
+    rungs = [_rung(LENSES[name], own, errors[best]) for name, own in errors.items()]
+    chosen = next(rung for rung in rungs if rung.is_as_good)
+    for name in _SPECIAL:
+        rung = _rung(LENSES[name], _held_out_px2(sightings, size, LENSES[name], chosen.held_out_px), errors[best])
+        rungs.append(rung)
+        earned = rung.held_out_px < _EARNS * chosen.held_out_px
+        if earned and rung.worse_px2 + 2 * rung.sigma_px2 < 0:
+            chosen = rung
+    return chosen.lens, tuple(rungs)
+
+
+def _rung(lens: Lens, errors_px2: np.ndarray, best_px2: np.ndarray) -> Rung:
+    held_out = float(np.sqrt(errors_px2.mean()))
+    if not np.isfinite(held_out):
+        return Rung(lens, np.inf, np.inf, 0.0)
+    worse = errors_px2 - best_px2
+    # The same pictures are hard for all models, so that only differences count.
+    return Rung(lens, held_out, float(worse.mean()), float(worse.std(ddof=1) / np.sqrt(len(worse))))
+
+
+def _held_out_px2(
+    sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens, to_beat_px: float = np.inf
+) -> np.ndarray:
+    """Mean squared error (N,) of each picture, seen by a camera fitted to others; infinite where none was found.
+
+    Infinite as well for a lens that does not even fit the pictures it has seen better than ``to_beat_px``.
+    """
+    errors = np.full(len(sightings), np.inf)
+    try:
+        start = fit(sightings, size, lens)
+    except CalibrationError:
+        return errors
+    if not rms_px(start.errors_px[:, None]) < _EARNS * to_beat_px:
+        return errors
+    folds = np.arange(len(sightings)) % min(_FOLDS, len(sightings))
+    for fold in range(int(folds.max()) + 1):
+        kept = [sighting for sighting, number in zip(sightings, folds, strict=True) if number != fold]
+        try:
+            fitted: Fitted = fit(kept, size, lens)
+        except CalibrationError:
+            return np.full(len(sightings), np.inf)
+        for index in np.flatnonzero(folds == fold).tolist():
+            pose = settled_pose(fitted.camera, sightings[index], start.poses[index])
+            error = rms_px(residuals(fitted.camera, sightings[index], pose)) ** 2
+            errors[index] = error if np.isfinite(error) else np.inf
+    return errors

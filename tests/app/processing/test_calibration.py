@@ -1,0 +1,52 @@
+import cv2
+import numpy as np
+from dockpose.app.processing.calibration import Looked, gather
+from dockpose.camera.calibrate import Gathering
+from dockpose.sources import Frame, Frames
+
+from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, picture
+
+
+class Shown(Frames):
+    """Frames from memory."""
+
+    def __init__(self, images, *, is_live=False):
+        super().__init__("shown")
+        self.images, self.is_live = images, is_live
+
+    def __iter__(self):
+        for index, image in enumerate(self.images):
+            yield Frame(image, index, None, "shown")
+
+
+def test_only_sharp_frames_that_differ_are_kept():
+    boards = [picture(CHESSBOARD, TRUE, seed) for seed in range(4)]
+    smeared = cv2.blur(picture(CHESSBOARD, TRUE, 5), (15, 1))
+    blank = np.full((480, 640), 90, np.uint8)
+    gathering = Gathering(CHESSBOARD, distinct=True)
+    looked = gather(Shown([boards[0], boards[0], *boards[1:], smeared, blank]), gathering)
+    assert [each.name for each in gathering.sightings] == ["frame 0", "frame 2", "frame 3", "frame 4"]
+    assert looked.left_out == {"were like others": 1, "were blurred": 1, "show no board": 1}
+    assert looked.in_words(4) == "7 frames looked at: 4 used, 1 were like others, 1 were blurred, 1 show no board"
+
+
+def test_a_sharper_frame_takes_the_place_of_a_like_one():
+    sharp = picture(CHESSBOARD, TRUE, 0)
+    gathering = Gathering(CHESSBOARD, distinct=True)
+    gather(Shown([cv2.GaussianBlur(sharp, (0, 0), 1.5), sharp]), gathering)
+    assert [each.name for each in gathering.sightings] == ["frame 1"]
+    assert list(gathering.views) == ["frame 1"]
+
+
+def test_what_is_covered_is_told_when_a_board_was_added():
+    told = []
+    frames = Shown([picture(CHESSBOARD, TRUE, seed) for seed in (0, 0, 1)], is_live=True)
+    gather(frames, Gathering(CHESSBOARD, distinct=True), lambda looked, covered: told.append(covered))
+    assert [covered.pictures if covered else None for covered in told] == [1, None, 2]
+
+
+def test_frames_of_another_size_are_counted_apart():
+    looked, gathering = Looked(), Gathering(CHESSBOARD, distinct=True)
+    looked.see(gathering, picture(CHESSBOARD, TRUE, 0), "one")
+    looked.see(gathering, np.zeros((240, 320), np.uint8), "two")
+    assert looked.left_out == {"it is 320 x 240 pixels, the others are 640 x 480": 1}

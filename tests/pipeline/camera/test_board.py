@@ -1,0 +1,102 @@
+import cv2
+import numpy as np
+import pytest
+from dockpose.camera.board import Board, find_board
+from dockpose.pose.circle import rotation_from_angles
+
+from tests.pipeline.camera.test_calibrate import CHARUCO, CHESSBOARD, COLUMNS, ROWS, SQUARE_M, TRUE, picture
+
+
+def true_corners_px(seed):
+    """The inner corners of the picture with that seed, by the same random numbers."""
+    rng = np.random.default_rng(seed)
+    rotation = rotation_from_angles(*rng.uniform(-0.5, 0.5, 2))
+    z = rng.uniform(0.28, 0.36) * TRUE.fx / 520
+    place = np.array([*rng.uniform(-0.03, 0.03, 2), z]) - rotation @ [COLUMNS * SQUARE_M / 2, ROWS * SQUARE_M / 2, 0]
+    column, row = np.meshgrid(np.arange(1, COLUMNS), np.arange(1, ROWS))
+    flat = SQUARE_M * np.column_stack([column.ravel(), row.ravel(), 0 * row.ravel()])
+    return TRUE.project(flat @ rotation.T + place)
+
+
+def murky(seed):
+    """A board in haze: a lamp's uneven light, contrast of a few grey levels, blur, noise, and specks before it."""
+    rng = np.random.default_rng(1000 + seed)
+    seen = cv2.GaussianBlur(picture(CHESSBOARD, TRUE, seed).astype(float), (0, 0), rng.uniform(0.5, 2.5))
+    y, x = np.mgrid[:480, :640]
+    off2 = (x - rng.uniform(100, 540)) ** 2 + (y - rng.uniform(80, 400)) ** 2
+    lamp = np.exp(-off2 / (2 * rng.uniform(120, 300) ** 2))
+    hazy = (seen - 100) * rng.uniform(0.06, 0.4) * (0.25 + lamp) + rng.uniform(40, 90) + 70 * lamp
+    hazy += rng.normal(0, rng.uniform(1, 4), hazy.shape)
+    for _ in range(rng.integers(0, 120)):
+        place, size = (int(rng.integers(0, 640)), int(rng.integers(0, 480))), int(rng.uniform(0.7, 3))
+        cv2.circle(hazy, place, size, float(rng.uniform(120, 220)), -1)
+    return np.clip(hazy, 0, 255).astype(np.uint8)
+
+
+def clutter(seed):
+    rng, seen = np.random.default_rng(seed), np.full((480, 640), 90, np.uint8)
+    for _ in range(300):
+        (x, y), size, grey = rng.integers(0, [640, 480]).tolist(), int(rng.integers(5, 80)), int(rng.integers(0, 256))
+        if rng.random() < 0.5:
+            cv2.rectangle(seen, (x, y), (x + size, y + size), grey, -1)
+        else:
+            cv2.circle(seen, (x, y), size // 2, grey, -1)
+    return seen
+
+
+def test_corners_are_where_they_are():
+    off = []
+    for seed in range(6):
+        found = find_board(picture(CHESSBOARD, TRUE, seed), CHESSBOARD)
+        assert found is not None
+        true = true_corners_px(seed)
+        # A chessboard of 10 x 7 squares looks the same from either end, but for its colours.
+        off.append(min((found.picture_px - true, found.picture_px[::-1] - true), key=lambda each: (each**2).sum()))
+    assert np.sqrt(np.mean(np.square(off))) < 0.1
+    assert np.abs(np.mean(off, axis=(0, 1))).max() < 0.03
+
+
+def test_a_large_picture_is_searched_small_and_measured_large():
+    large = cv2.resize(picture(CHESSBOARD, TRUE, 0), None, fx=3, fy=3, interpolation=cv2.INTER_CUBIC)
+    found = find_board(large, CHESSBOARD, thorough=False)
+    assert found is not None
+    true = 3 * (true_corners_px(0) + 0.5) - 0.5
+    off = min((found.picture_px - true, found.picture_px[::-1] - true), key=lambda each: (each**2).sum())
+    assert np.sqrt(np.mean(np.square(off))) < 0.3
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_board_is_missed_in_haze(seed):
+    assert find_board(murky(seed), CHESSBOARD) is not None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_clutter_is_no_board(seed):
+    assert find_board(clutter(seed), Board(6, 5, SQUARE_M)) is None
+
+
+@pytest.mark.parametrize("squares", [(8, 7), (11, 7), (5, 4)])
+def test_a_board_of_another_size_is_not_taken_for_it(squares):
+    columns, rows = squares
+    assert find_board(picture(CHESSBOARD, TRUE, 0), Board(columns, rows, SQUARE_M)) is None
+
+
+def test_blurred_boards_are_told():
+    sharp = picture(CHESSBOARD, TRUE, 0)
+    moved = np.zeros((15, 15), np.float32)
+    moved[7] = 1 / 15
+    found = [find_board(each, CHESSBOARD) for each in (sharp, cv2.filter2D(sharp, -1, moved))]
+    assert found[0] is not None
+    assert found[1] is not None
+    assert found[0].blurred(found[0].edge_px) == ""
+    # Smeared over 15 px, edges rise from 10 to 90 % over 12.
+    assert found[1].edge_px == pytest.approx(12, abs=1)
+    assert "it is blurred: the board's edges are 12." in found[1].blurred(found[0].edge_px)
+
+
+def test_part_of_a_charuco_board_is_enough():
+    half = picture(CHARUCO, TRUE, 0)
+    half[:, :300] = 90
+    found = find_board(half, CHARUCO)
+    assert found is not None
+    assert 8 <= len(found.picture_px) < 54

@@ -6,9 +6,11 @@ import argparse
 import math
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError, blaming
+from dockpose.app.export.recording import check_name
 from dockpose.app.inputs.samples import sample_source
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
@@ -105,6 +107,15 @@ def wishes_of(arguments: argparse.Namespace, sources: Sequence[str]) -> Wishes:
         what = f"{sources[0]} is none" if sources else "none is given"
         raise UserError(f"{named[0]} is for a camera, as 0 or /dev/video0; {what}")
     return Wishes(None, None, arguments.exposure, arguments.gain, arguments.fps, letters and letters.upper())
+
+
+def check_recording(path: Path, sources: Sequence[str]) -> None:
+    """Raise UserError where ``--record`` has nothing to record, or no name for it."""
+    if len(sources) != 1 or kind_of(sources[0]) not in (Kind.CAMERA, Kind.STREAM):
+        what = "give one camera or stream alone" if len(sources) != 1 else f"{sources[0]} is neither camera nor stream"
+        raise UserError(f"--record {path} keeps what a camera or stream gives; {what}")
+    with blaming("--record "):
+        check_name(path)
 
 
 def metres(text: str) -> float:

@@ -18,6 +18,7 @@ from dockpose.app.commands.arguments import (
     add_topic,
     add_wishes,
     camera_of,
+    check_recording,
     dock_of,
     settings_of,
     wishes_of,
@@ -64,6 +65,12 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         "--rate", type=float, metavar="HZ", help="take pictures in their order as a sequence of so many a second"
     )
     add_topic(parser)
+    parser.add_argument(
+        "--record",
+        metavar="FILE.mkv",
+        type=Path,
+        help="keep every frame of a camera or stream meanwhile: as it was sent, or without any loss",
+    )
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for recordings (default: 1)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="do recordings on a Dask cluster, as tcp://host:8786")
     add_wishes(parser)
@@ -85,8 +92,10 @@ def run(arguments: argparse.Namespace) -> int:
     if jobs < 1:
         raise UserError(f"--jobs is {jobs}; it must be at least 1")
     to = Destinations(arguments.json, arguments.csv, arguments.annotate)
+    if arguments.record is not None:
+        check_recording(arguments.record, arguments.sources)
     wishes = wishes_of(arguments, arguments.sources)
-    how = How(rate_hz, arguments.topic, jobs, arguments.scheduler, wishes)
+    how = How(rate_hz, arguments.topic, jobs, arguments.scheduler, wishes, arguments.record)
     return estimate_sources(arguments.sources, camera, dock, settings, to, how)
 
 

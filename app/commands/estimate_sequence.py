@@ -14,6 +14,7 @@ from dockpose import Estimate, Settings
 from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import Destinations, PictureFolder, ResultWriter
 from dockpose.app.drawing.annotated import annotate
+from dockpose.app.export.recording import record
 from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known
@@ -43,6 +44,8 @@ class How:
         Address of a Dask cluster's scheduler, in place of processes.
     wishes : Wishes
         What a camera is asked for.
+    record : Path or None
+        File for every frame of a live source.
     """
 
     rate_hz: float | None = None
@@ -50,6 +53,7 @@ class How:
     jobs: int = 1
     scheduler: str | None = None
     wishes: Wishes = NO_WISHES
+    record: Path | None = None
 
     @property
     def is_split(self) -> bool:
@@ -93,8 +97,10 @@ def estimate_sequence(
         is_grey = source.dock is None or not source.dock.colours
         frames = files.enter_context(source.open(progress.tell, grey=is_grey))
         progress.total = frames.count
-        if isinstance(frames, Live) and frames.about:
-            progress.tell(f"{frames.source}: {frames.about}")
+        if isinstance(frames, Live):
+            _begin_live(frames, how, progress.tell, files)
+        elif how.record is not None:
+            progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(source, frames, results.to, folder, files)
         for found, tracked in run:
@@ -111,6 +117,15 @@ def estimate_sequence(
             results.write(line, f"{found.name} frame {found.index}{time}", trust, draw)
             progress.step(frames.dropped)
         return frames.is_live or not (run.skipped or frames.is_cut_short)
+
+
+def _begin_live(frames: Live, how: How, tell: Tell, files: contextlib.ExitStack) -> None:
+    """Say what a live source gives, and record it where that is wished."""
+    if frames.about:
+        tell(f"{frames.source}: {frames.about}")
+    recording = None if how.record is None else record(frames, how.record, tell)
+    if recording is not None:
+        files.callback(recording.close)
 
 
 def _with_selection(tracked: Tracked) -> Estimate:

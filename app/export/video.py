@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
@@ -26,12 +29,89 @@ _CODECS: dict[str, _Codec] = {
 }
 _TICK = Fraction(1, 1_000_000)  # of MP4 and Matroska; AVI counts frames
 # The file can be read even where writing was cut short, and becomes a plain MP4 at the end.
-_CONTAINER = {".mp4": {"movflags": "hybrid_fragmented"}}
+_MP4 = {"movflags": "hybrid_fragmented"}
+# Each frame is written at once. The header is changed behind the muxer's back, so that it must not have a checksum.
+_MATROSKA = {"flush_packets": "1", "write_crc32": "0"}
+MILLISECOND = Fraction(1, 1000)
+_SCALE = b"\x2a\xd7\xb1\x83"  # the header's TimestampScale, three bytes long: nanoseconds of a tick
+_MILLISECONDS, _MICROSECONDS = _SCALE + b"\x0f\x42\x40", _SCALE + b"\x00\x03\xe8"
 
 
 def is_video_file(path: Path) -> bool:
     """Whether a name ends as a video that can be written."""
     return path.suffix.lower() in _CODECS
+
+
+class MicrosecondMatroska:
+    """A file that FFmpeg writes Matroska into, with a clock of microseconds.
+
+    Matroska's header says how long a tick is (TimestampScale, RFC 9559, section 5.1.2.9), but FFmpeg's muxer knows
+    milliseconds only. So it is given microseconds as if they were milliseconds, and what it writes of it is put right.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("wb", buffering=0)
+        self._scale_at: int | None = None
+
+    def write(self, data: bytes) -> int:
+        """Write at once, for a crash to leave what there was."""
+        data = bytes(data)
+        if self._scale_at is None and (found := data.find(_MILLISECONDS)) >= 0:
+            self._scale_at = self._file.tell() + found
+            data = data.replace(_MILLISECONDS, _MICROSECONDS, 1)
+        left = memoryview(data)
+        while left:
+            left = left[self._file.write(left) :]
+        return len(data)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Go to a place."""
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        """Return the place."""
+        return self._file.tell()
+
+    def close(self) -> None:
+        """Finish the file; the muxer has written its header once more by now."""
+        with self._file:
+            if self._scale_at is not None:
+                self._file.seek(self._scale_at)
+                self._file.write(_MICROSECONDS)
+
+
+def create_matroska(path: Path, began_unix_s: float | None = None) -> tuple[OutputContainer, MicrosecondMatroska]:
+    """Begin a Matroska file; both must be closed, in that order.
+
+    Time stamps are microseconds that are called milliseconds, see :class:`MicrosecondMatroska`.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file, which is replaced.
+    began_unix_s : float or None, seconds
+        Time of day of its time stamp 0, since 1970-01-01 00:00 UTC, for ``sources.video.began_unix_s`` to find.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    file = MicrosecondMatroska(path)
+    container = av.open(file, "w", format="matroska", container_options=_MATROSKA)
+    if began_unix_s is not None:
+        container.metadata["creation_time"] = creation_time(began_unix_s)
+    return container, file
+
+
+def creation_time(unix_s: float) -> str:
+    """A time of day, in seconds since 1970-01-01 00:00 UTC, as FFmpeg takes it: "2026-11-22T04:26:03.123456Z"."""
+    return datetime.fromtimestamp(unix_s, UTC).isoformat(timespec="microseconds").replace("+00:00", "Z")
 
 
 class VideoFile:
@@ -45,6 +125,8 @@ class VideoFile:
         Pictures in a second, where they have no times of their own. An AVI has no other times.
     is_lossless : bool
         Whether an AVI keeps every grey level; otherwise it is Motion JPEG, which more programs play.
+    began_unix_s : float or None, seconds
+        Time of day at time 0, since 1970-01-01 00:00 UTC, which NAME.mkv keeps.
 
     Raises
     ------
@@ -52,13 +134,17 @@ class VideoFile:
         If there is no such folder.
     """
 
-    def __init__(self, path: Path, rate_hz: float, *, is_lossless: bool = False) -> None:
+    def __init__(
+        self, path: Path, rate_hz: float, *, is_lossless: bool = False, began_unix_s: float | None = None
+    ) -> None:
         if not path.parent.is_dir():
             raise UserError(f"{path}: cannot be written ({path.parent}: there is no such folder)")
         self._path, self._suffix = path, path.suffix.lower()
         self._codec = _CODECS[self._suffix] if is_lossless or self._suffix != ".avi" else _MOTION_JPEG
         self._rate_hz = Fraction(rate_hz).limit_denominator(1001)
+        self._began_unix_s = began_unix_s
         self._container: OutputContainer | None = None
+        self._file: MicrosecondMatroska | None = None
         self._count = 0
         self._last = -1
 
@@ -93,11 +179,11 @@ class VideoFile:
         """Finish the file."""
         container, self._container = self._container, None
         if container is not None:
-            with writing(self._path):
-                try:
-                    container.mux(self._stream.encode(None))
-                finally:
-                    container.close()
+            with writing(self._path), contextlib.ExitStack() as files:  # closed the other way round, whatever fails
+                if self._file is not None:
+                    files.callback(self._file.close)
+                files.callback(container.close)
+                container.mux(self._stream.encode(None))
 
     def _write(self, picture: np.ndarray, time_s: float | None) -> None:
         source, wanted = self._formats(picture)
@@ -107,7 +193,7 @@ class VideoFile:
         if self._container is None:
             self._begin(picture.shape[1], picture.shape[0], wanted)
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format=source)
-        frame.pts, frame.time_base = self._stamp(time_s), self._tick
+        frame.pts, frame.time_base = self._stamp(time_s), self._named_tick
         assert self._container is not None
         self._container.mux(self._stream.encode(frame))
 
@@ -123,12 +209,16 @@ class VideoFile:
 
     def _begin(self, width: int, height: int, pixels: str) -> None:
         encoder, options, _ = self._codec
-        container = av.open(str(self._path), "w", container_options=_CONTAINER.get(self._suffix, {}))
+        if self._suffix == ".mkv":
+            container, self._file = create_matroska(self._path, self._began_unix_s)
+        else:
+            container = av.open(str(self._path), "w", container_options=_MP4 if self._suffix == ".mp4" else {})
         self._container = container
         self._tick = 1 / self._rate_hz if self._suffix == ".avi" else _TICK
+        self._named_tick = MILLISECOND if self._suffix == ".mkv" else self._tick
         self._stream = cast("VideoStream", container.add_stream(encoder, rate=self._rate_hz, options=options))
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, pixels
-        self._stream.time_base = self._stream.codec_context.time_base = self._tick
+        self._stream.time_base = self._stream.codec_context.time_base = self._named_tick
 
     def _stamp(self, time_s: float | None) -> int:
         """Time stamp, later than the last one."""

@@ -19,6 +19,10 @@ if "OPENCV_LOG_LEVEL" not in os.environ:
 
 # Grey formats, which OpenCV would otherwise turn into three equal colours of 8 bits.
 _GREY_FORMATS = ("GREY", "Y8", "Y800", "Y10", "Y12", "Y16")
+# OpenCV's backend that hands out pixels and JPEG data as the camera sends them, where it is asked to.
+_WITH_RAW_DATA = "V4L2"
+_JPEG_BEGINS = b"\xff\xd8"
+_JPEG_FORMATS = ("MJPG", "JPEG")
 # Video4Linux counts 1 as manual (V4L2_EXPOSURE_MANUAL), other systems 0 as not automatic.
 _MANUAL_EXPOSURE = 1 if sys.platform.startswith("linux") else 0
 _SAME_RATE = 0.02  # 29.97 is as good as 30
@@ -97,16 +101,17 @@ class Capture(Protocol):
 class Camera:
     """A camera of this machine, by its number, with whichever backend the system has; check ``is_open``.
 
-    Grey formats keep all their levels (GREY is uint8, Y10 to Y16 are uint16); others are BGR, uint8. Of what is done
-    here with a camera, nothing was tried with a real one, but with one that answers as Video4Linux is documented to.
+    With Video4Linux, grey formats keep all their levels (GREY is uint8, Y10 to Y16 are uint16), and of Motion JPEG the
+    data are there as they were sent; other pictures are BGR, uint8. Of what is done here with a camera, nothing was
+    tried with a real one, but with one that answers as OpenCV's source says that Video4Linux does.
     """
 
-    packets: tuple[av.Packet, ...] = ()
     unix_at_zero_s = None
 
     def __init__(self, number: int) -> None:
         self._capture = cv2.VideoCapture(number, cv2.CAP_ANY)
         self.about = self._words(NO_WISHES) if self.is_open else ""
+        self.packets: tuple[av.Packet, ...] = ()
 
     @property
     def is_open(self) -> bool:
@@ -132,7 +137,9 @@ class Camera:
             self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, wishes.height)
         if wishes.rate_hz is not None:
             self._capture.set(cv2.CAP_PROP_FPS, wishes.rate_hz)
-        self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0 if self._format() in _GREY_FORMATS else 1)
+        if self._capture.getBackendName() == _WITH_RAW_DATA:
+            is_raw = self._format() in (*_GREY_FORMATS, *_JPEG_FORMATS)
+            self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0 if is_raw else 1)
         refused = self._refused_of_format(wishes)
         if wishes.exposure is not None:
             self._capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL_EXPOSURE)
@@ -149,9 +156,14 @@ class Camera:
 
     def retrieve(self) -> tuple[bool, np.ndarray | None]:
         """Return the frame that was grabbed last, (H, W, 3) BGR uint8, or (H, W) uint8 or uint16 of a grey format."""
+        self.packets = ()
         good, image = self._capture.retrieve()
         if not good or image is None or image.size == 0:
             return False, None
+        if image.dtype == np.uint8 and image.ravel()[:2].tobytes() == _JPEG_BEGINS and min(image.shape[:2]) == 1:
+            self.packets = (av.Packet(image.tobytes()),)
+            image = cv2.imdecode(image, cv2.IMREAD_COLOR)
+            return image is not None, image
         return True, image[:, :, 0] if image.ndim == 3 and image.shape[2] == 1 else image
 
     def release(self) -> None:

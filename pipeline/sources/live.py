@@ -99,12 +99,13 @@ class Live(Frames):
         self.wishes = wishes
         self._asked: Wishes | None = None  # anew, while the source is open
         self._refused: tuple[str, ...] = ()
-        capture = connect()
-        self._ask(capture, self.wishes)
-        self._thread = threading.Thread(target=self._run, args=(capture,), name="dockpose live source", daemon=True)
-        self._thread.start()
+        self._first: Capture | None = connect()
+        self._ask(self._first, self.wishes)
+        self._thread = threading.Thread(target=self._run, name="dockpose live source", daemon=True)
 
     def __iter__(self) -> Iterator[Frame]:
+        if not self._thread.is_alive() and not self._stop.is_set():
+            self._thread.start()  # not before, so that ``on_arrival`` hears of the first frame too
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._newest is not None or self._stop.is_set())
@@ -122,10 +123,14 @@ class Live(Frames):
         self._stop.set()
         with self._changed:
             self._changed.notify_all()
-        if self._thread is not threading.current_thread():
+        if not self._thread.is_alive():
+            if self._first is not None:
+                self._first.release()
+        elif self._thread is not threading.current_thread():
             self._thread.join(timeout=2.0)
 
-    def _run(self, capture: Capture | None) -> None:
+    def _run(self) -> None:
+        capture, self._first = self._first, None
         while capture is not None:
             self._read(capture)
             capture.release()

@@ -63,6 +63,9 @@ class Video(Frames):
             self._told = stream.frames or None
             self._stamps = _time_stamps(container, stream) if scan else None
             self._began_unix_s = began_unix_s(container.format.name, container.metadata.get("creation_time"))
+        if self.rate_hz is None and self._stamps is not None and len(self._stamps) > 1:
+            length = (self._stamps[-1] - self._stamps[0]) * self._time_base
+            self.rate_hz = float((len(self._stamps) - 1) / length)
         self.count = self._told if self._stamps is None else len(self._stamps)
         self._kept: _Decoder | None = None
         self._tell_cut_short(is_broken_off)

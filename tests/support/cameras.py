@@ -48,6 +48,9 @@ class V4l2Camera:
     def isOpened(self) -> bool:
         return self.is_there
 
+    def getBackendName(self) -> str:
+        return "V4L2"
+
     def set(self, control: int, value: float) -> bool:
         number = round(value)
         if control == cv2.CAP_PROP_FOURCC:
@@ -104,6 +107,8 @@ class V4l2Camera:
             picture = cv2.resize(picture, (width, height))
         if self.format in ("Y16", "GREY") and not self.converts:
             return True, picture  # uint16 of Y16
+        if self.format == "MJPG" and not self.converts:
+            return True, cv2.imencode(".jpg", picture)[1].reshape(1, -1)
         if picture.dtype == np.uint16:
             picture = np.right_shift(picture, 8).astype(np.uint8)
         return True, cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture

@@ -233,3 +233,50 @@ def test_a_camera_of_another_shape_than_its_file_is_refused_by_name(here, capsys
     assert "camera 0: does not give 320 x 200 and goes on with 320 x 240" in told.err
     assert "320 x 240" in told.err.splitlines()[-1]
     assert "not the same picture rescaled" in told.err
+
+
+def test_a_recorded_camera_gives_the_same_results_and_times_again(here, capsys, monkeypatch, tmp_path):
+    paths = sorted((here / "pictures").iterdir())
+    pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in paths]
+    path, known = tmp_path / "tank.mkv", ["--camera", "camera.yaml", "--json", "-"]
+    assert run_camera(monkeypatch, pictures, *known, "--record", str(path)) == 130
+    told = capsys.readouterr()
+    live = lines_of(told.out)
+    assert f"{path}: {FRAMES} frames recorded" in told.err
+    assert main(["estimate", str(path), *known, *KNOWN]) == 0
+    again = {line["frame"]: line for line in lines_of(capsys.readouterr().out)}
+    assert len(again) == FRAMES
+    for line in live:
+        other = again[line["frame"]]
+        assert other["time_s"] == pytest.approx(line["time_s"], abs=2e-6)
+        assert other["time_unix_s"] == pytest.approx(line["time_unix_s"], abs=2e-6)
+        assert other["candidates"][0]["position_m"] == pytest.approx(line["candidates"][0]["position_m"], abs=1e-9)
+
+
+def test_where_a_recording_cannot_be_the_estimation_goes_on(here, capsys, monkeypatch, tmp_path):
+    pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((here / "pictures").iterdir())]
+    words = ["--camera", "camera.yaml", "--json", "-", "--record", str(tmp_path / "no" / "tank.mkv")]
+    assert run_camera(monkeypatch, pictures, *words) == 130
+    told = capsys.readouterr()
+    assert len(lines_of(told.out)) > 2
+    assert told.err.count("it is not recorded, and all else goes on") == 1
+
+
+@pytest.mark.parametrize(
+    ("sources", "name", "sentence"),
+    [
+        (["film.avi"], "tank.mkv", "film.avi is neither camera nor stream"),
+        (["0", "1"], "tank.mkv", "give one camera or stream alone"),
+        (["0"], "tank.mp4", "tank.mp4: a recording is a Matroska file; its name must end with .mkv"),
+        (["0"], "there.mkv", "there.mkv: is there already, and a recording overwrites nothing"),
+    ],
+)
+def test_a_recording_that_makes_no_sense_is_refused(here, capsys, tmp_path, monkeypatch, sources, name, sentence):
+    (tmp_path / "there.mkv").write_bytes(b"of yesterday")
+    words = ["estimate", *sources, "--camera", "camera.yaml", *KNOWN, "--record", str(tmp_path / name)]
+    assert main(words) == 2
+    told = capsys.readouterr().err
+    assert "--record " in told
+    assert sentence in told
+    assert len(told.splitlines()) == 1
+    assert (tmp_path / "there.mkv").read_bytes() == b"of yesterday"

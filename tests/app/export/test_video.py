@@ -23,7 +23,26 @@ def test_lossless_videos_give_back_every_level(tmp_path, name, shape, kind):
         found = list(frames)
     for picture, frame in zip(wanted, found, strict=True):
         np.testing.assert_array_equal(frame.image, picture)
-    assert [frame.time_s for frame in found] == pytest.approx([0.0, 0.1, 0.2, 0.3], abs=5e-4)  # Matroska's clock
+    assert [frame.time_s for frame in found] == [0.0, 0.1, 0.2, 0.3]
+
+
+def test_matroska_keeps_microseconds_and_the_time_of_day(tmp_path):
+    times_s = [0.0, 0.013337, 0.5, 0.500041, 1.25, 3600.000001]
+    path = tmp_path / "a.mkv"
+    with VideoFile(path, 25.0, began_unix_s=1782907200.123456) as video:
+        for picture, time_s in zip(pictures(6, (48, 64)), times_s, strict=True):
+            video.write(picture, time_s)
+        unfinished = path.read_bytes()  # as a crash would leave it
+    (tmp_path / "b.mkv").write_bytes(unfinished)
+    for name, count in (("a.mkv", 6), ("b.mkv", 5)):
+        with open_frames(str(tmp_path / name)) as frames:
+            found = list(frames)
+        assert [frame.time_s for frame in found][:count] == times_s[:count]
+        taken_s = [1782907200.123456 + time_s for time_s in times_s[:count]]
+        assert [frame.time_unix_s for frame in found][:count] == pytest.approx(taken_s, abs=1e-6)
+    with av.open(str(path)) as container:  # FFmpeg itself, which checks what it reads, agrees
+        assert container.duration == pytest.approx(3600.000001e6, abs=1e6 / 25 + 1)
+        assert container.streams.video[0].average_rate == 25
 
 
 def test_mp4_is_h264_at_the_times_of_the_frames(tmp_path):

@@ -1,0 +1,267 @@
+"""Recordings of cameras and streams: every frame and its times, kept whatever happens."""
+
+import socket
+import subprocess
+import sys
+import threading
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+import pytest
+from dockpose.app.errors import UserError
+from dockpose.app.export import recording
+from dockpose.app.export.recording import Recording
+from dockpose.sources import Arrival, Frame, Live, Wishes, open_frames
+
+from tests.support.cameras import V4l2Camera
+from tests.support.streams import MjpegServer
+
+NOON_S = 1782907200.123456
+# As a camera of 50 frames a second gives them, with one that is late.
+TIMES_S = [0.0, 0.020013, 0.041999, 0.06, 0.0801, 0.15, 0.160001]
+
+
+def picture(number, shape=(48, 64), kind: type = np.uint8):
+    return np.random.default_rng(number).integers(0, np.iinfo(kind).max + 1, shape, kind)
+
+
+def arrivals(times_s=TIMES_S, **more):
+    return [
+        Arrival(Frame(picture(number, **more), number, time_s, "camera 0", time_unix_s=NOON_S + time_s))
+        for number, time_s in enumerate(times_s)
+    ]
+
+
+def recorded(path, taken, told=None):
+    kept = Recording(path, [].append if told is None else told.append)
+    for arrival in taken:
+        kept.take(arrival)
+    kept.close()
+    return kept
+
+
+def read(path):
+    with open_frames(str(path)) as frames:
+        return list(frames)
+
+
+def record_live(path, frames, count, told=None):
+    """Record a live source until so many frames were looked at; those and the recording."""
+    kept, arrived = Recording(path, [].append if told is None else told.append), []
+
+    def take(arrival):
+        arrived.append(arrival.frame)
+        kept.take(arrival)
+
+    frames.on_arrival = take
+    with frames:
+        for frame in frames:
+            if frame.index >= count:
+                break
+        frames.on_arrival = None
+    kept.close()
+    return arrived, kept
+
+
+@pytest.mark.parametrize(("shape", "kind"), [((48, 64), np.uint8), ((47, 61), np.uint16), ((48, 64, 3), np.uint8)])
+def test_pictures_come_back_bit_by_bit_at_their_times(tmp_path, shape, kind):
+    told, taken = [], arrivals(shape=shape, kind=kind)
+    kept = recorded(tmp_path / "tank.mkv", taken, told)
+    found = read(tmp_path / "tank.mkv")
+    assert [frame.time_s for frame in found] == TIMES_S
+    assert [frame.time_unix_s for frame in found] == pytest.approx([NOON_S + time_s for time_s in TIMES_S], abs=1e-6)
+    for frame, arrival in zip(found, taken, strict=True):
+        np.testing.assert_array_equal(frame.image, arrival.frame.image)
+    assert (kept.frames, kept.missing) == (7, 0)
+    assert told == [f"{tmp_path / 'tank.mkv'}: 7 frames recorded, {kept.size_bytes / 1e6:.1f} MB"]
+
+
+def test_a_recording_from_the_middle_begins_at_its_own_first_frame(tmp_path):
+    recorded(tmp_path / "tank.mkv", arrivals()[2:5])
+    found = read(tmp_path / "tank.mkv")
+    assert [frame.time_s for frame in found] == pytest.approx([0.0, 0.018001, 0.038101], abs=1e-9)
+    assert [frame.time_unix_s for frame in found] == pytest.approx([NOON_S + t for t in TIMES_S[2:5]], abs=1e-6)
+
+
+def test_frames_of_another_kind_go_to_a_file_of_their_own(tmp_path):
+    told = []
+    taken = arrivals()
+    other = arrivals(shape=(24, 32))
+    kept = recorded(tmp_path / "tank.mkv", [*taken[:3], *other[3:]], told)
+    assert [len(read(tmp_path / name)) for name in ("tank.mkv", "tank-2.mkv")] == [3, 4]
+    assert kept.frames == 7
+    assert "tank-2.mkv: the frames are of another kind from here on" in told[0]
+    assert "tank.mkv and " in told[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("tank.mp4", "must end with .mkv"), ("there.mkv", "is there already"), ("no/tank.mkv", "cannot be written")],
+)
+def test_what_cannot_be_a_recording_is_refused_and_nothing_is_lost(tmp_path, name, words):
+    (tmp_path / "there.mkv").write_bytes(b"of yesterday")
+    with pytest.raises(UserError, match=words):
+        Recording(tmp_path / name, print)
+    assert (tmp_path / "there.mkv").read_bytes() == b"of yesterday"
+    assert [path.name for path in tmp_path.iterdir()] == ["there.mkv"]
+
+
+def test_a_recording_without_frames_leaves_no_file(tmp_path):
+    told = []
+    recorded(tmp_path / "tank.mkv", [], told)
+    assert list(tmp_path.iterdir()) == []
+    assert "0 frames recorded" in told[0]
+
+
+def test_frames_that_there_is_no_time_for_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(recording, "MOST_WAITING_BYTES", 3 * 48 * 64)
+    is_slow = threading.Event()
+    write = recording._Pictures.write
+    monkeypatch.setattr(recording._Pictures, "write", lambda self, arrival: (is_slow.wait(), write(self, arrival)))
+    told = []
+    kept = Recording(tmp_path / "tank.mkv", told.append)
+    for arrival in arrivals():
+        kept.take(arrival)
+        time.sleep(0.02)
+    assert kept.missing == 3  # of seven, one is being written, and three wait
+    is_slow.set()
+    kept.close()
+    assert len(read(tmp_path / "tank.mkv")) == 4
+    assert len(told) == 2
+    assert "frames come faster than they can be written" in told[0]
+    assert "4 frames recorded" in told[1]
+    assert "3 are missing" in told[1]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux has a disk that is always full")
+def test_a_full_disk_ends_the_recording_with_one_sentence(tmp_path):
+    told = []
+    kept = Recording(tmp_path / "tank.mkv", told.append)
+    taken = arrivals(np.arange(40) / 50, shape=(480, 640))
+    for arrival in taken[:20]:
+        kept.take(arrival)
+    while kept.frames < 20:
+        time.sleep(0.01)
+    file = kept._part._video._file  # pyright: ignore
+    file._file.close()
+    file._file = open("/dev/full", "wb", buffering=0)  # noqa: SIM115
+    for arrival in taken[20:]:
+        kept.take(arrival)
+    end_s = time.monotonic() + 5
+    while kept.is_running and time.monotonic() < end_s:
+        time.sleep(0.01)
+    kept.close()
+    assert told[0].endswith(
+        "cannot be written (No space left on device); it is no longer recorded, and all else goes on"
+    )
+    assert len(told) == 2  # with how much there is
+    assert [frame.index for frame in read(tmp_path / "tank.mkv")] == list(range(19))  # one was not yet written out
+
+
+CRASH = """
+import os, sys, time
+import numpy as np
+from pathlib import Path
+from dockpose.app.export.recording import Recording
+from dockpose.sources import Arrival, Frame
+kept = Recording(Path(sys.argv[1]), print)
+for number in range(1000):
+    image = np.random.default_rng(number).integers(0, 256, (120, 160), np.uint8)
+    kept.take(Arrival(Frame(image, number, number / 50, "camera 0", time_unix_s=1782907200.123456 + number / 50)))
+    print(kept.frames, flush=True)
+    time.sleep(0.01)
+"""
+
+
+def test_a_recording_that_is_killed_has_all_but_the_last_frame(tmp_path):
+    path = tmp_path / "tank.mkv"
+    with subprocess.Popen([sys.executable, "-c", CRASH, str(path)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        written = next(count for line in process.stdout if (count := int(line)) >= 40)
+        process.kill()
+    found = read(path)
+    assert len(found) >= written - 1
+    assert [frame.time_s for frame in found] == pytest.approx(np.arange(len(found)) / 50)
+    assert found[9].time_unix_s == pytest.approx(NOON_S + 0.18, abs=1e-6)
+
+
+def test_a_stream_of_jpeg_is_kept_byte_by_byte_with_the_dropped_frames(tmp_path):
+    pictures = [cv2.imencode(".jpg", picture(number, (120, 160)))[1].tobytes() for number in range(80)]
+    with MjpegServer(pictures, 100) as server:
+        arrived, kept = record_live(tmp_path / "tank.mkv", open_frames(server.address), 40)
+    with av.open(str(tmp_path / "tank.mkv")) as container:
+        found = [bytes(packet) for packet in container.demux(video=0) if packet.size]
+    first = pictures.index(found[0])
+    assert found == pictures[first : first + len(found)]
+    assert len(found) == len(arrived) == kept.frames > 40
+    again = read(tmp_path / "tank.mkv")
+    began_s = arrived[0].time_s
+    assert [frame.time_s for frame in again] == pytest.approx([f.time_s - began_s for f in arrived], abs=2e-6)
+    assert [frame.time_unix_s for frame in again] == pytest.approx([f.time_unix_s for f in arrived], abs=2e-6)
+
+
+@pytest.mark.parametrize("format", ["MJPG", "YUYV", "Y16"])
+def test_a_camera_is_kept_with_every_frame_and_its_times(tmp_path, monkeypatch, format):
+    kind = np.uint16 if format == "Y16" else np.uint8
+    pictures = [picture(number, (240, 320), kind) for number in range(60)]
+    make = V4l2Camera.make(pictures, formats=("YUYV", "MJPG", "Y16"), sizes=((320, 240),), rates_hz=(100.0,))
+    monkeypatch.setattr(cv2, "VideoCapture", make)
+    frames = open_frames("0", wishes=Wishes(320, 240, format=format))
+    assert isinstance(frames, Live)
+    arrived, kept = record_live(tmp_path / "tank.mkv", frames, 30)
+    found = read(tmp_path / "tank.mkv")
+    assert len(found) == len(arrived) == kept.frames > 30
+    assert [frame.time_s for frame in found] == pytest.approx([f.time_s for f in arrived], abs=2e-6)
+    assert [frame.time_unix_s for frame in found] == pytest.approx([f.time_unix_s for f in arrived], abs=2e-6)
+    with av.open(str(tmp_path / "tank.mkv")) as container:
+        assert container.streams.video[0].codec_context.name == ("mjpeg" if format == "MJPG" else "ffv1")
+        if format == "MJPG":
+            sent = [bytes(packet) for packet in container.demux(video=0) if packet.size]
+            assert sent == [cv2.imencode(".jpg", one)[1].tobytes() for one in pictures[: len(sent)]]
+    if format != "MJPG":
+        for frame, original in zip(found, arrived, strict=True):
+            np.testing.assert_array_equal(frame.image, original.image)
+
+
+def serve_h264(port_of, count, stop):
+    """Send MPEG-TS with H.264 and B-frames over TCP, at the frames' rate."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port_of.append(server.getsockname()[1])
+        connection, _ = server.accept()
+        with connection, av.open(connection.makefile("wb"), "w", format="mpegts") as container:
+            options = {"preset": "ultrafast", "g": "10", "bf": "2", "b_adapt": "0"}
+            stream = container.add_stream("libx264", rate=50, options=options)
+            stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
+            for number in range(count):
+                frame = av.VideoFrame.from_ndarray(np.full((180, 160), number % 200, np.uint8), format="yuv420p")
+                frame.pts, frame.time_base = number, Fraction(1, 50)
+                container.mux(stream.encode(frame))
+                if stop.wait(1 / 100):
+                    return
+
+
+def test_a_stream_of_h264_is_kept_as_it_was_sent_with_the_senders_times(tmp_path):
+    port_of, stop = [], threading.Event()
+    sender = threading.Thread(target=serve_h264, args=(port_of, 400, stop), daemon=True)
+    sender.start()
+    while not port_of:
+        time.sleep(0.01)
+    frames = open_frames(f"tcp://127.0.0.1:{port_of[0]}", timeout_s=5)
+    assert isinstance(frames, Live)
+    arrived, _ = record_live(tmp_path / "tank.mkv", frames, 60)
+    stop.set()
+    found = read(tmp_path / "tank.mkv")
+    with av.open(str(tmp_path / "tank.mkv")) as container:
+        assert container.streams.video[0].codec_context.name == "h264"
+    steps_s = np.diff([frame.time_s or 0.0 for frame in found])[:-2]  # the last ones came before others
+    assert steps_s == pytest.approx(np.full(len(steps_s), 0.02), abs=3e-6)
+    kept_at = {round(50 * (frame.time_unix_s or 0.0)): frame for frame in found}
+    shared = [(kept_at[at], f) for f in arrived if (at := round(50 * (f.time_unix_s or 0.0))) in kept_at]
+    assert [frame.time_unix_s for frame, _ in shared] == pytest.approx([f.time_unix_s for _, f in shared], abs=3e-6)
+    assert len(shared) >= len(arrived) - 10  # those from the first whole frame on
+    for frame, original in shared:
+        np.testing.assert_array_equal(frame.image, original.image)

@@ -9,11 +9,11 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.checks import as_points
+from dockpose.thresholds.compiled import compiled
 from scipy import linalg
 
 MIN_POINTS = 5
 _PARTIAL = 0.5  # distance from the points' mean to the ellipse's centre, in semi-axes: 0.64 for half of it, 0 for all
-_INVERSE_CONSTRAINT = np.array([[0, 0, 0.5], [0, -1, 0], [0.5, 0, 0]])
 
 
 class NoEllipseError(ValueError):
@@ -125,26 +125,34 @@ def fit_ellipse(points_px: Any) -> Ellipse:
     >>> round(ellipse.eccentricity, 3)
     0.866
     """
-    points = as_points("points_px", points_px, 2)
+    points = np.ascontiguousarray(as_points("points_px", points_px, 2))
     if not np.isfinite(points).all():
         raise NoEllipseError("a point is not finite")
-    different = len(set(map(tuple, points.tolist())))
+    different = _different(points, MIN_POINTS)
     if different < MIN_POINTS:
         raise NoEllipseError(f"an ellipse needs {MIN_POINTS} different points, there are {different}")
-    origin = points.sum(axis=0) / len(points)
-    centred = points - origin
-    scale = math.sqrt(np.vdot(centred, centred) / len(points))
-    design = _design(centred / scale)
+    x, y, scale, design = _normalised(points)
     conic = _halir_flusser(design)
     if _is_partial(conic):
         conic = _hyper_conic(design, conic)
-    ellipse = ellipse_from_conic(_moved(conic, float(origin[0]), float(origin[1]), scale))
     rms = scale * math.sqrt(_mean_square_distance(conic, design))
-    return Ellipse(ellipse.conic, ellipse.centre_px, ellipse.semi_axes_px, ellipse.angle_rad, rms)
+    return ellipse_from_conic(_moved(conic, x, y, scale), rms)
 
 
-def ellipse_from_conic(conic: Any) -> Ellipse:
-    """Return the ellipse with conic coefficients A..F (6,).
+def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
+    """Return the ellipse with conic coefficients A..F.
+
+    Parameters
+    ----------
+    conic : (6,) array_like
+        Coefficients A..F.
+    rms_px : float, pixels
+        Root mean square distance of the points it was fitted to; 0 if it was not fitted.
+
+    Returns
+    -------
+    Ellipse
+        With the conic scaled to unit norm and negative inside.
 
     Raises
     ------
@@ -171,6 +179,7 @@ def ellipse_from_conic(conic: Any) -> Ellipse:
         centre_px=(x, y),
         semi_axes_px=(math.sqrt(inside / small), math.sqrt(inside / large)),
         angle_rad=math.atan2(-B, C - A) / 2,
+        rms_px=rms_px,
     )
 
 
@@ -183,13 +192,41 @@ def sampson_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.abs(value) / np.maximum(gradient, np.finfo(float).tiny)
 
 
-def _design(points: np.ndarray) -> np.ndarray:
-    """Rows x^2, x y, y^2, x, y, 1 (N, 6) of points (N, 2)."""
-    design = np.ones((len(points), 6))
-    design[:, 3:5] = points
-    design[:, 0:2] = points[:, :1] * points
-    design[:, 2] = points[:, 1] * points[:, 1]
-    return design
+@compiled
+def _different(points: np.ndarray, enough: int) -> int:
+    """How many different points (N, 2) there are, counted up to ``enough``."""
+    seen = np.empty(enough, np.int64)
+    count = 0
+    for number in range(len(points)):
+        is_new = True
+        for before in range(count):
+            other = seen[before]
+            is_new = is_new and (points[other, 0] != points[number, 0] or points[other, 1] != points[number, 1])
+        if is_new:
+            seen[count] = number
+            count += 1
+            if count == enough:
+                break
+    return count
+
+
+@compiled
+def _normalised(points: np.ndarray) -> tuple[float, float, float, np.ndarray]:
+    """Mean x and y of points (N, 2), their scatter about it, and rows x^2, x y, y^2, x, y, 1 (N, 6) in its units."""
+    count = len(points)
+    x, y, squares = 0.0, 0.0, 0.0
+    for number in range(count):
+        x += points[number, 0] / count
+        y += points[number, 1] / count
+    for number in range(count):
+        squares += (points[number, 0] - x) ** 2 + (points[number, 1] - y) ** 2
+    scale = math.sqrt(squares / count)
+    design = np.ones((count, 6))
+    for number in range(count):
+        u, v = (points[number, 0] - x) / scale, (points[number, 1] - y) / scale
+        design[number, 0], design[number, 1], design[number, 2] = u * u, u * v, v * v
+        design[number, 3], design[number, 4] = u, v
+    return x, y, scale, design
 
 
 def _moved(conic: np.ndarray, x: float, y: float, scale: float) -> tuple[float, ...]:
@@ -204,35 +241,80 @@ def _moved(conic: np.ndarray, x: float, y: float, scale: float) -> tuple[float, 
     )
 
 
+@compiled
 def _mean_square_distance(conic: np.ndarray, design: np.ndarray) -> float:
     """Mean of the squared first-order distances (Sampson 1982) of the points of a design matrix (N, 6)."""
-    A, B, C, D, E, _ = conic.tolist()
-    gradient = design[:, 3:] @ np.array([[2 * A, B], [B, 2 * C], [D, E]])
-    value = design @ conic
-    squared = (gradient * gradient).sum(axis=1)
-    return float((value * value / np.maximum(squared, 1e-300)).sum()) / len(design)
+    total = 0.0
+    for row in design:
+        value = 0.0
+        for number in range(6):
+            value += conic[number] * row[number]
+        across = 2 * conic[0] * row[3] + conic[1] * row[4] + conic[3]
+        down = conic[1] * row[3] + 2 * conic[2] * row[4] + conic[4]
+        total += value * value / max(across * across + down * down, 1e-300)
+    return total / len(design)
 
 
 def _halir_flusser(design: np.ndarray) -> np.ndarray:
     """Conic coefficients (6,) for the design matrix (N, 6) of centred, scaled points (their section 4)."""
-    scatter = design.T @ design
-    sxx, sxy, syy, count = *scatter[3, 3:5].tolist(), float(scatter[4, 4]), float(scatter[5, 5])
+    on_line, reduced, T = _reduced(design)
+    if on_line:
+        raise NoEllipseError("the points lie on a line")
+    # All eigenvalues are real, since M is symmetric and not negative; OpenCV finds them in a tenth of numpy's time.
+    eigenvalues, vectors = cv2.eigenNonSymmetric(reduced)
+    conic = _least_ellipse(eigenvalues.ravel(), vectors, T)
+    if conic[0] == 0.0:
+        raise NoEllipseError("no ellipse runs through the points")
+    return conic
+
+
+@compiled
+def _reduced(design: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
+    """Whether the points lie on a line, the reduced scatter matrix C^-1 M (3, 3), and T (3, 3): linear from quadratic.
+
+    M = S1 + S2 T and T = -S3^-1 S2^T, of the parts of the scatter matrix.
+    """
+    scatter = np.zeros((6, 6))
+    for row in design:
+        for one in range(6):
+            for other in range(one, 6):
+                scatter[one, other] += row[one] * row[other]
+    reduced, T = np.zeros((3, 3)), np.zeros((3, 3))
+    sxx, sxy, syy, count = scatter[3, 3], scatter[3, 4], scatter[4, 4], scatter[5, 5]
     determinant = sxx * syy - sxy * sxy
     if determinant < 1e-12 * count * count:
-        raise NoEllipseError("the points lie on a line")
+        return True, reduced, T
     # The points are centred, so that the inverse of the linear part needs no solver.
-    inverse = np.array([[syy, -sxy, 0], [-sxy, sxx, 0], [0, 0, determinant / count]]) / determinant
-    T = -inverse @ scatter[3:, :3]
-    M = scatter[:3, :3] + scatter[:3, 3:] @ T
-    # All eigenvalues are real, since M is symmetric and not negative; OpenCV finds them in a tenth of numpy's time.
-    eigenvalues, vectors = cv2.eigenNonSymmetric(_INVERSE_CONSTRAINT @ M)
-    best, least = None, math.inf
-    for value, (a, b, c) in zip(eigenvalues.ravel().tolist(), vectors.tolist(), strict=True):
-        if 4 * a * c - b * b > 0 and abs(value) < least:
-            best, least = np.array([a, b, c]), abs(value)
-    if best is None:
-        raise NoEllipseError("no ellipse runs through the points")
-    return np.concatenate([best, T @ best])
+    for column in range(3):
+        x, y, one = scatter[column, 3], scatter[column, 4], scatter[column, 5]
+        T[0, column] = (sxy * y - syy * x) / determinant
+        T[1, column] = (sxy * x - sxx * y) / determinant
+        T[2, column] = -one / count
+    M = np.zeros((3, 3))
+    for row in range(3):
+        for column in range(3):
+            M[row, column] = scatter[min(row, column), max(row, column)]
+            for middle in range(3):
+                M[row, column] += scatter[row, 3 + middle] * T[middle, column]
+    for column in range(3):
+        # The inverse of the constraint 4AC - B^2 = 1.
+        reduced[0, column], reduced[1, column], reduced[2, column] = M[2, column] / 2, -M[1, column], M[0, column] / 2
+    return False, reduced, T
+
+
+@compiled
+def _least_ellipse(eigenvalues: np.ndarray, vectors: np.ndarray, T: np.ndarray) -> np.ndarray:
+    """Conic (6,) of the eigenvector, a row of (3, 3), that is an ellipse with the least eigenvalue; else zeros."""
+    conic, least = np.zeros(6), np.inf
+    for number in range(3):
+        a, b, c = vectors[number, 0], vectors[number, 1], vectors[number, 2]
+        value = abs(eigenvalues[number])
+        if 4 * a * c - b * b > 0 and value < least:
+            least = value
+            conic[0], conic[1], conic[2] = a, b, c
+            for row in range(3):
+                conic[3 + row] = T[row, 0] * a + T[row, 1] * b + T[row, 2] * c
+    return conic
 
 
 def _is_partial(conic: np.ndarray) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.checks import check_number
 from dockpose.lights.ellipse import Ellipse, NoEllipseError
+from dockpose.thresholds.compiled import compiled
 
 
 @dataclass(frozen=True)
@@ -147,36 +148,54 @@ def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[Cir
     [37.1, -30.0]
     """
     check_number("diameter", diameter, above=0)
-    K = camera.matrix
-    cone = K.T @ ellipse.matrix @ K
-    _, eigenvalues, axes = cv2.eigen(cone / math.sqrt(np.vdot(cone, cone)))
+    cone = _cone(ellipse.conic, camera.fx, camera.fy, camera.cx, camera.cy)
+    _, eigenvalues, axes = cv2.eigen(cone)
     l1, l2, l3 = eigenvalues.ravel().tolist()
     if not l3 < 0 < l2:
         raise NoEllipseError("the ellipse is too small, or too narrow, to be a circle's picture")
-    g = math.sqrt((l2 - l3) / (l1 - l3))
-    h = math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
-    distance = l2 * (diameter / 2) / math.sqrt(-l1 * l3)
-    # Columns: both normals and both centres, in the frame of the cone's axes by falling eigenvalue.
-    along = np.array(
-        [
-            [h, -h, distance * h * l3 / l2, -distance * h * l3 / l2],
-            [0.0, 0.0, 0.0, 0.0],
-            [g, g, distance * g * l1 / l2, distance * g * l1 / l2],
-        ]
-    )
-    normals_and_centres = along.T @ axes
-    poses = [_pose(normals_and_centres[k], normals_and_centres[2 + k], camera) for k in (0, 1)]
-    if poses[0].normal[0] > poses[1].normal[0]:
-        poses.reverse()
-    return poses[0], poses[1]
+    left, right = _poses_of_cone(l1, l2, l3, axes, diameter / 2)
+    return _pose(left, camera), _pose(right, camera)
 
 
-def _pose(normal: np.ndarray, centre: np.ndarray, camera: Camera) -> CirclePose:
-    """One of the poses, with signs such that it is in front of the camera and faces it."""
-    if centre[2] < 0:
-        centre = -centre
-    if normal @ centre > 0:
-        normal = -normal
+@compiled
+def _cone(conic: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
+    """The cone's matrix (3, 3), of unit norm: K^T Q K of the conic's matrix Q and the camera's K."""
+    A, B, C, D, E, F = conic
+    xz = fx * (A * cx + (B * cy + D) / 2)
+    yz = fy * (C * cy + (B * cx + E) / 2)
+    zz = A * cx * cx + B * cx * cy + C * cy * cy + D * cx + E * cy + F
+    xx, xy, yy = fx * fx * A, fx * fy * B / 2, fy * fy * C
+    norm = math.sqrt(xx * xx + yy * yy + zz * zz + 2 * (xy * xy + xz * xz + yz * yz))
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / norm
+
+
+@compiled
+def _poses_of_cone(l1: float, l2: float, l3: float, axes: np.ndarray, radius: float) -> np.ndarray:
+    """Normal and centre (2, 2, 3) of both poses, from the cone's eigenvalues, falling, and its axes in rows (3, 3).
+
+    With signs such that a pose is in front of the camera and faces it; first that whose normal points further left.
+    """
+    g, h = math.sqrt((l2 - l3) / (l1 - l3)), math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
+    distance = l2 * radius / math.sqrt(-l1 * l3)
+    poses = np.empty((2, 2, 3))
+    for number in range(2):
+        side = h if number == 0 else -h
+        facing = 0.0
+        for axis in range(3):
+            poses[number, 0, axis] = side * axes[0, axis] + g * axes[2, axis]
+            poses[number, 1, axis] = distance * (side * l3 * axes[0, axis] + g * l1 * axes[2, axis]) / l2
+            facing += poses[number, 0, axis] * poses[number, 1, axis]
+        if poses[number, 1, 2] < 0:
+            poses[number, 1] *= -1
+            facing = -facing
+        if facing > 0:
+            poses[number, 0] *= -1
+    return poses[::-1] if poses[0, 0, 0] > poses[1, 0, 0] else poses
+
+
+def _pose(normal_and_centre: np.ndarray, camera: Camera) -> CirclePose:
+    """One of the poses, from its normal and centre (2, 3)."""
+    normal, centre = normal_and_centre
     # The image of the centre is the pole of the line at infinity of the circle's plane, not the ellipse's centre.
     x, y, z = centre.tolist()
     image = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])

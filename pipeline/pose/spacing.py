@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose.dock import Dock
+from dockpose.thresholds.compiled import compiled
 
 WITHIN = 0.25  # of the mean spacing: points farther than this from every light are not the dock's
 _WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than the largest allowed offset
@@ -70,15 +71,33 @@ def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | Non
 
 def _place_evenly(points_rad: np.ndarray, count: int) -> Placement:
     """Place evenly spaced lights by the common phase of the points' angles, modulo the spacing."""
+    lights, rolls, angles, fits = _on_even_ring(points_rad, count)
+    return Placement(lights, rolls, angles, fits.tolist(), 2 * math.pi / count)
+
+
+@compiled
+def _on_even_ring(points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Lights (K, N), rolls (K,), angles of the lights (K, N) and whether they fit (K,), as in :class:`Placement`."""
     step = 2 * math.pi / count
-    phases = np.exp(1j * count * points_rad).sum(axis=1)
-    rolls = (np.arctan2(phases.imag, phases.real) / count)[:, None]
-    slots = (points_rad - rolls) / step
-    lights = np.rint(slots)
-    near = np.abs(slots - lights).max(axis=1) < WITHIN
-    numbered = lights.astype(int) % count
-    fits = [bool(ok) and len(set(row)) == len(row) for ok, row in zip(near.tolist(), numbered.tolist(), strict=True)]
-    return Placement(numbered, rolls[:, 0], rolls + step * lights, fits, step)
+    lights, angles = np.empty(points.shape, np.int64), np.empty(points.shape)
+    rolls, fits = np.empty(len(points)), np.ones(len(points), np.bool_)
+    taken = np.empty(count, np.bool_)
+    for k in range(len(points)):
+        sine, cosine = 0.0, 0.0
+        for angle in points[k]:
+            sine += math.sin(count * angle)
+            cosine += math.cos(count * angle)
+        roll = rolls[k] = math.atan2(sine, cosine) / count
+        taken[:] = False
+        for number in range(points.shape[1]):
+            slot = (points[k, number] - roll) / step
+            nearest = round(slot)
+            light = lights[k, number] = int(nearest) % count
+            angles[k, number] = roll + step * nearest
+            if taken[light] or not abs(slot - nearest) < WITHIN:
+                fits[k] = False
+            taken[light] = True
+    return lights, rolls, angles, fits
 
 
 def _wrong_colours(labels: Sequence[str | None], dock: Dock) -> np.ndarray:

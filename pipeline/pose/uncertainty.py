@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+from dockpose.thresholds.compiled import compiled
 from scipy.special import erf, stdtrit
 
 # For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.
@@ -187,17 +188,24 @@ def deviations(
     rotation about the dock's x axis before its roll, and a step of theta_y is cos(theta_x) times as much about the y
     axis.
     """
-    rows = covariance.tolist()
-    a, b, c = rows[3][3], rows[3][4], rows[4][4]
-    (xx, xy, back_x), (_, _, back_y), (zx, zy, back_z) = rotation.tolist()
+    return _deviations(covariance, rotation, noise)
+
+
+@compiled
+def _deviations(
+    covariance: np.ndarray, rotation: np.ndarray, noise: float
+) -> tuple[tuple[float, float, float], tuple[float, float]]:
+    a, b, c = covariance[3, 3], covariance[3, 4], covariance[4, 4]
+    back_x, back_y, back_z = rotation[0, 2], rotation[1, 2], rotation[2, 2]
     # Direction, in the dock's own frame, of its x axis before the roll.
     level = max(math.hypot(back_x, back_z), 1e-12)
-    x, y = (xx * back_z - zx * back_x) / level, (xy * back_z - zy * back_x) / level
+    x = (rotation[0, 0] * back_z - rotation[2, 0] * back_x) / level
+    y = (rotation[0, 1] * back_z - rotation[2, 1] * back_x) / level
     about_x = max(0.0, a * x * x + 2 * b * x * y + c * y * y)
     about_y = max(0.0, a * y * y - 2 * b * x * y + c * x * x)
     cos_x = math.sqrt(max(1e-12, 1 - back_y * back_y))
-    sigma_x, sigma_y, sigma_z = (noise * math.sqrt(max(0.0, rows[k][k])) for k in range(3))
-    return (
-        (sigma_x, sigma_y, sigma_z),
-        (min(math.pi, noise * math.sqrt(about_x)), min(math.pi, noise * math.sqrt(about_y) / cos_x)),
-    )
+    sigma_x = noise * math.sqrt(max(0.0, covariance[0, 0]))
+    sigma_y = noise * math.sqrt(max(0.0, covariance[1, 1]))
+    sigma_z = noise * math.sqrt(max(0.0, covariance[2, 2]))
+    sigma_theta_x = min(math.pi, noise * math.sqrt(about_x))
+    return (sigma_x, sigma_y, sigma_z), (sigma_theta_x, min(math.pi, noise * math.sqrt(about_y) / cos_x))

@@ -254,7 +254,7 @@ def _closest(points_px: np.ndarray, others_px: np.ndarray) -> tuple[np.ndarray, 
 
 def _near_ring(points_px: np.ndarray, on_ring: np.ndarray) -> np.ndarray:
     """Which points (N,) lie on, inside or just outside the ring."""
-    off = points_px - points_px[on_ring].mean(axis=0)
+    off = points_px - points_px[on_ring].sum(axis=0) / np.count_nonzero(on_ring)
     distance = np.hypot(off[:, 0], off[:, 1])
     return distance <= _AROUND_DOCK * distance[on_ring].max()
 

@@ -6,6 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
+from dockpose.thresholds.compiled import compiled
 from scipy.spatial.distance import cdist
 
 FRAMES = 8  # over which groups are followed
@@ -57,13 +58,13 @@ class Paths:
         if len(ends) and len(points_px):
             apart = cdist(ends, points_px)
             nearest, back = apart.argmin(axis=1), apart.argmin(axis=0)
-            for number in np.flatnonzero(searched).tolist():
-                point = int(nearest[number])
-                if back[point] == number and apart[number, point] < _STRIDE_PX:
-                    self._paths[number].append(complex(*points_px[point]))
+            for number in np.flatnonzero(searched & (back[nearest] == np.arange(len(ends)))).tolist():
+                point = nearest[number]
+                if apart[number, point] < _STRIDE_PX:
+                    self._paths[number].append(complex(*points_px[point].tolist()))
                     kept.append(self._paths[number])
                     free[point] = False
-        self._paths = kept + [deque([complex(*point)], maxlen=FRAMES + 1) for point in points_px[free]]
+        self._paths = kept + [deque([complex(*point)], maxlen=FRAMES + 1) for point in points_px[free].tolist()]
         return self._motion()
 
     def ends_px(self) -> np.ndarray:
@@ -74,14 +75,38 @@ class Paths:
         long = [path for path in self._paths if len(path) > FRAMES and abs(path[-1] - path[0]) > MOVED_PX]
         before = np.array([path[0] for path in long], dtype=np.complex128)
         now = np.array([path[-1] for path in long], dtype=np.complex128)
-        least = max(_LEAST, (len(long) + 1) // 2)
-        while len(now) >= least:
-            centred = before - before.mean()
-            turn = complex((np.conj(centred) @ now) / max(float((np.abs(centred) ** 2).sum()), 1e-9))
-            shift = complex(now.mean() - turn * before.mean())
-            off = np.abs(now - turn * before - shift)
-            worst = int(np.argmax(off))
-            if off[worst] <= _OFF_PX + _OFF_SHARE * float(np.median(np.abs(now - before))):
-                return Motion(turn, shift, np.column_stack([np.real(now), np.imag(now)]))
-            before, now = np.delete(before, worst), np.delete(now, worst)
-        return None
+        together, turn, shift = _moved_together(before, now, max(_LEAST, (len(long) + 1) // 2))
+        if not together.any():
+            return None
+        return Motion(turn, shift, now[together].view(float).reshape(-1, 2))
+
+
+@compiled
+def _moved_together(before: np.ndarray, now: np.ndarray, least: int) -> tuple[np.ndarray, complex, complex]:
+    """Which points (N,) complex moved as one, and the turn and shift; no fewer than ``least``, or else none."""
+    together = np.ones(len(now), np.bool_)
+    count = len(now)
+    while count >= least:
+        middle_before, middle_now = 0j, 0j
+        for number in range(len(now)):
+            if together[number]:
+                middle_before += before[number] / count
+                middle_now += now[number] / count
+        product, squares = 0j, 0.0
+        for number in range(len(now)):
+            if together[number]:
+                centred = before[number] - middle_before
+                product += np.conj(centred) * now[number]
+                squares += abs(centred) ** 2
+        turn = product / max(squares, 1e-9)
+        shift = middle_now - turn * middle_before
+        worst, most = 0, -1.0
+        for number in range(len(now)):
+            off = abs(now[number] - turn * before[number] - shift)
+            if together[number] and off > most:
+                worst, most = number, off
+        if most <= _OFF_PX + _OFF_SHARE * np.median(np.abs(now[together] - before[together])):
+            return together, turn, shift
+        together[worst] = False
+        count -= 1
+    return np.zeros(len(now), np.bool_), 0j, 0j

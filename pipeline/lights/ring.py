@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,7 +138,7 @@ def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
 
 def light_diameter_px(areas_px: np.ndarray) -> float:
     """Diameter of a disc of the groups' median area, in pixels."""
-    return 2 * math.sqrt(float(np.median(areas_px)) / math.pi)
+    return 2 * math.sqrt(statistics.median(areas_px.tolist()) / math.pi)
 
 
 def _wanted(dock: Dock) -> str:

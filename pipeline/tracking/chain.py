@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
+from dockpose.thresholds.compiled import compiled
 
 # How the vehicle moved: travel (3,) in metres in the camera's old frame, and the rotation (3, 3) whose columns are the
 # camera's new axes in its old frame, as dockpose.simulate.sequence.steer() returns them.
@@ -106,35 +107,16 @@ class Chain:
             travel, turn = command
             state = np.concatenate([(state[:3] - travel) @ turn, state[3:] @ turn])
             rates = np.concatenate([rates[:3] @ turn, rates[3:] @ turn])
-        kept = math.exp(-time_s / MEMORY_S)
-        moved = MEMORY_S * (1 - kept)
-        value, both, rate = self.variances
-        rate = np.minimum(rate, sigmas**2)
-        added = sigmas**2 * (1 - kept**2)
-        variances = np.array(
-            [
-                value + 2 * moved * both + moved**2 * rate + added * time_s**2 / 3,
-                kept * (both + moved * rate) + added * time_s / 2,
-                kept**2 * rate + added,
-            ]
-        )
-        return Chain(_with_unit_normal(state + moved * rates), kept * rates, variances)
+        return Chain(*_predicted(state, rates, self.variances, sigmas, time_s))
 
     def off(self, pose: CirclePose) -> tuple[float, float]:
         """Squared angle between a pose's normal and the state's, and its expected variance along each axis."""
-        apart = self.normal - pose.normal
-        return float(apart @ apart), float(self.variances[0, 3:].mean()) + _normal_error(pose) ** 2
+        square, variance = _square_and_variance(self.state, self.variances, pose.normal)
+        return square, variance + _normal_error(pose) ** 2
 
     def seen_as(self, pose: CirclePose) -> Chain:
         """Update with the pose in which the dock is seen now."""
-        value, both, rate = self.variances
-        measured = np.concatenate([pose.position_m, pose.normal])
-        spread = value + _errors(pose) ** 2
-        gain, rate_gain = value / spread, both / spread
-        innovation = measured - self.state
-        variances = np.array([value - gain * value, both - gain * both, rate - rate_gain * both])
-        state = _with_unit_normal(self.state + gain * innovation)
-        return Chain(state, self.rates + rate_gain * innovation, variances)
+        return Chain(*_corrected(self.state, self.rates, self.variances, pose.position_m, pose.normal, _errors(pose)))
 
 
 def _speed_sigmas(state: np.ndarray, speeds: Speeds) -> np.ndarray:
@@ -160,5 +142,63 @@ def _normal_error(pose: CirclePose) -> float:
     return math.hypot(max(pose.sigma_theta_rad), _LEAST_SIGMA_RAD)
 
 
-def _with_unit_normal(state: np.ndarray) -> np.ndarray:
-    return np.concatenate([state[:3], state[3:] / math.hypot(*state[3:].tolist())])
+@compiled
+def _predicted(
+    state: np.ndarray, rates: np.ndarray, variances: np.ndarray, sigmas: np.ndarray, time_s: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """State, rates and variances some time later; ``sigmas`` (6,) are the standard deviations of the rates."""
+    kept = math.exp(-time_s / MEMORY_S)
+    moved = MEMORY_S * (1 - kept)
+    after, rates_after, variances_after = np.empty(6), np.empty(6), np.empty((3, 6))
+    for axis in range(6):
+        value, both, rate = variances[0, axis], variances[1, axis], min(variances[2, axis], sigmas[axis] ** 2)
+        added = sigmas[axis] ** 2 * (1 - kept**2)
+        variances_after[0, axis] = value + 2 * moved * both + moved**2 * rate + added * time_s**2 / 3
+        variances_after[1, axis] = kept * (both + moved * rate) + added * time_s / 2
+        variances_after[2, axis] = kept**2 * rate + added
+        after[axis] = state[axis] + moved * rates[axis]
+        rates_after[axis] = kept * rates[axis]
+    _make_unit_normal(after)
+    return after, rates_after, variances_after
+
+
+@compiled
+def _corrected(
+    state: np.ndarray,
+    rates: np.ndarray,
+    variances: np.ndarray,
+    position_m: np.ndarray,
+    normal: np.ndarray,
+    errors: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """State, rates and variances after a measured position and normal with standard errors (6,)."""
+    after, rates_after, variances_after = np.empty(6), np.empty(6), np.empty((3, 6))
+    for axis in range(6):
+        value, both, rate = variances[0, axis], variances[1, axis], variances[2, axis]
+        measured = position_m[axis] if axis < 3 else normal[axis - 3]
+        spread = value + errors[axis] ** 2
+        gain, rate_gain, innovation = value / spread, both / spread, measured - state[axis]
+        after[axis] = state[axis] + gain * innovation
+        rates_after[axis] = rates[axis] + rate_gain * innovation
+        variances_after[0, axis] = value - gain * value
+        variances_after[1, axis] = both - gain * both
+        variances_after[2, axis] = rate - rate_gain * both
+    _make_unit_normal(after)
+    return after, rates_after, variances_after
+
+
+@compiled
+def _make_unit_normal(state: np.ndarray) -> None:
+    length = math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2)
+    for axis in range(3, 6):
+        state[axis] /= length
+
+
+@compiled
+def _square_and_variance(state: np.ndarray, variances: np.ndarray, normal: np.ndarray) -> tuple[float, float]:
+    """Squared angle between the state's normal and another one, and the variance of the former along each axis."""
+    square, variance = 0.0, 0.0
+    for axis in range(3):
+        square += (state[3 + axis] - normal[axis]) ** 2
+        variance += variances[0, 3 + axis] / 3
+    return square, variance

@@ -84,9 +84,10 @@ class Hypotheses:
         return any(self._is_near(pose, speeds) for pose in pair)
 
     def _is_near(self, pose: CirclePose, speeds: Speeds) -> bool:
-        distance = float(np.linalg.norm(pose.position_m))
-        error = _SURE_SIGMAS * float(np.linalg.norm(pose.sigma_position_m or 0.0)) + _SURE_SHARE * distance
-        apart = float(np.linalg.norm(pose.position_m - self.chains[self.chosen].position_m))
+        position = pose.position_m.tolist()
+        distance = math.hypot(*position)
+        error = _SURE_SIGMAS * math.hypot(*(pose.sigma_position_m or ())) + _SURE_SHARE * distance
+        apart = math.dist(position, self.chains[self.chosen].position_m.tolist())
         return apart <= speeds.reach_m(distance, self.gap_s) + error
 
     def with_frame(self, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
@@ -163,14 +164,16 @@ def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int
     candidates nearly coincide. The chains continue to the candidates that received most of the probability.
     """
     # Relative to the nearer candidate of each chain, so that nothing underflows.
-    nearest = off.min(axis=1, keepdims=True)
-    fit = np.exp(-0.5 * (off - nearest))
-    fit /= fit.sum(axis=1, keepdims=True)
-    moved = np.exp(-0.5 * WORTH_OF_MOTION * np.minimum(nearest, _MOST_MOTION))
-    weights = np.array([[first], [1 - first]]) * moved * fit * [_logistic(log_odds), _logistic(-log_odds)]
-    order = (0, 1) if np.trace(weights) >= weights.sum() / 2 else (1, 0)
-    share = float(weights[:, order[0]].sum() / weights.sum())
-    return order, min(1 - _DOUBT, max(_DOUBT, share))
+    weights = []
+    for before, squares in zip((first, 1 - first), off.tolist(), strict=True):
+        nearest = min(squares)
+        fits = [math.exp(-0.5 * (square - nearest)) for square in squares]
+        moved = before * math.exp(-0.5 * WORTH_OF_MOTION * min(nearest, _MOST_MOTION)) / sum(fits)
+        weights.append((moved * fits[0] * _logistic(log_odds), moved * fits[1] * _logistic(-log_odds)))
+    (kept, crossed), (crossed_back, kept_too) = weights
+    total = kept + crossed + crossed_back + kept_too
+    order, ours = ((0, 1), kept + crossed_back) if kept + kept_too >= total / 2 else ((1, 0), crossed + kept_too)
+    return order, min(1 - _DOUBT, max(_DOUBT, ours / total))
 
 
 def _mixed(first: float, pair: Pair) -> float:

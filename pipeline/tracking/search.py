@@ -20,7 +20,8 @@ BLOCK = 25  # frames; the first of each block is searched as a whole
 _SHARE, _MARGIN_PX = 0.5, 20.0  # margin on each side: this share of the ring's size, plus pixels
 _LEAST = 0.25  # of the picture's width and height; a smaller region has too little water for a histogram
 _LARGEST = 0.6  # of the picture's pixels; searching a larger region is no faster than searching everything
-_CIRCLE_POINTS = 24  # sampled on the ring
+_ANGLES = np.linspace(0, 2 * np.pi, 24, endpoint=False)  # sampled on the ring
+_CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
 @dataclass(frozen=True)
@@ -128,9 +129,7 @@ def period_s(before_s: float | None, now_s: float | None) -> float:
 
 def ring_region(pose: CirclePose, camera: Camera, dock: Dock, margin_px: float = 0.0) -> Region | None:
     """The bounding box of a dock's ring in the picture, plus a margin; None where part of the ring has no image."""
-    angles = np.linspace(0, 2 * np.pi, _CIRCLE_POINTS, endpoint=False)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)]) @ pose.rotation[:, :2].T
-    seen = camera.project(pose.position_m + dock.radius * circle)
+    seen = camera.project(pose.position_m + dock.radius * _CIRCLE @ pose.rotation[:, :2].T)
     if not np.isfinite(seen).all():
         return None
     (left, top), (right, bottom) = seen.min(axis=0).tolist(), seen.max(axis=0).tolist()

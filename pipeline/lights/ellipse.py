@@ -185,11 +185,19 @@ def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
 
 def sampson_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
     """First-order distances (N,) of points (N, 2) from a conic (6,): |value| / |gradient| (Sampson 1982)."""
-    x, y = points[:, 0], points[:, 1]
+    return _sampson(conic, np.ascontiguousarray(points))
+
+
+@compiled
+def _sampson(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
     A, B, C, D, E, F = conic
-    value = A * x * x + B * x * y + C * y * y + D * x + E * y + F
-    gradient = np.hypot(2 * A * x + B * y + D, B * x + 2 * C * y + E)
-    return np.abs(value) / np.maximum(gradient, np.finfo(float).tiny)
+    distances = np.empty(len(points))
+    for number in range(len(points)):
+        x, y = points[number, 0], points[number, 1]
+        value = A * x * x + B * x * y + C * y * y + D * x + E * y + F
+        gradient = math.hypot(2 * A * x + B * y + D, B * x + 2 * C * y + E)
+        distances[number] = abs(value) / max(gradient, 1e-300)
+    return distances
 
 
 @compiled

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 
 import numpy as np
@@ -10,6 +9,7 @@ from dockpose.dock import Dock
 from dockpose.lights.chance import ACCEPTED, log_chance_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST
+from dockpose.thresholds.compiled import compiled
 
 # A light's centre may lie this share of the major semi-axis off the ellipse: uneven glow and lamp housings move it by a
 # pixel or so, and on a large ring by a share of its size.
@@ -65,12 +65,20 @@ def _angles_on(points: np.ndarray, ellipse: Ellipse) -> np.ndarray:
     return np.arctan2((-x * sin + y * cos) / minor, (x * cos + y * sin) / major)
 
 
+@compiled
 def _is_even(angles: np.ndarray, lights: int) -> bool:
     """Whether angles are as evenly spaced as a regular polygon's corners, some of which may be missing."""
-    # In plain Python: for ten numbers that is several times as fast.
-    slots = [angle * lights / (2 * math.pi) for angle in angles.tolist()]
-    phase = cmath.phase(sum(cmath.exp(2j * math.pi * slot) for slot in slots)) / (2 * math.pi)
-    corners = [round(slot - phase) for slot in slots]
-    distinct = len({corner % lights for corner in corners}) == len(corners)
-    squares = sum((slot - phase - corner) ** 2 for slot, corner in zip(slots, corners, strict=True))
-    return distinct and math.sqrt(squares / len(slots)) < _EVEN_WITHIN
+    sine, cosine = 0.0, 0.0
+    for angle in angles:
+        sine += math.sin(lights * angle)
+        cosine += math.cos(lights * angle)
+    phase, squares = math.atan2(sine, cosine) / (2 * math.pi), 0.0
+    taken = np.zeros(lights, np.bool_)
+    for angle in angles:
+        off = angle * lights / (2 * math.pi) - phase
+        corner = round(off)
+        if taken[int(corner) % lights]:
+            return False
+        taken[int(corner) % lights] = True
+        squares += (off - corner) ** 2
+    return math.sqrt(squares / len(angles)) < _EVEN_WITHIN

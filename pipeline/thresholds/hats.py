@@ -13,6 +13,7 @@ from itertools import groupby
 
 import numpy as np
 from dockpose.thresholds.bright import SATURATED
+from dockpose.thresholds.compiled import compiled
 from dockpose.thresholds.flood import LEVELS
 from dockpose.thresholds.histogram import MOST_SHARE, SMOOTHING, Histogram, Threshold
 
@@ -149,8 +150,19 @@ def _votes(level: int, length: int, mode: int) -> float:
 
 def background_mode(counts: np.ndarray) -> int:
     """The level that most of the background has: of the darkest part of the picture, as large as lights leave it."""
-    darkest = np.searchsorted(counts.cumsum(), (1 - LIT_SHARES[-1]) * counts.sum())
-    return int(counts[: darkest + 1].argmax())
+    return _mode(counts)
+
+
+@compiled
+def _mode(counts: np.ndarray) -> int:
+    total, so_far, mode = counts.sum(), 0, 0
+    for level in range(len(counts)):
+        if counts[level] > counts[mode]:
+            mode = level
+        so_far += counts[level]
+        if so_far >= (1 - LIT_SHARES[-1]) * total:
+            break
+    return mode
 
 
 def background_limit(counts: np.ndarray) -> int:
@@ -159,17 +171,33 @@ def background_limit(counts: np.ndarray) -> int:
     From the mode upwards the background ends where a level has too few pixels to be water. Where what is left would
     be too much to be lights, it ends higher.
     """
-    total = int(counts.sum())
+    return _limit(counts, SMOOTHING)
+
+
+@compiled
+def _limit(counts: np.ndarray, smoothing: np.ndarray) -> int:
+    total = counts.sum()
     if total == 0:
         return LEVELS
-    smooth = np.convolve(counts, SMOOTHING, mode="same")
-    mode = background_mode(counts)
-    few = np.flatnonzero(smooth[mode:] <= BACKGROUND_SHARE * total)
-    ends = mode + int(few[0]) if len(few) else LEVELS
-    left = counts[::-1].cumsum()[::-1]
-    saturated = 1.5 * left[np.flatnonzero(counts)[-1]]
-    too_much = left > min(MOST_LIT * total, max(ENOUGH_LIT * total, ENOUGH_LIT_PX, saturated))
-    return max(ends, int(np.count_nonzero(too_much)))
+    ends, brightest, half = LEVELS, 0, len(smoothing) // 2
+    for level in range(_mode(counts), LEVELS):
+        smooth = 0.0
+        for offset in range(-half, half + 1):
+            if level + offset < LEVELS and level + offset >= 0:
+                smooth += counts[level + offset] * smoothing[half + offset]
+        if smooth <= BACKGROUND_SHARE * total:
+            ends = level
+            break
+    for level in range(LEVELS):
+        if counts[level] > 0:
+            brightest = level
+    saturated = 1.5 * counts[brightest]
+    most = min(MOST_LIT * total, max(ENOUGH_LIT * total, ENOUGH_LIT_PX, saturated))
+    left, above = 0, LEVELS
+    while above > 0 and left + counts[above - 1] <= most:
+        above -= 1
+        left += counts[above]
+    return max(ends, above)
 
 
 def lit_limit(counts: np.ndarray, share: float) -> int:

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from dockpose.camera.image import to_levels
 from dockpose.thresholds.bright import SATURATED, BrightPixels, bright_pixels
+from dockpose.thresholds.compiled import compiled
 from dockpose.thresholds.flood import LEVELS
 
 SKETCH_PX = 80_000
@@ -229,12 +230,22 @@ def noise_levels(levels: np.ndarray, counted: np.ndarray | None = None) -> float
     rows = rows[:: max(1, len(rows) // 60)]
     if len(rows) == 0 or levels.shape[1] < 2:
         return 0.25
-    sampled = levels[rows]
-    both = None if counted is None else np.minimum(counted[rows, 1:], counted[rows, :-1])
-    counts = _counts(cv2.absdiff(sampled[:, 1:], sampled[:, :-1]), both)
+    counts = _counts_of_steps(levels, levels if counted is None else counted, counted is not None, rows)
     # Lights and edges are rare; the mean of what is left of a normal distribution's differences is 1.128 sigma.
     quiet = counts[: int(np.searchsorted(counts.cumsum(), 0.98 * counts.sum())) + 1]
     return max(0.25, float(quiet @ np.arange(len(quiet))) / max(quiet.sum(), 1) / 1.128)
+
+
+@compiled
+def _counts_of_steps(levels: np.ndarray, counted: np.ndarray, is_masked: bool, rows: np.ndarray) -> np.ndarray:
+    """How often neighbours along some rows differ by each number of levels (256,)."""
+    # Four counters each: adding to one twice in a row would wait for the first time to be done.
+    counts = np.zeros((4, LEVELS), np.int64)
+    for row in rows:
+        for column in range(1, levels.shape[1]):
+            if not is_masked or (counted[row, column] and counted[row, column - 1]):
+                counts[column % 4, abs(np.int64(levels[row, column]) - np.int64(levels[row, column - 1]))] += 1
+    return counts.sum(axis=0)
 
 
 def _counts(levels: np.ndarray, counted: np.ndarray | None) -> np.ndarray:

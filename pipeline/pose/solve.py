@@ -15,6 +15,7 @@ from dockpose.pose.choice import Choice, choose_by_spacing
 from dockpose.pose.circle import CirclePose, circle_poses
 from dockpose.pose.few_lights import FEWEST, poses_from_few_lights
 from dockpose.pose.refine import light_rays, on_planes
+from dockpose.thresholds.compiled import compiled
 
 _ROUNDS = 6
 _SETTLED = 1e-7  # share of the range
@@ -58,7 +59,7 @@ def find_poses(
     NoEllipseError
         If no ellipse passes through the points.
     """
-    points = as_points("points_px", points_px, 2)
+    points = np.ascontiguousarray(as_points("points_px", points_px, 2))
     if FEWEST <= len(points) < MIN_POINTS and dock.lights is not None:
         choice = poses_from_few_lights(points, camera, dock)
         return _ellipse_of(choice.candidates[0], camera, dock), choice
@@ -74,10 +75,17 @@ def find_poses(
     return fit_ellipse(camera.virtual_pixels(points, _depths(points, camera, chosen))), choice
 
 
+@compiled
 def _scatter_about_line_px(points: np.ndarray) -> float:
     """Root mean square distance of points (N, 2) from the line that fits them best; NaN where one is not finite."""
-    centred = points - points.sum(axis=0) / len(points)
-    (xx, xy), (_, yy) = (centred.T @ centred / len(points)).tolist()
+    count = len(points)
+    x, y, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0
+    for number in range(count):
+        x += points[number, 0] / count
+        y += points[number, 1] / count
+    for number in range(count):
+        u, v = points[number, 0] - x, points[number, 1] - y
+        xx, xy, yy = xx + u * u / count, xy + u * v / count, yy + v * v / count
     return math.sqrt(abs((xx + yy) / 2 - math.hypot((xx - yy) / 2, xy)))
 
 

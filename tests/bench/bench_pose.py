@@ -210,7 +210,7 @@ def test_what_the_pose_stages_cost():
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     dock = Dock(DIAMETER_M, 10)
-    print("\nTen lights, ellipse to both refined poses and the choice; asked: at most 400 us, 4 x solvePnP")
+    print("\nTen lights, ellipse to both refined poses and the choice; asked: at most 120 us, 4 x solvePnP")
     ratios, times = [], []
     for table in TABLES.values():
         for number, row in enumerate(table.measured):

@@ -22,7 +22,7 @@ from dockpose.app.processing.analysis import headline_of, trust_of
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
 from dockpose.app.state.trust import Trust
-from dockpose.sources import NO_WISHES, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
+from dockpose.sources import NO_WISHES, ExposureWatch, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
 from dockpose.tracking.tracker import Tracked, Tracker
 
 _RATE_HZ = 25.0  # of an annotated video of a source that tells no rate
@@ -172,12 +172,14 @@ class _Run:
     def _one_by_one(self) -> Iterator[tuple[Found, Tracked]]:
         auto_masks = AutoMasks(self._settings, self._tell)
         camera, dock = self._camera, self._dock
-        search = search_of(camera, dock, self._settings)
+        search, watch = search_of(camera, dock, self._settings), ExposureWatch()
         for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
             self._last = frame
             settings = auto_masks.settings_for(frame.image.shape, camera, dock)
             found = search.see(frame.image, frame.index, frame.time_s, settings)
             auto_masks.see(found, f"{frame.name} frame {frame.index}")
+            if self._frames.is_live and (sentence := watch.see(frame.image, found)):
+                self._tell(f"{frame.name}: {sentence}")
             tracked = self._tracker.follow(found, frame.time_s)
             seen = Found(frame.index, frame.time_s, frame.name, frame.sha256, found, time_unix_s=frame.time_unix_s)
             yield seen, tracked

@@ -280,3 +280,12 @@ def test_a_recording_that_makes_no_sense_is_refused(here, capsys, tmp_path, monk
     assert sentence in told
     assert len(told.splitlines()) == 1
     assert (tmp_path / "there.mkv").read_bytes() == b"of yesterday"
+
+
+def test_a_saturated_camera_is_told_once_what_to_do(here, capsys, monkeypatch):
+    pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((here / "pictures").iterdir())]
+    bright = [np.clip(12.0 * picture, 0, 255).astype(np.uint8) for picture in pictures] * 3
+    assert run_camera(monkeypatch, bright, "--camera", "camera.yaml", "--json", "-") == 130
+    told = capsys.readouterr().err.splitlines()
+    assert [line for line in told if "saturated: " in line and line.startswith("dockpose: camera 0: ")] != []
+    assert sum("saturated" in line for line in told) == 1

@@ -127,6 +127,7 @@ class Estimate:
             "candidates": [pose.to_dict() for pose in self.candidates],
             "selected": None if self.choice is None else self.choice.selected,
             "selected_by": None if self.choice is None else self.choice.selected_by,
+            "chosen": None if self.selected is None else self.selected.summary(),
             "detection": self.detection,
             "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
             "elapsed_ms": round(self.elapsed_ms, 3),

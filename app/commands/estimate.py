@@ -36,6 +36,7 @@ from dockpose.app.processing.analysis import headline_of, trust_of
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
 from dockpose.thresholds import METHODS
+from dockpose.tracking import NO_TRACK
 
 
 def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -73,6 +74,12 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for recordings (default: 1)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="do recordings on a Dask cluster, as tcp://host:8786")
+    parser.add_argument(
+        "--smooth",
+        action="store_true",
+        help="smooth the poses of a sequence over all its frames; its JSON lines and rows are then written at its end, "
+        "or when it is stopped by Ctrl+C",
+    )
     add_wishes(parser)
     add_masks(parser)
     add_session_argument(parser)
@@ -94,8 +101,10 @@ def run(arguments: argparse.Namespace) -> int:
     to = Destinations(arguments.json, arguments.csv, arguments.annotate)
     if arguments.record is not None:
         check_recording(arguments.record, arguments.sources)
+    if arguments.smooth and arguments.json is None and arguments.csv is None:
+        raise UserError("--smooth needs --json FILE or --csv FILE, which is where smoothed poses go")
     wishes = wishes_of(arguments, arguments.sources)
-    how = How(rate_hz, arguments.topic, jobs, arguments.scheduler, wishes, arguments.record)
+    how = How(rate_hz, arguments.topic, jobs, arguments.scheduler, wishes, arguments.record, arguments.smooth)
     return estimate_sources(arguments.sources, camera, dock, settings, to, how)
 
 
@@ -186,7 +195,7 @@ def _estimate_pictures(batch: Batch, settings: Settings, how: How, results: Resu
             if folder is not None:
                 folder.write(path.stem, annotate(read(), found, headline=headline_of(trust)))
 
-        results.write(found.to_dict(str(path), 0, None, sha256, taken_s) | {"track": None}, str(path), trust, draw)
+        results.write(found.to_dict(str(path), 0, None, sha256, taken_s) | NO_TRACK, str(path), trust, draw)
 
     if how.is_split:
         with workers(how.jobs, how.scheduler) as (executor, at_once):

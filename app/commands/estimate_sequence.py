@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from dockpose import Estimate, Settings
 from dockpose.app.commands.console import FrameProgress
-from dockpose.app.commands.output import Destinations, PictureFolder, ResultWriter
+from dockpose.app.commands.output import Destinations, HeldLines, PictureFolder, ResultWriter
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.export.recording import record
 from dockpose.app.export.video import VideoFile
@@ -23,6 +23,7 @@ from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
 from dockpose.app.state.trust import Trust
 from dockpose.sources import NO_WISHES, ExposureWatch, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
+from dockpose.tracking import Smoother
 from dockpose.tracking.tracker import Tracked, Tracker
 
 _RATE_HZ = 25.0  # of an annotated video of a source that tells no rate
@@ -46,6 +47,8 @@ class How:
         What a camera is asked for.
     record : Path or None
         File for every frame of a live source.
+    is_smoothed : bool
+        Whether lines and rows are held until the end of a sequence, when its poses are smoothed over all frames.
     """
 
     rate_hz: float | None = None
@@ -54,6 +57,7 @@ class How:
     scheduler: str | None = None
     wishes: Wishes = NO_WISHES
     record: Path | None = None
+    is_smoothed: bool = False
 
     @property
     def is_split(self) -> bool:
@@ -103,6 +107,7 @@ def estimate_sequence(
             progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(source, frames, results.to, folder, files)
+        lines = files.enter_context(_Smoothed(run, settings, results)) if how.is_smoothed else None
         for found, tracked in run:
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s)
 
@@ -114,7 +119,8 @@ def estimate_sequence(
                 write_picture(found.index, found.time_s, picture)
 
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
-            results.write(line, f"{found.name} frame {found.index}{time}", trust, draw)
+            held = None if lines is None else lines.hold(tracked)
+            results.write(line, f"{found.name} frame {found.index}{time}", trust, draw, held)
             progress.step(frames.dropped)
         return frames.is_live or not (run.skipped or frames.is_cut_short)
 
@@ -144,8 +150,8 @@ class _Run:
 
     def __init__(self, source: FrameSource, frames: Frames, settings: Settings, how: How, tell: Tell) -> None:
         self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
-        self._camera, self._dock = known(source.name, frames.camera, frames.dock)
-        self._tracker = Tracker(self._camera, self._dock, settings)
+        self.camera, self._dock = known(source.name, frames.camera, frames.dock)
+        self._tracker = Tracker(self.camera, self._dock, settings)
         self._last: Frame | None = None
         self._skipped = 0
 
@@ -171,7 +177,7 @@ class _Run:
 
     def _one_by_one(self) -> Iterator[tuple[Found, Tracked]]:
         auto_masks = AutoMasks(self._settings, self._tell)
-        camera, dock = self._camera, self._dock
+        camera, dock = self.camera, self._dock
         search, watch = search_of(camera, dock, self._settings), ExposureWatch()
         for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
             self._last = frame
@@ -186,7 +192,7 @@ class _Run:
 
     def _split(self, count: int) -> Iterator[tuple[Found, Tracked]]:
         source = self._source
-        work = SequenceWork(source.source, source.paths, source.rate_hz, self._camera, self._dock, count, source.topic)
+        work = SequenceWork(source.source, source.paths, source.rate_hz, self.camera, self._dock, count, source.topic)
         auto_masks = AutoMasks(self._settings, self._tell)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
             for found in split(work, executor, at_once, auto_masks, self._settings):
@@ -195,6 +201,25 @@ class _Run:
                     self._tell(found.told)
                 else:
                     yield found, self._tracker.follow(found.estimate, found.time_s)
+
+
+class _Smoothed:
+    """Holds the lines of a sequence; at its end, or where it is stopped, they are written with smoothed poses."""
+
+    def __init__(self, run: _Run, settings: Settings, results: ResultWriter) -> None:
+        self._smoother, self._held, self._results = Smoother(run.camera, settings), HeldLines(), results
+
+    def __enter__(self) -> _Smoothed:
+        return self
+
+    def hold(self, tracked: Tracked) -> HeldLines:
+        """Take in the next frame, and return what keeps its line."""
+        self._smoother.note(tracked)
+        return self._held
+
+    def __exit__(self, *error: object) -> None:
+        for line, smoothed in zip(self._held, self._smoother.poses(), strict=False):
+            self._results.record(line | {"smoothed": None if smoothed is None else smoothed.to_dict()})
 
 
 def _picture_writer(

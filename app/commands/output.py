@@ -6,10 +6,11 @@ import contextlib
 import csv
 import json
 import sys
-from collections.abc import Callable, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import IO, Any, TextIO
 
 import cv2
 import msgspec
@@ -74,7 +75,14 @@ class ResultWriter:
             self._csv.flush()
         self.frames = 0
 
-    def write(self, line: dict[str, Any], label: str, trust: Trust, draw: Callable[[], object]) -> None:
+    def write(
+        self,
+        line: dict[str, Any],
+        label: str,
+        trust: Trust,
+        draw: Callable[[], object],
+        held: HeldLines | None = None,
+    ) -> None:
         """Write one frame.
 
         Parameters
@@ -87,13 +95,14 @@ class ResultWriter:
             How far to trust it, which is printed after the message.
         draw : callable
             Writes its annotated picture; called where those are wanted.
+        held : HeldLines, optional
+            Keeps the JSON object until :meth:`record` is called for it; else that is done at once.
         """
         self._before_each()
-        if self._json is not None:
-            write_line(self._json, line)
-        if self._table is not None and self._csv is not None:
-            self._table.writerow(to_row(line))
-            self._csv.flush()
+        if held is None:
+            self.record(line)
+        else:
+            held.add(line)
         if self.to.annotate is not None:
             draw()
         elif self._json is None and self._csv is None:
@@ -102,6 +111,31 @@ class ResultWriter:
             hint = " Give --lights N if you know how many the dock has." if is_open else ""
             print(f"{label}: {line['message']}{trusted}{hint}", flush=True)
         self.frames += 1
+
+    def record(self, line: dict[str, Any]) -> None:
+        """Write a frame's JSON object and row."""
+        if self._json is not None:
+            write_line(self._json, line)
+        if self._table is not None and self._csv is not None:
+            self._table.writerow(to_row(line))
+            self._csv.flush()
+
+
+class HeldLines:
+    """JSON objects that cannot be written yet, in a temporary file, since a recording may have very many."""
+
+    def __init__(self) -> None:
+        self._file: IO[bytes] = tempfile.TemporaryFile(prefix="dockpose-")  # noqa: SIM115  # closed when read
+
+    def add(self, line: dict[str, Any]) -> None:
+        """Keep one more."""
+        self._file.write(to_json(line).encode() + b"\n")
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        """Yield them in order, once."""
+        self._file.seek(0)
+        with self._file:
+            yield from map(json.loads, self._file)
 
 
 def open_text(target: str | None, files: contextlib.ExitStack) -> TextIO | None:

@@ -2,55 +2,42 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 import yaml
 from dockpose import Estimate
-from dockpose.pose.circle import CirclePose, rotation_from_angles
-from scipy.spatial.transform import Rotation
+from dockpose.pose.circle import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2, CirclePose
 
 FRAME_ID = "camera_optical_frame"
-# An unknown angle is uniform over a full turn, with the variance (2 pi)^2 / 12.
-UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3
-UNKNOWN_LENGTH_M2 = 1e6  # a kilometre, squared: farther than any camera sees under water
 
 
-def pose_message(found: Estimate, time_s: float = 0.0, frame_id: str = FRAME_ID) -> dict[str, Any] | None:
-    """Return the chosen pose as the message's fields; None without a pose.
+def pose_message(pose: CirclePose, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
+    """Return a pose as the message's fields.
 
     Parameters
     ----------
-    found : Estimate
-        Only the chosen pose is kept; the message has no place for the other candidate.
-    time_s : float
-        Time of the stamp, in seconds since 1970.
+    pose : CirclePose
+        The pose.
+    time_s : float, seconds
+        Time of the stamp, since 1970.
     frame_id : str
         Name of the camera's optical frame: x right, y down, z ahead (REP 103).
 
     Returns
     -------
-    dict or None
+    dict
         ``pose.pose`` is the dock's frame in the camera's: z into the dock, away from the camera, x level.
         ``pose.covariance`` is 6 x 6, row by row: x, y, z, then rotations about the camera's fixed axes x, y and z.
 
     Notes
     -----
-    The rotation is Ry(theta_y) Rx(theta_x): theta_y turns about the camera's y axis, theta_x about the x axis as
-    rotated by theta_y. Roll, about the dock's own axis, is unobservable since all lights look alike; it gets the
-    variance of a uniform distribution over a full turn, pi^2 / 3. Correlations of position and angles are left out.
+    The rotation is Ry(theta_y) Rx(theta_x). Roll, about the dock's own axis, is unobservable where all lights look
+    alike; it gets the variance of a uniform distribution over a full turn, pi^2 / 3.
     """
-    pose = found.selected
-    if pose is None:
-        return None
-    second = math.floor(time_s)
-    x, y, z, w = Rotation.from_matrix(_rotation(pose)).as_quat().tolist()
+    x, y, z, w = pose.quaternion_xyzw
     return {
-        "header": {
-            "stamp": {"sec": second, "nanosec": min(999_999_999, round(1e9 * (time_s - second)))},
-            "frame_id": frame_id,
-        },
+        "header": header(time_s, frame_id),
         "pose": {
             "pose": {
                 "position": dict(zip("xyz", pose.position_m.tolist(), strict=True)),
@@ -61,32 +48,30 @@ def pose_message(found: Estimate, time_s: float = 0.0, frame_id: str = FRAME_ID)
     }
 
 
-def pose_yaml(found: Estimate, time_s: float = 0.0, frame_id: str = FRAME_ID) -> str | None:
-    """Return the message as YAML; None without a pose."""
-    message = pose_message(found, time_s, frame_id)
-    return None if message is None else yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
+def header(time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
+    """Return a message's header; ``time_s`` is in seconds since 1970."""
+    nanoseconds = round(1e9 * time_s)
+    return {"stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}, "frame_id": frame_id}
+
+
+def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -> str | None:
+    """Return the message of the chosen pose as YAML; None without a pose.
+
+    ``time_s`` is in seconds since 1970; where it is None the stamp is 0, and a comment says so.
+    """
+    if found.selected is None:
+        return None
+    message = pose_message(found.selected, 0.0 if time_s is None else time_s, frame_id)
+    unknown = "# When the picture was taken is not known: the stamp is 0.\n" if time_s is None else ""
+    return unknown + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
 
 
 def covariance(pose: CirclePose) -> np.ndarray:
-    """Return the covariance (6, 6) in square metres and square radians; see :func:`pose_message`."""
-    matrix = np.zeros((6, 6))
-    sigmas_m = pose.sigma_position_m or (math.inf,) * 3
-    matrix[:3, :3] = np.diag([_variance(sigma, UNKNOWN_LENGTH_M2) for sigma in sigmas_m])
-    about_x, about_y = pose.sigma_theta_rad or (math.inf,) * 2
-    rotation = _rotation(pose)
-    turns = (
-        (rotation[:, 0], _variance(about_x, UNKNOWN_ANGLE_RAD2)),
-        (np.array([0.0, 1.0, 0.0]), _variance(about_y, UNKNOWN_ANGLE_RAD2)),
-        (rotation[:, 2], UNKNOWN_ANGLE_RAD2),
-    )
-    for axis, variance in turns:
-        matrix[3:, 3:] += variance * np.outer(axis, axis)
-    return matrix
+    """Return the covariance (6, 6) in square metres and square radians; see :func:`pose_message`.
 
-
-def _rotation(pose: CirclePose) -> np.ndarray:
-    return rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
-
-
-def _variance(sigma: float, most: float) -> float:
-    return min(sigma * sigma, most)
+    Where the errors of a pose are not known, each of its numbers has the variance of one of which nothing is known.
+    """
+    found = pose.covariance
+    if found is not None:
+        return found
+    return np.diag([UNKNOWN_LENGTH_M2] * 3 + [UNKNOWN_ANGLE_RAD2] * 3)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.pose.circle import CirclePose
+from dockpose.pose.circle import CirclePose, PoseErrors
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
 from dockpose.pose.spacing import Placement, place
 from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
@@ -169,6 +169,7 @@ def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | N
                 roll_rad=roll,
                 sigma_position_m=sigmas[k][0],
                 sigma_theta_rad=sigmas[k][1],
+                errors=PoseErrors(fit.covariances[k], rotation, noise),
             )
         )
     lights = None if placement is None else placement.lights[order[0]]

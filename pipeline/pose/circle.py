@@ -13,6 +13,42 @@ from dockpose.checks import check_number
 from dockpose.lights.ellipse import Ellipse, NoEllipseError
 from dockpose.thresholds.compiled import compiled
 
+# Variance of an angle that may be anywhere in a full turn: (2 pi)^2 / 12.
+UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3
+UNKNOWN_LENGTH_M2 = 1e6  # a kilometre, squared: farther than any camera sees under water
+
+
+@dataclass(frozen=True)
+class PoseErrors:
+    """Covariance of a pose's errors, kept as the fit gives it.
+
+    Attributes
+    ----------
+    covariance : (6, 6) float array
+        Of a step of the position along the camera's axes (metres), and of a rotation about the dock's own axes
+        (radians), for lights known to one pixel.
+    rotation : (3, 3) float array
+        From the dock's frame to the camera's, with any roll.
+    noise : float
+        Standard deviation of a light's centroid, in pixels.
+    """
+
+    covariance: np.ndarray
+    rotation: np.ndarray
+    noise: float = 1.0
+
+    def in_camera(self) -> np.ndarray:
+        """See :attr:`CirclePose.covariance`."""
+        covariance = self.noise**2 * self.covariance
+        covariance[5], covariance[:, 5] = 0.0, 0.0
+        covariance[5, 5] = UNKNOWN_ANGLE_RAD2
+        most = np.repeat([UNKNOWN_LENGTH_M2, UNKNOWN_ANGLE_RAD2], 3)
+        shrunk = np.sqrt(np.minimum(1.0, most / np.maximum(np.diag(covariance), 1e-300)))
+        turned = np.eye(6)
+        turned[3:, 3:] = self.rotation
+        turned *= shrunk
+        return turned @ covariance @ turned.T
+
 
 @dataclass(frozen=True)
 class CirclePose:
@@ -37,6 +73,8 @@ class CirclePose:
         Standard errors of x, y and z: the truth is within 1.96 of them in 95 % of pictures. None where not computed.
     sigma_theta_rad : tuple of 2 float or None, radians
         Standard errors of theta_x and theta_y, likewise.
+    errors : PoseErrors or None
+        How the errors of position and attitude go together. None where not computed.
     """
 
     position_m: np.ndarray
@@ -47,6 +85,7 @@ class CirclePose:
     roll_rad: float | None = None
     sigma_position_m: tuple[float, float, float] | None = None
     sigma_theta_rad: tuple[float, float] | None = None
+    errors: PoseErrors | None = None
 
     @property
     def theta_x_rad(self) -> float:
@@ -81,7 +120,31 @@ class CirclePose:
             "rms_px": self.rms_px,
             "sigma_position_m": None if self.sigma_position_m is None else list(self.sigma_position_m),
             "sigma_theta_deg": None if sigma_theta is None else [math.degrees(angle) for angle in sigma_theta],
+            "quaternion_xyzw": list(self.quaternion_xyzw),
+            "covariance_m_rad": None if (covariance := self.covariance) is None else covariance.tolist(),
         }
+
+    def summary(self) -> dict[str, Any]:
+        """The pose as other programs take it: plain values, the errors' covariance in the order of ROS."""
+        line = self.to_dict()
+        kept = ("position_m", "theta_x_deg", "theta_y_deg", "sigma_position_m", "sigma_theta_deg")
+        return {key: line[key] for key in (*kept, "quaternion_xyzw", "covariance_m_rad")}
+
+    @property
+    def quaternion_xyzw(self) -> tuple[float, float, float, float]:
+        """The rotation without roll as a unit quaternion (x, y, z, w): Ry(theta_y) Rx(theta_x)."""
+        half_x, half_y = self.theta_x_rad / 2, self.theta_y_rad / 2
+        cx, sx, cy, sy = math.cos(half_x), math.sin(half_x), math.cos(half_y), math.sin(half_y)
+        return sx * cy, cx * sy, -sx * sy, cx * cy
+
+    @property
+    def covariance(self) -> np.ndarray | None:
+        """Covariance (6, 6) of x, y, z in metres and rotations about the camera's fixed axes x, y, z in radians.
+
+        That is the order of ROS. The roll, which nothing shows where all lights look alike, has the variance of an
+        angle anywhere in a full turn. None where it was not computed.
+        """
+        return None if self.errors is None else self.errors.in_camera()
 
     @property
     def T_camera_dock(self) -> np.ndarray:

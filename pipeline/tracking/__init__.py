@@ -3,6 +3,7 @@
 May import `dockpose.estimate` and everything below it.
 """
 
-from dockpose.tracking.tracker import Track, Tracked, Tracker
+from dockpose.tracking.smoother import Smoothed, Smoother
+from dockpose.tracking.tracker import NO_TRACK, Track, Tracked, Tracker
 
-__all__ = ["Track", "Tracked", "Tracker"]
+__all__ = ["NO_TRACK", "Smoothed", "Smoother", "Track", "Tracked", "Tracker"]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from dockpose.pose.circle import CirclePose
+from dockpose.camera.camera import Camera
+from dockpose.pose.circle import CirclePose, PoseErrors
 from dockpose.settings import Settings
 from dockpose.thresholds.compiled import compiled
 
@@ -71,7 +72,7 @@ class Chain:
     def begin(cls, pose: CirclePose, speeds: Speeds) -> Chain:
         """Start from a pose, with unknown speed."""
         state = np.concatenate([pose.position_m, pose.normal])
-        rates = _speed_sigmas(state, speeds) ** 2
+        rates = speed_sigmas(state, speeds) ** 2
         return cls(state, np.zeros(6), np.array([_errors(pose) ** 2, np.zeros(6), rates]))
 
     @property
@@ -102,12 +103,39 @@ class Chain:
             The prediction.
         """
         state, rates = self.state, self.rates
-        sigmas = _speed_sigmas(state, speeds) * (1.0 if command is None else _CURRENTS)
+        sigmas = speed_sigmas(state, speeds) * (1.0 if command is None else _CURRENTS)
         if command is not None:
             travel, turn = command
             state = np.concatenate([(state[:3] - travel) @ turn, state[3:] @ turn])
             rates = np.concatenate([rates[:3] @ turn, rates[3:] @ turn])
         return Chain(*_predicted(state, rates, self.variances, sigmas, time_s))
+
+    def pose(self, camera: Camera) -> CirclePose:
+        """The state as a pose with its standard errors, without correlations of position and attitude."""
+        x, y, z = self.position_m.tolist()
+        nx, _, nz = self.normal.tolist()
+        variances = self.variances[0]
+        level2 = max(nx * nx + nz * nz, 1e-12)
+        sigma_theta_y = math.sqrt(nz * nz * variances[3] + nx * nx * variances[5]) / level2
+        centre_px = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
+        sigma_x, sigma_y, sigma_z = np.sqrt(variances[:3]).tolist()
+        pose = CirclePose(
+            self.position_m,
+            self.normal,
+            centre_px,
+            sigma_position_m=(sigma_x, sigma_y, sigma_z),
+            sigma_theta_rad=(
+                min(math.pi, math.sqrt(variances[4] / level2)),
+                min(math.pi, sigma_theta_y),
+            ),
+        )
+        # A small rotation w moves the normal n by w x n, so that n x (w x n) is the part of w that shows.
+        rotation = pose.rotation
+        shows = rotation.T @ np.cross(self.normal, np.eye(3)).T
+        covariance = np.zeros((6, 6))
+        covariance[:3, :3] = np.diag(variances[:3])
+        covariance[3:, 3:] = shows @ np.diag(variances[3:]) @ shows.T
+        return replace(pose, errors=PoseErrors(covariance, rotation))
 
     def off(self, pose: CirclePose) -> tuple[float, float]:
         """Squared angle between a pose's normal and the state's, and its expected variance along each axis."""
@@ -119,7 +147,7 @@ class Chain:
         return Chain(*_corrected(self.state, self.rates, self.variances, pose.position_m, pose.normal, _errors(pose)))
 
 
-def _speed_sigmas(state: np.ndarray, speeds: Speeds) -> np.ndarray:
+def speed_sigmas(state: np.ndarray, speeds: Speeds) -> np.ndarray:
     """Standard deviations (6,) of the rates; a rotation of the camera moves a distant dock farther than a near one."""
     distance = math.hypot(*state[:3].tolist())
     position = math.hypot(speeds.metres, speeds.radians * distance) / _BOUND

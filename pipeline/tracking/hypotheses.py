@@ -176,6 +176,41 @@ def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int
     return order, min(1 - _DOUBT, max(_DOUBT, ours / total))
 
 
+def links(before: Hypotheses, found: Estimate, worth: float) -> np.ndarray:
+    """Likelihoods (2, 2) that a chain before a frame was right and the other, or the same, is right with it.
+
+    Parameters
+    ----------
+    before : Hypotheses
+        The hypotheses as predicted for the frame.
+    found : Estimate
+        What it shows.
+    worth : float
+        Weight of the frame's own evidence, 0 to 1.
+
+    Returns
+    -------
+    (2, 2) float array
+        Row by row for the chain before; up to a common factor. :meth:`Hypotheses.with_frame` computes the same
+        posterior from them for whatever probability was before, but for its bounds.
+    """
+    pair = candidates_of(found)
+    if pair is None:
+        return np.eye(2)
+    beyond = _mixed(0.0, pair)
+    mixed = np.array([[1 - beyond, beyond], [beyond, 1 - beyond]])
+    if (found.lights_on_ring or 0) < MIN_POINTS:
+        return mixed
+    _, off = _off(before.chains, pair)
+    log_odds = _log_odds(pair, worth)
+    order, _ = posterior(before.first, off, log_odds)
+    nearest = off.min(axis=1, keepdims=True)
+    fit = np.exp(-0.5 * (off - nearest))
+    moved = np.exp(-0.5 * WORTH_OF_MOTION * np.minimum(nearest, _MOST_MOTION))
+    to_candidates = moved * fit / fit.sum(axis=1, keepdims=True) * [_logistic(log_odds), _logistic(-log_odds)]
+    return to_candidates[:, order] @ mixed
+
+
 def _mixed(first: float, pair: Pair) -> float:
     """The probability, given that errors shared by both candidates may bring the truth nearer to the other one."""
     gap = math.dist(pair[0].normal.tolist(), pair[1].normal.tolist())

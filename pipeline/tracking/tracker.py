@@ -20,6 +20,8 @@ from dockpose.tracking.search import Search, period_s
 # Centroid errors depend on sub-pixel position and persist between frames, and so do those of lights out of place. So
 # each frame's evidence is down-weighted: by the first factor if the ring moved a pixel or more, by the second at rest.
 WORTH, WORTH_AT_REST = 0.4, 0.07
+# What the JSON line of a picture that belongs to no sequence has in place of a track's.
+NO_TRACK = {"track": None, "predicted": None, "filtered": None, "smoothed": None}
 _RIVAL_FRAMES = 3  # a dock seen elsewhere for this many frames takes over the track
 
 
@@ -46,6 +48,31 @@ class Track:
 
 
 @dataclass(frozen=True)
+class Step:
+    """What a frame did to the hypotheses.
+
+    Attributes
+    ----------
+    before, after : Hypotheses or None
+        As predicted for the frame by those before it, and with it; None where there were none.
+    worth : float
+        Weight of the frame's own evidence, 0 to 1.
+    elapsed_s : float, seconds
+        Time since the frame before.
+    """
+
+    before: Hypotheses | None
+    after: Hypotheses | None
+    worth: float
+    elapsed_s: float
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the track that was there before goes on, rather than another one or none."""
+        return self.before is not None and self.after is not None and self.before.age == self.after.age
+
+
+@dataclass(frozen=True)
 class Tracked:
     """What was found in one frame, and what the previous frames make of it.
 
@@ -62,10 +89,12 @@ class Tracked:
         agrees, or a track begins; None where nothing is selected.
     pose : CirclePose or None
         The selected candidate, or the predicted pose where the frame shows none; None where lost.
-    smoothed : CirclePose or None
-        The pose filtered over frames, for display; None where lost.
+    filtered : CirclePose or None
+        The pose filtered over frames; None where lost.
     chain : int or None
         0 or 1, the hypothesis that the pose belongs to; the numbers are stable for the life of the track.
+    step : Step or None
+        The hypotheses before and after the frame; None where no frame was followed.
     """
 
     estimate: Estimate
@@ -73,8 +102,9 @@ class Tracked:
     selected: int | None = None
     selected_by: str | None = None
     pose: CirclePose | None = None
-    smoothed: CirclePose | None = None
+    filtered: CirclePose | None = None
     chain: int | None = None
+    step: Step | None = None
 
     @property
     def message(self) -> str:
@@ -95,12 +125,23 @@ class Tracked:
         sha256: str | None = None,
         time_unix_s: float | None = None,
     ) -> dict[str, Any]:
-        """The estimate's JSON object with the final choice in numbers and words, and ``track``; the candidates stay."""
-        track = self.track
+        """The estimate's JSON object with the final choice in numbers and words, and ``track``; the candidates stay.
+
+        The poses that earlier frames predict for this one, and that are filtered over all so far, stand beside them;
+        those smoothed over the whole recording are known only at its end, see :class:`dockpose.tracking.Smoother`.
+        """
+        track, candidates = self.track, self.estimate.candidates
+        camera, chain = self.estimate.camera, self.chain
+        before = None if self.step is None or chain is None or not self.step.goes_on else self.step.before
+        after = None if self.step is None or chain is None else self.step.after
         return self.estimate.to_dict(source, frame, time_s, sha256, time_unix_s) | {
             "message": self.message,
             "selected": self.selected,
             "selected_by": self.selected_by,
+            "chosen": None if self.selected is None else candidates[self.selected].summary(),
+            "predicted": None if before is None or chain is None else before.chains[chain].pose(camera).summary(),
+            "filtered": None if after is None or chain is None else after.chains[chain].pose(camera).summary(),
+            "smoothed": None,
             "track": {
                 "probability": track.probability,
                 "age": track.age,
@@ -222,7 +263,7 @@ class Tracker:
             self._state = after or before
             if self._rival is not None and self._rival.age >= _RIVAL_FRAMES:
                 self._state, self._rival = self._rival, None
-        return _told(found, self._state)
+        return _told(found, Step(before, self._state, worth, elapsed_s))
 
     def _elsewhere(self, found: Estimate, worth: float, elapsed_s: float, command: Command | None) -> Hypotheses | None:
         """Track what resembles the dock elsewhere while it is not seen within reach, if every frame shows it."""
@@ -239,20 +280,21 @@ class Tracker:
         return max(WORTH_AT_REST, WORTH * min(1.0, moved))
 
 
-def _told(found: Estimate, state: Hypotheses | None) -> Tracked:
+def _told(found: Estimate, step: Step) -> Tracked:
     """What is reported about a frame."""
+    state = step.after
     if state is None:
-        return Tracked(found, Track())
+        return Tracked(found, Track(), step=step)
     chosen = state.chosen
     selected = state.seen[chosen]
     position, normal = state.chains[chosen].position_m, state.chains[chosen].normal
     x, y, z = position.tolist()
     centre_px = np.array([found.camera.fx * x / z + found.camera.cx, found.camera.fy * y / z + found.camera.cy])
-    smoothed = CirclePose(position, normal, centre_px)
+    filtered = CirclePose(position, normal, centre_px)
     if selected is None or found.choice is None:
         track = Track(state.probability, state.age, predicted=True, lost=False)
-        return Tracked(found, track, None, None, smoothed, smoothed, chosen)
+        return Tracked(found, track, None, None, filtered, filtered, chosen, step)
     track = Track(state.probability, state.age, predicted=False, lost=False)
     agrees = selected == found.choice.selected and (found.choice.decided or state.age == 1)
     by = found.choice.selected_by if agrees else "tracking"
-    return Tracked(found, track, selected, by, found.candidates[selected], smoothed, chosen)
+    return Tracked(found, track, selected, by, found.candidates[selected], filtered, chosen, step)

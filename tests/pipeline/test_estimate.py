@@ -162,7 +162,8 @@ def test_the_json_line_has_every_key_of_schema_1():
     assert list(line) == [
         *("schema", "source", "frame", "time_s", "time_unix_s", "sha256", "status", "message"),
         *("image", "camera", "dock", "settings"),
-        *("threshold", "markers", "ellipse", "candidates", "selected", "selected_by", "detection", "rivals"),
+        *("threshold", "markers", "ellipse", "candidates", "selected", "selected_by"),
+        *("chosen", "detection", "rivals"),
         "elapsed_ms",
     ]
     assert (line["schema"], line["source"], line["frame"], line["time_s"], line["sha256"]) == (
@@ -174,7 +175,7 @@ def test_the_json_line_has_every_key_of_schema_1():
     assert set(line["ellipse"]) == {"centre_px", "semi_axes_px", "angle_deg", "eccentricity", "rms_px"}
     assert set(line["candidates"][0]) == {
         *("position_m", "normal", "theta_x_deg", "theta_y_deg", "roll_deg", "centre_px", "probability", "rms_px"),
-        *("sigma_position_m", "sigma_theta_deg"),
+        *("sigma_position_m", "sigma_theta_deg", "quaternion_xyzw", "covariance_m_rad"),
     }
     assert line["threshold"]["groups"] == 10
     assert line["selected_by"] == "spacing"

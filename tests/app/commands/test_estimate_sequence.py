@@ -289,3 +289,31 @@ def test_a_saturated_camera_is_told_once_what_to_do(here, capsys, monkeypatch):
     told = capsys.readouterr().err.splitlines()
     assert [line for line in told if "saturated: " in line and line.startswith("dockpose: camera 0: ")] != []
     assert sum("saturated" in line for line in told) == 1
+
+
+def test_smoothed_poses_come_at_the_end_with_the_lines(tmp_path, capsys):
+    plain, smooth = tmp_path / "plain.jsonl", tmp_path / "smooth.jsonl"
+    scene = tmp_path / "scene.yaml"
+    motion = Approach(start_m=2.0, end_m=1.0, frames=12, rate_hz=10.0)
+    save_sequence(FilmPlan(scene=random_scene(3), motion=motion), scene)
+    assert main(["estimate", str(scene), "--json", str(plain)]) == 0
+    assert main(["estimate", str(scene), "--json", str(smooth), "--csv", str(tmp_path / "a.csv"), "--smooth"]) == 0
+    one, other = ([json.loads(line) for line in path.read_text().splitlines()] for path in (plain, smooth))
+    assert len(one) == len(other) == 12
+    for before, after in zip(one, other, strict=True):
+        changed = {key for key in before if before[key] != after[key]} - {"elapsed_ms"}
+        assert changed == {"smoothed"}
+        assert before["smoothed"] is None
+        assert 0.5 <= after["smoothed"]["probability"] <= 1
+        sigma, filtered = after["smoothed"]["sigma_position_m"], after["filtered"]["sigma_position_m"]
+        assert sigma[2] <= filtered[2] * (1 + 1e-9)
+        assert np.array(after["smoothed"]["covariance_m_rad"]).shape == (6, 6)
+    assert [line["predicted"] is None for line in one] == [True] + [False] * 11
+    rows = list(csv.DictReader((tmp_path / "a.csv").read_text().splitlines()))
+    for row, line in zip(rows, other, strict=True):
+        for name in ("chosen", "filtered", "smoothed"):
+            assert float(row[f"{name}_z_m"]) == line[name]["position_m"][2]
+            assert float(row[f"{name}_sigma_theta_y_deg"]) == line[name]["sigma_theta_deg"][1]
+    assert rows[0]["predicted_x_m"] == ""
+    assert main(["estimate", str(scene), "--smooth"]) == 2
+    assert "--smooth needs --json FILE or --csv FILE" in capsys.readouterr().err

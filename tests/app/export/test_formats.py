@@ -11,14 +11,15 @@ import numpy as np
 import pypdfium2
 import pytest
 import yaml
-from dockpose import estimate
+from dockpose import Camera, Dock, estimate
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.figures import to_pdf, to_png, to_svg
 from dockpose.app.drawing.overlay import LAYERS, scale_bar
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.export.plots import histogram_figure
 from dockpose.app.export.ros import covariance, pose_yaml
-from dockpose.pose.circle import rotation_from_angles
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.solve import find_poses
 from dockpose.simulate import render
 from PIL import Image
 from scipy.spatial.transform import Rotation
@@ -115,21 +116,41 @@ def test_ros_message_is_the_pose():
     rotation = Rotation.from_quat([pose["orientation"][axis] for axis in "xyzw"])
     np.testing.assert_allclose(rotation.as_matrix(), transform[:3, :3], atol=1e-12)
     assert len(message["pose"]["covariance"]) == 36
-    assert pose_yaml(NOTHING) is None
+    assert pose_yaml(NOTHING, 12.25) is None
+    assert pose_yaml(FOUND, None).startswith("# When the picture was taken is not known: the stamp is 0.")
 
 
-def test_ros_covariance_is_that_of_poses_drawn_at_random():
-    """Turn the dock by angles drawn with the sigmas; the turns' rotation vectors in the camera's frame scatter so."""
+def test_ros_covariance_is_that_of_poses_fitted_to_noisy_lights():
+    """Find the same lights with noise; errors of the poses, the turns in the camera's frame, scatter so together."""
     rng = np.random.default_rng(3)
-    pose, small = FOUND.selected, 1e-3
-    sigma_x, sigma_y = pose.sigma_theta_rad
-    base = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
-    drawn = rng.normal(0, [small * sigma_x, small * sigma_y], (20_000, 2))
-    turned = np.array([rotation_from_angles(pose.theta_x_rad + dx, pose.theta_y_rad + dy) for dx, dy in drawn])
-    vectors = Rotation.from_matrix(turned @ base.T).as_rotvec() / small
-    roll = np.outer(base[:, 2], base[:, 2]) * np.pi**2 / 3
-    np.testing.assert_allclose(
-        covariance(pose)[3:, 3:] - roll, np.cov(vectors.T), atol=0.05 * max(sigma_x, sigma_y) ** 2
-    )
-    np.testing.assert_allclose(np.diag(covariance(pose))[:3], np.square(pose.sigma_position_m))
+    truth = CirclePose(np.array([0.2, -0.1, 1.2]), -rotation_from_angles(0.35, -0.5)[:, 2], np.zeros(2))
+    angles = 2 * np.pi * np.arange(10) / 10 + 0.2
+    ring = 0.15 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]) @ truth.rotation.T
+    camera = Camera(700, 700, 319.5, 239.5, 640, 480)
+    errors, told = [], []
+    for _ in range(1500):
+        points = camera.project(truth.position_m + ring) + rng.normal(0, 0.2, (10, 2))
+        _, choice = find_poses(points, camera, Dock(0.30, 10))
+        pose = max(choice.candidates, key=lambda each: float(each.normal @ truth.normal))
+        # Of the rotation, the part that turns the normal; the other is roll.
+        errors.append([*(pose.position_m - truth.position_m), *np.cross(truth.normal, pose.normal)])
+        shows = np.eye(6)
+        shows[3:, 3:] -= np.outer(pose.normal, pose.normal)
+        told.append(shows @ covariance(pose) @ shows.T)
+    found, expected = np.cov(np.array(errors).T), np.mean(told, axis=0)
+    scale = np.sqrt(np.diag(found))
+    correlation = found / np.outer(scale, scale)
+    assert np.abs(correlation[0, 4]) > 0.3 or np.abs(correlation[1, 3]) > 0.3  # there is something to be told
+    # Standard errors hold 95 % and so are wider than the scatter, by Student's distribution, in all alike.
+    wider = np.sqrt(np.diag(expected)) / scale
+    assert (wider > 0.95).all()
+    assert (wider < 1.25).all()
+    np.testing.assert_allclose(expected / np.outer(scale * wider, scale * wider), correlation, atol=0.1)
+    pose = FOUND.selected
     assert np.linalg.eigvalsh(covariance(pose)).min() > -1e-12
+    assert pose.normal @ covariance(pose)[3:, 3:] @ pose.normal == pytest.approx(np.pi**2 / 3)
+
+
+def test_ros_covariance_of_a_pose_without_one_says_that_nothing_is_known():
+    pose = CirclePose(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]), np.zeros(2))
+    assert np.diag(covariance(pose)).tolist() == [1e6] * 3 + [np.pi**2 / 3] * 3

@@ -15,6 +15,7 @@ from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, film
 from dockpose.simulate.sequence import steer
+from dockpose.tracking import NO_TRACK
 from dockpose.tracking.chain import Chain, Speeds
 from dockpose.tracking.hypotheses import posterior
 
@@ -165,8 +166,8 @@ def test_a_frame_that_errs_is_overruled_and_stays_in_the_log_as_it_was():
         if wrong:
             assert (result.selected, result.selected_by) == (1, "tracking")
             line, raw = result.to_dict("a.mp4", 15, 1.5), found.to_dict("a.mp4", 15, 1.5)
-            assert set(line) == {*raw, "track"}
-            assert {name for name in raw if line[name] != raw[name]} == {"selected", "selected_by"}
+            assert set(line) == {*raw, *NO_TRACK}
+            assert {name for name in raw if line[name] != raw[name]} == {"selected", "selected_by", "chosen"}
             assert set(line["track"]) == {"probability", "age", "predicted", "lost"}
             json.dumps(line, allow_nan=False)
 
@@ -197,7 +198,7 @@ def test_a_dock_that_is_gone_is_predicted_and_then_lost(times):
 def test_nothing_is_guessed_before_the_dock_was_seen():
     result = Tracker(CAMERA, DOCK).follow(NOTHING, 0.0)
     assert result.track.lost
-    assert (result.pose, result.smoothed, result.selected, result.track.probability) == (None, None, None, None)
+    assert (result.pose, result.filtered, result.selected, result.track.probability) == (None, None, None, None)
 
 
 def test_a_ring_somewhere_else_does_not_continue_the_track():

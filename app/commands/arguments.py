@@ -12,12 +12,12 @@ from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.export.recording import check_name
 from dockpose.app.inputs.samples import sample_source
+from dockpose.app.inputs.wishes import wishes_from
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sources import Kind, Wishes, kind_of
 
 Commands = argparse._SubParsersAction  # what add_subparsers() returns has no public name
-MOST_HZ = 1000.0
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 _BESIDE = "default: what NAME.yaml beside NAME.png says"
@@ -93,20 +93,19 @@ def dock_of(arguments: argparse.Namespace) -> Dock | None:
 
 def wishes_of(arguments: argparse.Namespace, sources: Sequence[str]) -> Wishes:
     """What a camera is asked for. Raises UserError for what no camera can give, and where no source is a camera."""
-    given = {"--exposure": arguments.exposure, "--gain": arguments.gain, "--fps": arguments.fps}
-    for option, value in given.items():
-        if value is not None and not math.isfinite(value):
-            raise UserError(f"{option} is {value:g}; it must be a number")
-    if arguments.fps is not None and not 0 < arguments.fps <= MOST_HZ:
-        raise UserError(f"--fps is {arguments.fps:g}; it must be above 0 and at most {MOST_HZ:g}")
-    letters = arguments.format
-    if letters is not None and not re.fullmatch(r"[A-Za-z0-9]{3,4}", letters):
-        raise UserError(f"--format {letters}: must be the three or four letters of a format, as MJPG or Y16")
-    named = [option for option, value in {**given, "--format": letters}.items() if value is not None]
+    names = {"exposure": "--exposure", "gain": "--gain", "rate_hz": "--fps", "format": "--format"}
+    given = {
+        "exposure": arguments.exposure,
+        "gain": arguments.gain,
+        "rate_hz": arguments.fps,
+        "format": arguments.format,
+    }
+    wishes = wishes_from(given, names)
+    named = [names[one] for one, value in given.items() if value is not None]
     if named and not any(kind_of(source) is Kind.CAMERA for source in sources):
         what = f"{sources[0]} is none" if sources else "none is given"
         raise UserError(f"{named[0]} is for a camera, as 0 or /dev/video0; {what}")
-    return Wishes(None, None, arguments.exposure, arguments.gain, arguments.fps, letters and letters.upper())
+    return wishes
 
 
 def check_recording(path: Path, sources: Sequence[str]) -> None:

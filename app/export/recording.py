@@ -49,6 +49,8 @@ class Recording:
         Of the first file.
     frames, missing : int
         Frames that were written so far, and those that there was no time to write.
+    has_failed : bool
+        Whether something could not be written, so that no more is.
 
     Raises
     ------
@@ -68,14 +70,14 @@ class Recording:
         self._waiting: deque[tuple[_Part, Arrival]] = deque()
         self._waiting_bytes = 0
         self._changed = threading.Condition()
-        self._is_closed = self._has_failed = False
+        self._is_closed = self.has_failed = False
         self._thread = threading.Thread(target=self._run, name="dockpose recording", daemon=True)
         self._thread.start()
 
     @property
     def is_running(self) -> bool:
         """Whether frames are still taken; not once one could not be written."""
-        return not (self._is_closed or self._has_failed)
+        return not (self._is_closed or self.has_failed)
 
     @property
     def size_bytes(self) -> int:
@@ -127,7 +129,7 @@ class Recording:
 
     def _run(self) -> None:
         part: _Part | None = None
-        while (item := self._next()) is not None and not self._has_failed:
+        while (item := self._next()) is not None and not self.has_failed:
             following, arrival = item
             try:
                 if part is not None and following is not part:
@@ -155,8 +157,8 @@ class Recording:
 
     def _fail(self, error: Exception) -> None:
         """Say once why there is no more recorded."""
-        if not self._has_failed:
-            self._has_failed = True
+        if not self.has_failed:
+            self.has_failed = True
             self._waiting.clear()
             self._tell(f"{error}; it is no longer recorded, and all else goes on")
 

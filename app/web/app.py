@@ -27,7 +27,7 @@ from dockpose.app.web.pacing import UpdatePacing
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import Guard, accept_values_only
-from dockpose.app.web.server.options import DEFAULTS, Options
+from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
 from dockpose.app.web.server.start import icons_from_one_archive, open_server, reachable_hosts, silence
 from dockpose.app.web.server.token import token_for
 from dockpose.app.web.server.uploads import Uploads
@@ -222,6 +222,7 @@ class App:
             scene=self._scene,
             notify=self.notify,
             sessions=SessionFolder(options.sessions),
+            recordings=options.sessions.with_name(RECORDINGS_FOLDER),
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:

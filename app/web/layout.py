@@ -22,8 +22,8 @@ from dockpose.app.web.panels.detect import DetectPanel
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.picture import ResultPanel, StatusPanel, ViewpointPanel
+from dockpose.app.web.panels.play.sequence import SequencePanel
 from dockpose.app.web.panels.pose import PosePanel
-from dockpose.app.web.panels.sequence import SequencePanel
 from dockpose.app.web.panels.settings import Actions, SettingsPanel
 from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
@@ -42,7 +42,7 @@ class Parts:
     """What the panels work with.
 
     ``root`` is the folder whose pictures may be listed, and ``beside`` that of the picture given at the start; either
-    may be None. ``fail`` reports unexpected errors.
+    may be None. ``fail`` reports unexpected errors. ``recordings`` is where a live source is recorded.
     """
 
     change: Change
@@ -58,6 +58,7 @@ class Parts:
     scene: Scene3D
     notify: Notify
     sessions: SessionFolder
+    recordings: Path
 
 
 class Layout:
@@ -98,7 +99,7 @@ class Layout:
         with tab("Simulate", "simulate"):
             simulator = SimulatorPanel(gui, change)
         with tab("Play", "play"):
-            self.sequence = SequencePanel(gui, self.live, parts.sequence)
+            self.sequence = SequencePanel(gui, self.live, parts.sequence, parts.recordings, parts.notify, parts.fail)
         with tab("Log", "log"):
             self.experiment = ExperimentPanel(gui, parts.sessions, parts.notify, parts.fail)
         with tab("Export", "export"):

@@ -9,6 +9,7 @@ from dockpose.sources import NO_WISHES, Wishes
 
 UPLOAD_LIMIT_BYTES = 200 * 2**20
 SESSIONS_FOLDER = Path("dockpose-sessions")
+RECORDINGS_FOLDER = "dockpose-recordings"  # beside the former
 
 
 @dataclass(frozen=True)

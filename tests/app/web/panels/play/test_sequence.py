@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 from dockpose.app.processing.trajectory import Trajectory
-from dockpose.app.web.panels.sequence import course_points
+from dockpose.app.web.panels.play.sequence import course_points
 
 from tests.app.processing.test_trajectory import LOST, frame, seen
 

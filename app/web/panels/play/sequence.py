@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import viser
 from dockpose.app.processing.analysis import Analysis, TrackedFrame
 from dockpose.app.processing.trajectory import COLUMNS, Trajectory
 from dockpose.app.web.live import LivePage
+from dockpose.app.web.notifications import Notify
+from dockpose.app.web.panels.play.live import LiveControls
 from dockpose.app.web.sequence import NONE_CHOSEN, SequenceController
 from dockpose.app.web.widgets import Panel, on_click, on_person
-from dockpose.sources import Frames
+from dockpose.sources import Frames, Live
 
 SURE = 0.999  # beyond it no more digits are told
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
@@ -25,7 +29,15 @@ _TIME, _Z, _CHANCE, _IS_LOST = (COLUMNS.index(name) for name in ("time_s", "z_m"
 class SequencePanel(Panel):
     """Choice of the sequence, its speed, and words; the time line is told the rest."""
 
-    def __init__(self, gui: viser.GuiApi, live: LivePage, controller: SequenceController) -> None:
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        live: LivePage,
+        controller: SequenceController,
+        recordings: Path,
+        notify: Notify,
+        fail: Callable[[Exception], None],
+    ) -> None:
         self._live, self._controller = live, controller
         self._courses = itertools.count(1)
         self._course, self._newest = 0, None
@@ -43,6 +55,7 @@ class SequencePanel(Panel):
             hint="How many times as fast as the frames were taken; no frame of a recording is left out.",
         )
         gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
+        self._camera = LiveControls(gui, self._open_live, recordings, notify, fail)
         on_click(self._start, lambda client: self._open_first(client))
         on_person(self._choice.on_update, lambda client: controller.choose(self._choice.value, client))
         on_person(self._speed.on_update, lambda client: self.set_speed(self._speed.value))
@@ -72,8 +85,13 @@ class SequencePanel(Panel):
             self._set_speed()
             self._tell_now()
 
+    def close(self) -> None:
+        """Finish a recording."""
+        self._camera.stop()
+
     def reset(self, name: str | None) -> None:
         """Show that another sequence was opened, or none."""
+        self._camera.reset()
         self._course, self._newest = next(self._courses), None
         self._show_choice(name)
         self._set_speed()
@@ -93,9 +111,14 @@ class SequencePanel(Panel):
         if analysis.tracked_frame is None or self._controller.player is None:
             return
         self._newest = analysis.tracked_frame
+        self._camera.show(analysis)
         self._live.put(timeline=self._numbers())
         if not self._controller.is_playing:
             self._tell_whole()
+
+    def _open_live(self) -> Live | None:
+        player = self._controller.player
+        return player.frames if player is not None and isinstance(player.frames, Live) else None
 
     def _open_first(self, client: viser.ClientHandle) -> None:
         if self._controller.player is None:

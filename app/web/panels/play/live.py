@@ -1,0 +1,208 @@
+"""A camera or stream that is open: what it gives, what it is asked for, its exposure, and its recording."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import viser
+from dockpose.app.errors import UserError
+from dockpose.app.export.recording import ENDING, Recording
+from dockpose.app.inputs.filenames import safe_name
+from dockpose.app.inputs.wishes import wishes_from
+from dockpose.app.processing.analysis import Analysis
+from dockpose.app.web.html import small
+from dockpose.app.web.notifications import Notify, attempt
+from dockpose.app.web.widgets import on_click
+from dockpose.sources import ExposureWatch, Live
+
+_NAMES = {"exposure": "Exposure", "gain": "Gain", "rate_hz": "Frames a second", "format": "Format"}
+_HINTS = {
+    "exposure": "In the camera's own unit, and no longer automatic: 0.1 ms on Linux, so that 120 is 12 ms; powers of "
+    "two of a second on Windows, so that -6 is 1/64 s. Empty: as it is.",
+    "gain": "In the camera's own unit. Empty: as it is.",
+    "rate_hz": "Empty: as it is.",
+    "format": "Of the pixels, by its letters: MJPG (mostly the fastest), YUYV, GREY, or Y16, which keeps its 16 bits. "
+    "Empty: as it is.",
+}
+CAMERA = "camera "  # with its number, the name of one
+_RED = "#e03131"
+_LARGEST_DOWNLOAD_BYTES = 2**29  # a browser holds a file in its memory; a larger one is fetched from its folder
+_TOLD_EVERY_S = 0.5
+
+
+class LiveControls:
+    """Controls of the live source that is open; hidden while none is.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where they are built.
+    source : callable
+        Returns the live source that is open, or None.
+    folder : Path
+        For recordings; made with the first.
+    notify, fail : callable
+        Show a notification, and report an unexpected error.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        source: Callable[[], Live | None],
+        folder: Path,
+        notify: Notify,
+        fail: Callable[[Exception], None],
+    ) -> None:
+        self._source, self._folder, self._notify, self._fail = source, folder, notify, fail
+        self._recording: Recording | None = None
+        self._recorded: Path | None = None
+        self._summary = ""
+        self._began_s = self._told_s = 0.0
+        self._watch = ExposureWatch()
+        self._words = gui.add_html("", visible=False)
+        self._record = gui.add_button(
+            "Record",
+            icon=viser.Icon.PLAYER_RECORD,
+            visible=False,
+            hint="Keep every frame that comes from now on, also those that there is no time to look at: as it was "
+            "sent, or without any loss.",
+        )
+        self._stop = gui.add_button(
+            "Stop recording", icon=viser.Icon.PLAYER_STOP, color="red", visible=False, hint="Finish the file."
+        )
+        self._download = gui.add_button(
+            "Download the recording", icon=viser.Icon.DOWNLOAD, visible=False, hint="Save the file with the browser."
+        )
+        self._boxes = {
+            name: gui.add_text(label, "", hint=_HINTS[name], visible=False) for name, label in _NAMES.items()
+        }
+        self._ask = gui.add_button(
+            "Ask the camera",
+            icon=viser.Icon.ADJUSTMENTS,
+            visible=False,
+            hint="Set what is typed above. What the camera really took stands below its name.",
+        )
+        on_click(self._record, lambda client: self._try(self.record, client))
+        on_click(self._stop, lambda client: self.stop())
+        on_click(self._download, lambda client: self._try(lambda: self._send(client), client))
+        on_click(self._ask, lambda client: self._try(self.ask, client))
+
+    def reset(self) -> None:
+        """Show the controls of what is open now, and finish the recording of what was open before."""
+        self.stop()
+        live = self._source()
+        self._watch, self._summary = ExposureWatch(), ""
+        self._words.visible = self._record.visible = live is not None
+        self._download.visible = self._stop.visible = False
+        is_camera = live is not None and live.source.startswith(CAMERA)
+        for control in (*self._boxes.values(), self._ask):
+            control.visible = is_camera
+        if live is not None and is_camera:
+            for name, box in self._boxes.items():
+                wished = getattr(live.wishes, name)
+                box.value = "" if wished is None else wished if name == "format" else f"{wished:g}"
+        self._tell()
+
+    def show(self, analysis: Analysis) -> None:
+        """Judge a frame's exposure, and say how the source and its recording are."""
+        if self._source() is None or analysis.tracked_frame is None:
+            return
+        sentence = self._watch.see(analysis.tracked_frame.frame.image, analysis.estimate)
+        if sentence:
+            self._notify("About the exposure", sentence, "yellow", None)
+        if sentence or time.monotonic() - self._told_s >= _TOLD_EVERY_S:
+            self._tell()
+
+    def ask(self) -> None:
+        """Ask the camera for what is typed. Raises UserError for what is no number."""
+        wishes = wishes_from({name: box.value for name, box in self._boxes.items()}, _NAMES)
+        live = self._source()
+        if live is not None:
+            live.ask(replace(wishes, width=live.wishes.width, height=live.wishes.height))
+
+    def record(self) -> None:
+        """Begin a recording. Raises UserError where it cannot be written."""
+        live = self._source()
+        if live is None or self._recording is not None:
+            return
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UserError(f"{self._folder}: cannot be made ({error.strerror or error})") from error
+        self._recording = Recording(recording_path(self._folder, live.source), self._tell_of_recording)
+        self._began_s = time.monotonic()
+        live.on_arrival = self._recording.take
+        self._record.visible = self._download.visible = False
+        self._stop.visible, self._summary = True, ""
+        self._tell()
+
+    def stop(self) -> None:
+        """Finish the recording, if there is one."""
+        recording, live = self._recording, self._source()
+        if recording is None:
+            return
+        if live is not None:
+            live.on_arrival = None
+        recording.close()
+        self._recording, self._stop.visible = None, False
+        self._record.visible = live is not None
+        self._recorded, self._summary = recording.path, f"{recording.summary()}."
+        self._download.visible = recording.path.exists() and recording.size_bytes <= _LARGEST_DOWNLOAD_BYTES
+        self._tell()
+
+    def _tell(self) -> None:
+        """Put what there is to say of the source, its exposure and its recording."""
+        self._told_s = time.monotonic()
+        live, recording, parts = self._source(), self._recording, []
+        if live is not None:
+            parts.append(f"<b>{escape(live.source)}</b>: {escape(live.about or 'does not say what it gives')}")
+            if self._watch.hint.sentence:
+                parts.append(f'<b id="exposure-hint">⚠ {escape(self._watch.hint.sentence)}</b>')
+        if recording is not None:
+            words = recording_words(recording, time.monotonic() - self._began_s)
+            parts.append(f'<b id="recording" style="color: {_RED}">● {escape(words)}</b>')
+        elif self._summary:
+            parts.append(f'<span id="recorded">{escape(self._summary)}</span>')
+        content = small("<br>".join(parts), 'id="live-source"')
+        if content != self._words.content:
+            self._words.content = content
+
+    def _tell_of_recording(self, sentence: str) -> None:
+        if self._recording is not None and self._recording.has_failed:
+            self._notify("About the recording", sentence, "yellow", None)
+
+    def _send(self, client: Any) -> None:
+        if self._recorded is None:
+            return
+        try:
+            content = self._recorded.read_bytes()
+        except OSError as error:
+            raise UserError(f"{self._recorded}: cannot be read ({error.strerror or error})") from error
+        client.send_file_download(self._recorded.name, content, save_immediately=True)
+
+    def _try(self, act: Callable[[], object], client: viser.ClientHandle) -> None:
+        attempt(act, self._notify, self._fail, client)
+
+
+def recording_path(folder: Path, source: str, now: datetime | None = None) -> Path:
+    """Return a name for a recording that begins now, and that no file has yet; without the password of an address."""
+    moment = (now or datetime.now()).strftime("%Y-%m-%d_%H-%M-%S")
+    taken = [path.name for path in folder.iterdir()]
+    source = re.sub(r"//[^/]*@", "//", source)
+    return folder / safe_name(f"{moment}_{source}", ENDING, taken=taken, otherwise="recording")
+
+
+def recording_words(recording: Recording, elapsed_s: float) -> str:
+    """How far a recording is: "Recording: 120 frames in 4 s, 5.6 MB"."""
+    frames = "1 frame" if recording.frames == 1 else f"{recording.frames} frames"
+    if recording.has_failed:
+        return f"No longer recording, after {frames}; press Stop recording"
+    missing = f"; {recording.missing} missing, which there was no time to write" if recording.missing else ""
+    return f"Recording: {frames} in {elapsed_s:.0f} s, {recording.size_bytes / 1e6:.1f} MB{missing}"

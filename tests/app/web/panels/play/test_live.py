@@ -1,0 +1,135 @@
+"""The controls of a camera that is open on the page, with a camera that answers as Video4Linux does."""
+
+import time
+from datetime import datetime
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import Dock
+from dockpose.app.export.recording import Recording
+from dockpose.app.web.app import App
+from dockpose.app.web.panels.play.live import recording_path, recording_words
+from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
+from dockpose.simulate import render
+from dockpose.sources import Arrival, Frame, Wishes, open_frames
+
+from tests.support.cameras import V4l2Camera
+from tests.support.scenes import CAMERA, random_scene
+
+SMALL = CAMERA.for_size(320, 240)
+
+
+@pytest.fixture
+def app(tmp_path, monkeypatch):
+    """The page on a camera, which is asked for an exposure."""
+    picture = render(random_scene(4, camera=SMALL, position_m=(0.0, 0.0, 1.0)))[0]
+    make = V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240), (640, 480)))
+    monkeypatch.setattr(cv2, "VideoCapture", make)
+    options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
+    running = App.build("0", SMALL, Dock(0.30, 10), port=0, options=options)
+    running.camera = make.last  # pyright: ignore[reportAttributeAccessIssue]
+    yield running
+    running.stop()
+
+
+def until(check, timeout_s=15.0):
+    end_s = time.monotonic() + timeout_s
+    while not check():
+        assert time.monotonic() < end_s
+        time.sleep(0.02)
+
+
+def controls(app):
+    return app._layout.sequence._camera
+
+
+def test_what_the_camera_took_is_shown_and_can_be_changed(app):
+    live = controls(app)
+    until(lambda: "320 x 240 MJPG at 50 frames/s; exposure 120 asked, 117 set" in live._words.content)
+    assert [live._boxes[name].value for name in ("exposure", "gain", "rate_hz", "format")] == ["120", "", "", "MJPG"]
+    live._boxes["exposure"].value, live._boxes["gain"].value = "50", "3"
+    live.ask()
+    until(lambda: "exposure 50 asked, 50 set; gain 3 asked, 3 set" in live._words.content)
+    assert app.camera.size == (320, 240)
+
+
+def test_a_recording_is_begun_counted_and_finished(app, tmp_path):
+    live = controls(app)
+    until(lambda: app._sequence.player.index > 2)
+    assert live._record.visible
+    assert not live._stop.visible
+    live.record()
+    assert live._stop.visible
+    assert not live._record.visible
+    until(lambda: live._recording.frames > 20 and "Recording: " in live._words.content)
+    live.stop()
+    (path,) = (tmp_path / RECORDINGS_FOLDER).iterdir()
+    assert f"{path}: " in live._words.content
+    assert live._download.visible
+    assert live._record.visible
+    with open_frames(str(path)) as frames:
+        found = list(frames)
+    assert len(found) > 20
+    assert np.diff([frame.index for frame in found]).max() == 1
+    assert abs(time.time() - (found[-1].time_unix_s or 0)) < 30
+
+
+def test_closing_the_camera_finishes_the_recording_and_hides_the_controls(app, tmp_path):
+    live = controls(app)
+    live.record()
+    until(lambda: live._recording.frames > 5)
+    app._sequence.close()
+    (path,) = (tmp_path / RECORDINGS_FOLDER).iterdir()
+    with open_frames(str(path)) as frames:
+        assert len(list(frames)) > 5
+    assert not any(control.visible for control in (live._record, live._stop, live._ask, live._words))
+
+
+def test_a_folder_that_cannot_be_made_is_said_and_the_camera_goes_on(app, tmp_path):
+    (tmp_path / RECORDINGS_FOLDER).write_text("a file in its place")
+    told = []
+    live = controls(app)
+    live._notify = lambda title, sentence, colour, client: told.append(sentence)
+    live._try(live.record, None)
+    assert len(told) == 1
+    assert "cannot be made" in told[0]
+    index = app._sequence.player.index
+    until(lambda: app._sequence.player.index > index + 2)
+
+
+def test_names_of_recordings_are_never_taken_twice(tmp_path):
+    now = datetime(2026, 7, 1, 12, 30, 5)
+    first = recording_path(tmp_path, "camera 0", now)
+    assert first.name == "2026-07-01_12-30-05_camera_0.mkv"
+    first.touch()
+    assert recording_path(tmp_path, "camera 0", now) not in (first, None)
+    stream = recording_path(tmp_path, "rtsp://user:secret@10.0.0.5/a/../b", now)
+    assert stream == tmp_path / "2026-07-01_12-30-05_rtsp_10_0_0_5_a_b.mkv"
+
+
+def test_words_of_a_recording(tmp_path):
+    kept = Recording(tmp_path / "a.mkv", [].append)
+    for number in range(7):
+        kept.take(Arrival(Frame(np.zeros((48, 64), np.uint8), number, number / 10, "camera 0")))
+    until(lambda: kept.frames == 7)
+    assert recording_words(kept, 12.3) == f"Recording: 7 frames in 12 s, {kept.size_bytes / 1e6:.1f} MB"
+    kept.missing = 3
+    assert recording_words(kept, 12.3).endswith("; 3 missing, which there was no time to write")
+    kept.close()
+
+
+def test_a_stream_or_nothing_has_no_camera_to_ask(tmp_path):
+    running = App.build(port=0, options=Options(sessions=tmp_path / "sessions"))
+    try:
+        live = controls(running)
+        assert not any(control.visible for control in (live._record, live._ask, live._words))
+        live.record()  # as by a click that came late
+        live.ask()
+        assert not (tmp_path / RECORDINGS_FOLDER).exists()
+    finally:
+        running.stop()
+
+
+def test_the_page_asks_for_the_size_of_the_tank_that_is_known(app):
+    assert app._sequence.player.frames.wishes.width == 320

@@ -1,0 +1,64 @@
+"""A camera in the tab Play in a real browser: what it took, its exposure, and a recording."""
+
+import cv2
+import numpy as np
+import pytest
+from dockpose import Dock
+from dockpose.app.web.app import App
+from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
+from dockpose.simulate import render
+from dockpose.sources import Wishes, open_frames
+
+from tests.browser.conftest import Page
+from tests.support.cameras import V4l2Camera
+from tests.support.scenes import CAMERA, random_scene
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def camera(browser, tmp_path, monkeypatch):
+    """The tab Play of a page on a camera whose lights are saturated."""
+    picture = render(random_scene(4, position_m=(0.0, 0.0, 0.8)))[0]
+    bright = np.clip(6.0 * picture, 0, 255).astype(np.uint8)
+    make = V4l2Camera.make([bright] * 5000, rates_hz=(20.0,), sizes=((640, 480),))
+    monkeypatch.setattr(cv2, "VideoCapture", make)
+    options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
+    running = App.build("0", CAMERA, Dock(0.30, 10), port=0, options=options)
+    context = browser.new_context(viewport={"width": 1366, "height": 768}, accept_downloads=True)
+    page = Page(context.new_page(), running)
+    page.open()
+    page.tab("Play")
+    yield page
+    context.close()
+    running.stop()
+
+
+def words(page):
+    return page.page.locator("#live-source").inner_text()
+
+
+def press(page, name):
+    page.page.get_by_role("button", name=name, exact=True).click()
+
+
+def test_a_camera_is_asked_judged_and_recorded(camera, tmp_path):
+    camera.until(lambda: "640 x 480 MJPG at 20 frames/s; exposure 120 asked, 117 set" in words(camera))
+    camera.until(lambda: "lights are saturated: " in words(camera))
+    camera.box("Exposure").fill("60")
+    camera.box("Gain").fill("2")
+    camera.page.wait_for_timeout(200)
+    press(camera, "Ask the camera")
+    camera.until(lambda: "exposure 60 asked, 60 set; gain 2 asked, 2 set" in words(camera))
+    press(camera, "Record")
+    camera.until(lambda: "Recording: 2" in words(camera) and " MB" in words(camera), 20)
+    camera.page.screenshot(path=str(tmp_path / "recording.png"))
+    press(camera, "Stop recording")
+    camera.until(lambda: " frames recorded, " in words(camera))
+    with camera.page.expect_download() as download:
+        press(camera, "Download the recording")
+    (path,) = (tmp_path / RECORDINGS_FOLDER).iterdir()
+    assert download.value.suggested_filename == path.name
+    assert download.value.path().read_bytes() == path.read_bytes()
+    with open_frames(str(path)) as frames:
+        assert len(list(frames)) >= 20

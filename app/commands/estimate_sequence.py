@@ -184,7 +184,7 @@ class _Run:
             settings = auto_masks.settings_for(frame.image.shape, camera, dock)
             found = search.see(frame.image, frame.index, frame.time_s, settings)
             auto_masks.see(found, f"{frame.name} frame {frame.index}")
-            if self._frames.is_live and (sentence := watch.see(frame.image, found)):
+            if self._frames.is_live and (sentence := watch.see(frame, found)):
                 self._tell(f"{frame.name}: {sentence}")
             tracked = self._tracker.follow(found, frame.time_s)
             seen = Found(frame.index, frame.time_s, frame.name, frame.sha256, found, time_unix_s=frame.time_unix_s)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import av
 import cv2
 import numpy as np
+from av.error import FFmpegError
+from dockpose.sources.pixels import picture_of
 
 if "OPENCV_LOG_LEVEL" not in os.environ:
     # OpenCV 5 moved the function.
@@ -81,6 +85,11 @@ class Capture(Protocol):
         """Time of day at the zero of ``time_s`` by the sender, in seconds since 1970 (UTC); None where not told."""
         ...
 
+    @property
+    def shown(self) -> Callable[[], np.ndarray] | None:
+        """Returns the frame that was grabbed last as it is shown, where only its brightness was retrieved."""
+        ...
+
     def ask(self, wishes: Wishes) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused."""
         ...
@@ -108,7 +117,10 @@ class Camera:
 
     unix_at_zero_s = None
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, *, grey: bool = False) -> None:
+        self._grey = grey
+        self._decoder = av.CodecContext.create("mjpeg", "r")
+        self.shown: Callable[[], np.ndarray] | None = None
         self._capture = cv2.VideoCapture(number, cv2.CAP_ANY)
         self.about = self._words(NO_WISHES) if self.is_open else ""
         self.packets: tuple[av.Packet, ...] = ()
@@ -156,19 +168,30 @@ class Camera:
 
     def retrieve(self) -> tuple[bool, np.ndarray | None]:
         """Return the frame that was grabbed last, (H, W, 3) BGR uint8, or (H, W) uint8 or uint16 of a grey format."""
-        self.packets = ()
+        self.packets, self.shown = (), None
         good, image = self._capture.retrieve()
         if not good or image is None or image.size == 0:
             return False, None
         if image.dtype == np.uint8 and image.ravel()[:2].tobytes() == _JPEG_BEGINS and min(image.shape[:2]) == 1:
-            self.packets = (av.Packet(image.tobytes()),)
-            image = cv2.imdecode(image, cv2.IMREAD_COLOR)
-            return image is not None, image
+            return self._of_jpeg(image.tobytes())
         return True, image[:, :, 0] if image.ndim == 3 and image.shape[2] == 1 else image
 
     def release(self) -> None:
         """Release the camera."""
         self._capture.release()
+
+    def _of_jpeg(self, data: bytes) -> tuple[bool, np.ndarray | None]:
+        """Decode as streams and recordings are decoded, so that a recording shows the very same."""
+        self.packets = (av.Packet(data),)
+        try:
+            decoded = self._decoder.decode(self.packets[0])
+        except FFmpegError:
+            return False, None
+        if not decoded or not isinstance(decoded[0], av.VideoFrame) or decoded[0].is_corrupt:
+            return False, None
+        if self._grey:
+            self.shown = partial(picture_of, decoded[0])
+        return True, picture_of(decoded[0], grey=self._grey)
 
     def _refused_of_format(self, wishes: Wishes) -> list[str]:
         """What was refused of the format, the size and the rate; drivers take the nearest without a word."""

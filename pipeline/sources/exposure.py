@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from dockpose.camera.image import significant_bits
 from dockpose.estimate import Estimate
+from dockpose.sources.frames import Frame
 
 Verdict = Literal["saturated", "drowned", "dark", "good", "unknown"]
 
@@ -112,12 +113,12 @@ class ExposureWatch:
         self._said: set[Verdict] = set()
         self.hint = ExposureHint("unknown")
 
-    def see(self, image: np.ndarray, found: Estimate) -> str:
+    def see(self, frame: Frame, found: Estimate) -> str:
         """Look at a frame now and then; return a sentence where there is something new to say, else nothing."""
         self._frames += 1
         if self._frames % _EVERY != 1:
             return ""
-        hint = exposure_hint(image, found)
+        hint = exposure_hint(frame.picture(), found)
         if hint.verdict == "unknown":  # as while the dock is out of sight, which says nothing about the exposure
             return ""
         self._looks.append(hint)

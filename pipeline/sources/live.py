@@ -183,7 +183,7 @@ class Live(Frames):
             time_s = stamp_s + self._ahead_s
         time_s = round(time_s, 6)
         taken_s = round(self._began_unix_s + time_s, 6)
-        frame = Frame(image, self._came, time_s, self.source, time_unix_s=taken_s)
+        frame = Frame(image, self._came, time_s, self.source, shown=capture.shown, time_unix_s=taken_s)
         self._came += 1
         if self.on_arrival is not None:
             self.on_arrival(Arrival(frame, capture.packets, None if stamp_s is None else self._ahead_s))

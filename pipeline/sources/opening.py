@@ -43,7 +43,8 @@ def open_frames(
     timeout_s : float, seconds
         How long a stream may take to answer, and between two frames before it counts as lost.
     grey : bool
-        Give the brightness alone of videos as a frame's image, which is cheaper; what to show is in colour still.
+        Give the brightness alone of videos, streams and JPEG as a frame's image, which is cheaper; what to show is in
+        colour still.
     wishes : Wishes
         What a camera is asked for; see ``Live.about`` for what it gives.
     topic : str, optional
@@ -83,7 +84,7 @@ def open_frames(
             raise SourceError(str(error)) from error
     if kind is Kind.CAMERA:
         number = camera_number(source) or 0
-        return Live(f"camera {number}", lambda: _camera(number), tell, wishes=wishes)
+        return Live(f"camera {number}", lambda: _camera(number, grey), tell, wishes=wishes)
     if kind is Kind.STREAM:
         return _open_stream(source, tell, timeout_s, grey)
     paths = list_pictures(source)
@@ -94,25 +95,25 @@ def open_frames(
 
 def _open_stream(address: str, tell: Tell | None, timeout_s: float, grey: bool) -> Frames:
     """A live stream, or a recording where the address turns out to be that of a file."""
-    first = [_stream(address, timeout_s)]
+    first = [_stream(address, timeout_s, grey)]
     if first[0].is_recording:
         first.pop().release()
         return Video(address, tell, scan=False, grey=grey)
-    return Live(address, lambda: first.pop() if first else _stream(address, timeout_s), tell)
+    return Live(address, lambda: first.pop() if first else _stream(address, timeout_s, grey), tell)
 
 
-def _stream(address: str, timeout_s: float) -> StreamCapture:
+def _stream(address: str, timeout_s: float, grey: bool) -> StreamCapture:
     start_s = time.monotonic()
     try:
-        return StreamCapture(address, timeout_s)
+        return StreamCapture(address, timeout_s, grey=grey)
     except OSError as error:
         if time.monotonic() - start_s >= 0.9 * timeout_s:
             raise SourceError(f"{address}: does not answer within {timeout_s:g} s") from error
         raise SourceError(f"{address}: cannot be opened: nothing answers there, or what answers is no video") from error
 
 
-def _camera(number: int) -> Camera:
-    camera = Camera(number)
+def _camera(number: int, grey: bool) -> Camera:
+    camera = Camera(number, grey=grey)
     if not camera.is_open:
         camera.release()
         raise SourceError(f"camera {number}: there is none of that number, or another program has it")

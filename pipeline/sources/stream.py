@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import av
 import numpy as np
 from av.container import InputContainer
@@ -26,6 +29,8 @@ class StreamCapture:
         As ``rtsp://host/path`` or ``http://host/camera.mjpg``.
     timeout_s : float, seconds
         How long it may take to answer, and between two frames.
+    grey : bool
+        Give the brightness alone, as :class:`~dockpose.sources.video.Video` does.
 
     Raises
     ------
@@ -33,7 +38,8 @@ class StreamCapture:
         If it does not answer in time, or what answers is no video.
     """
 
-    def __init__(self, address: str, timeout_s: float) -> None:
+    def __init__(self, address: str, timeout_s: float, *, grey: bool = False) -> None:
+        self._grey = grey
         try:
             self._container = _opened(address, timeout_s)
         except (FFmpegError, ValueError) as error:
@@ -92,7 +98,12 @@ class StreamCapture:
 
     def retrieve(self) -> tuple[bool, np.ndarray | None]:
         """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
-        return (False, None) if self._frame is None else (True, picture_of(self._frame))
+        return (False, None) if self._frame is None else (True, picture_of(self._frame, grey=self._grey))
+
+    @property
+    def shown(self) -> Callable[[], np.ndarray] | None:
+        """Returns the frame that was grabbed last as it is shown, where only its brightness was retrieved."""
+        return partial(picture_of, self._frame) if self._grey and self._frame is not None else None
 
     def release(self) -> None:
         """Close the connection."""

@@ -108,13 +108,19 @@ class V4l2Camera:
         if self.format in ("Y16", "GREY") and not self.converts:
             return True, picture  # uint16 of Y16
         if self.format == "MJPG" and not self.converts:
-            return True, cv2.imencode(".jpg", picture)[1].reshape(1, -1)
+            return True, np.frombuffer(jpeg_of(picture), np.uint8).reshape(1, -1)
         if picture.dtype == np.uint16:
             picture = np.right_shift(picture, 8).astype(np.uint8)
         return True, cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture
 
     def release(self) -> None:
         self.released = True
+
+
+def jpeg_of(picture: np.ndarray) -> bytes:
+    """A colour JPEG, as cameras send."""
+    colour = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture
+    return cv2.imencode(".jpg", colour)[1].tobytes()
 
 
 class Opener:

@@ -235,11 +235,12 @@ def test_a_camera_of_another_shape_than_its_file_is_refused_by_name(here, capsys
     assert "not the same picture rescaled" in told.err
 
 
-def test_a_recorded_camera_gives_the_same_results_and_times_again(here, capsys, monkeypatch, tmp_path):
+@pytest.mark.parametrize("format", ["MJPG", "YUYV"])
+def test_a_recorded_camera_gives_the_same_results_and_times_again(here, capsys, monkeypatch, tmp_path, format):
     paths = sorted((here / "pictures").iterdir())
     pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in paths]
     path, known = tmp_path / "tank.mkv", ["--camera", "camera.yaml", "--json", "-"]
-    assert run_camera(monkeypatch, pictures, *known, "--record", str(path)) == 130
+    assert run_camera(monkeypatch, pictures, *known, "--record", str(path), "--format", format) == 130
     told = capsys.readouterr()
     live = lines_of(told.out)
     assert f"{path}: {FRAMES} frames recorded" in told.err

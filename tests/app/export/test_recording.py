@@ -17,7 +17,7 @@ from dockpose.app.export import recording
 from dockpose.app.export.recording import Recording
 from dockpose.sources import Arrival, Frame, Live, Wishes, open_frames
 
-from tests.support.cameras import V4l2Camera
+from tests.support.cameras import V4l2Camera, jpeg_of
 from tests.support.streams import MjpegServer
 
 NOON_S = 1782907200.123456
@@ -221,7 +221,7 @@ def test_a_camera_is_kept_with_every_frame_and_its_times(tmp_path, monkeypatch, 
         assert container.streams.video[0].codec_context.name == ("mjpeg" if format == "MJPG" else "ffv1")
         if format == "MJPG":
             sent = [bytes(packet) for packet in container.demux(video=0) if packet.size]
-            assert sent == [cv2.imencode(".jpg", one)[1].tobytes() for one in pictures[: len(sent)]]
+            assert sent == [jpeg_of(one) for one in pictures[: len(sent)]]
     if format != "MJPG":
         for frame, original in zip(found, arrived, strict=True):
             np.testing.assert_array_equal(frame.image, original.image)

@@ -11,7 +11,7 @@ from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
 from dockpose.simulate.render import Rendering, render_parts
 from dockpose.simulate.surroundings import background_picture
-from dockpose.sources import ExposureWatch, exposure_hint
+from dockpose.sources import ExposureWatch, Frame, exposure_hint
 
 CAMERA = Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480)
 # Where half of the lights are at the limit, a few pixels or a deviation of the noise decide: there either is right.
@@ -142,15 +142,12 @@ def test_pictures_without_a_dock(level, verdict, words):
 
 
 def test_a_hint_comes_once_when_it_holds_for_a_while():
-    bright, good = spots(600), spots(150)
     watch, dock = ExposureWatch(), Dock(0.30, 10)
-    found = {name: estimate(image, CAMERA, dock) for name, image in (("bright", bright), ("good", good))}
-    flicker = [watch.see(*((bright, found["bright"]) if n % 10 == 0 else (good, found["good"]))) for n in range(40)]
-    assert not any(flicker)
-    said = [watch.see(bright, found["bright"]) for _ in range(60)]
+    bright, good = ((Frame(image, 0, 0.0, ""), estimate(image, CAMERA, dock)) for image in (spots(600), spots(150)))
+    assert not any(watch.see(*(bright if number % 10 == 0 else good)) for number in range(40))
+    said = [watch.see(*bright) for _ in range(60)]
     assert [text for text in said if text] == ["10 of 10 lights are saturated: halve the exposure."]
     assert watch.hint.verdict == "saturated"
-    for _ in range(30):
-        assert watch.see(good, found["good"]) == ""
+    assert not any(watch.see(*good) for _ in range(30))
     assert watch.hint.verdict == "good"
-    assert not any(watch.see(bright, found["bright"]) for _ in range(30))
+    assert not any(watch.see(*bright) for _ in range(30))

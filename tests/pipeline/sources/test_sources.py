@@ -209,7 +209,7 @@ def test_reading_ahead_keeps_the_order_raises_where_it_was_due_and_stops_when_le
 class FakeCapture:
     """Gives what is in a script: a picture's number, or None for a failure; None for ever at its end."""
 
-    time_s = unix_at_zero_s = None
+    time_s = unix_at_zero_s = shown = None
     about, packets = "", ()
 
     def __init__(self, script):

@@ -114,7 +114,7 @@ class LiveControls:
         """Judge a frame's exposure, and say how the source and its recording are."""
         if self._source() is None or analysis.tracked_frame is None:
             return
-        sentence = self._watch.see(analysis.tracked_frame.frame.image, analysis.estimate)
+        sentence = self._watch.see(analysis.tracked_frame.frame, analysis.estimate)
         if sentence:
             self._notify("About the exposure", sentence, "yellow", None)
         if sentence or time.monotonic() - self._told_s >= _TOLD_EVERY_S:

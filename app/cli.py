@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from dockpose.app.commands import budget, compare, estimate, export, reproduce, serve, simulate, study
-from dockpose.app.commands.calibration import calibrate
+from dockpose.app.commands.calibration import calibrate, learn_dock
 from dockpose.app.commands.console import EXIT_BAD_ARGUMENTS, EXIT_STOPPED, say
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import sample_source
@@ -26,6 +26,7 @@ COMMANDS = {
     "export": export,
     "simulate": simulate,
     "calibrate": calibrate,
+    "learn-dock": learn_dock,
     "budget": budget,
     "reproduce": reproduce,
     "study": study,

@@ -25,12 +25,16 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         Angle of each light around the ring, see :meth:`light_points`; empty where they are evenly spaced.
     colours : tuple of str
         Colour of each light, names in ``LIGHT_COLOURS``; empty where all are alike.
+    offsets_m : tuple of (float, float, float), metres
+        How far each light is from its place on the circle, along the dock's x, y and z; empty where all are in place.
+        ``dockpose learn-dock`` finds them.
 
     Raises
     ------
     ValueError
-        If the diameter is not a positive number, there are fewer than 3 lights, the number of angles or colours differs
-        from that of the lights, two angles are the same, or a colour is unknown.
+        If the diameter is not a positive number, there are fewer than 3 lights, the number of angles, colours or
+        offsets differs from that of the lights, two angles are the same, a colour is unknown, or an offset is as large
+        as the radius.
 
     Examples
     --------
@@ -46,17 +50,23 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     lights: int | None = None
     angles_deg: tuple[float, ...] = ()
     colours: tuple[str, ...] = ()
+    offsets_m: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
         check_number("diameter", self.diameter, above=0)
-        if self.lights is None and (self.angles_deg or self.colours):
-            msgspec.structs.force_setattr(self, "lights", len(self.angles_deg or self.colours))
+        if self.lights is None and (self.angles_deg or self.colours or self.offsets_m):
+            msgspec.structs.force_setattr(self, "lights", len(self.angles_deg or self.colours or self.offsets_m))
         if self.lights is not None:
             check_whole("lights", self.lights, least=3)
-        for name in ("angles_deg", "colours"):
+        for name in ("angles_deg", "colours", "offsets_m"):
             if len(getattr(self, name)) not in (0, self.lights):
                 raise ValueError(f"{name} has {len(getattr(self, name))} values; the dock has {self.lights} lights")
         self._check_angles()
+        for index, offset in enumerate(self.offsets_m):
+            for value in offset:
+                check_number(f"offsets_m[{index}]", value)
+            if not math.hypot(*offset) < self.radius:
+                raise ValueError(f"offsets_m[{index}] is {list(offset)}; it must be below the radius, {self.radius:g}")
         for index, colour in enumerate(self.colours):
             if colour not in LIGHT_COLOURS:
                 raise ValueError(f"colours[{index}] is {colour!r}; it must be one of {', '.join(LIGHT_COLOURS)}")
@@ -92,7 +102,8 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         """Positions (lights, 3) in metres in the dock's own frame.
 
         The dock lies in the plane z = 0 and its face looks along -z (towards the camera when square on). A light at
-        angle 0 is on the x axis, and angles grow towards y.
+        angle 0 is on the x axis, and angles grow towards y. Offsets are added.
         """
         angles = self.light_angles_rad()
-        return self.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+        circle = self.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+        return circle + np.array(self.offsets_m) if self.offsets_m else circle

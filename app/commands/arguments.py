@@ -11,6 +11,7 @@ from pathlib import Path
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.export.recording import check_name
+from dockpose.app.inputs.dock_file import load_dock
 from dockpose.app.inputs.samples import sample_source
 from dockpose.app.inputs.wishes import wishes_from
 from dockpose.camera.files import load_camera
@@ -31,11 +32,12 @@ def add_sources(parser: argparse.ArgumentParser, nargs: str, text: str) -> None:
 
 
 def add_camera_and_dock(parser: argparse.ArgumentParser) -> None:
-    """Add ``--camera``, ``--dock-diameter`` and ``--lights``."""
+    """Add ``--camera``, ``--dock-diameter``, ``--dock`` and ``--lights``."""
     parser.add_argument("--camera", metavar="C.yaml", help=f"camera file: ROS, OpenCV or dockpose ({_BESIDE})")
     parser.add_argument(
         "--dock-diameter", metavar="M", help=f"of the ring of lights, in metres, or with its unit as 30cm ({_BESIDE})"
     )
+    parser.add_argument("--dock", metavar="D.yaml", help="dock file, as learn-dock writes; in place of both of these")
     parser.add_argument("--lights", type=int, metavar="N", help="how many lights, evenly spaced, where it is known")
 
 
@@ -82,6 +84,11 @@ def camera_of(arguments: argparse.Namespace) -> Camera | None:
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:
     """The dock that was described; None where none was. Raises UserError for an impossible one."""
+    if arguments.dock is not None:
+        if arguments.dock_diameter is not None or arguments.lights is not None:
+            raise UserError(f"--dock {arguments.dock} says it all; it does not go with --dock-diameter or --lights")
+        with blaming("--dock: "):
+            return load_dock(arguments.dock)
     if arguments.dock_diameter is None:
         if arguments.lights is not None:
             raise UserError(f"--lights {arguments.lights} needs --dock-diameter beside it")

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import msgspec
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
+from dockpose.app.inputs.dock_file import dock_from
 from dockpose.camera.files import FileError, load_camera, read_yaml
 from dockpose.pose.known import KnownPose, read_known_pose
 
@@ -37,7 +36,7 @@ def read_sidecar(picture: Path) -> Sidecar:
     has_camera = "camera" in content or "camera_matrix" in content
     return Sidecar(
         camera=load_camera(path) if has_camera else None,
-        dock=_dock(content["dock"], path) if "dock" in content else None,
+        dock=dock_from(content["dock"], path) if "dock" in content else None,
         truth=read_known_pose(content.get("truth")),
     )
 
@@ -67,10 +66,3 @@ def known(name: str, camera: Camera | None, dock: Dock | None, hint: str = "") -
     if dock is None:
         raise UserError(f"{name}: how large is the dock? Give --dock-diameter in metres{hint}")
     return camera, dock
-
-
-def _dock(content: Any, path: Path) -> Dock:
-    try:
-        return msgspec.convert(content, Dock)
-    except msgspec.ValidationError as error:
-        raise FileError(f"{path}: dock: {error}") from error

@@ -10,6 +10,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, PoseErrors
+from dockpose.pose.offsets import refine_with_offsets
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
 from dockpose.pose.spacing import Placement, place
 from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
@@ -93,6 +94,8 @@ def choose_by_spacing(
         fit = refine(R, t, None, dock.radius, rays)
         return choice_of(fit, [0.5, 0.5], None, "none", camera)
     fit = refine(R, t, placement.angles_rad, dock.radius, rays)
+    if dock.offsets_m:
+        fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
     fit = _apart(fit, R, t, placement, dock.radius, rays)
     squares = _judged(fit.squares_px2.tolist(), placement.fits)
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))

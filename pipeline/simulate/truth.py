@@ -57,6 +57,8 @@ def truth_of(scene: Scene) -> Truth:
     rotation = dock_rotation(scene)
     position = np.array(scene.pose.position_m)
     lights_m = _on_ring(scene, np.array(scene.light_angles_rad), position, rotation)
+    if scene.dock.offsets_m:
+        lights_m = lights_m + np.array(scene.dock.offsets_m) @ rotation.T
     lights_px = scene.camera.project(lights_m)
     normal = -rotation[:, 2]
     lit = _lit(scene)

@@ -1,0 +1,107 @@
+"""``dockpose learn-dock``: a video of a dock in, a dock file with where its lights really are out."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from dockpose import Estimate
+from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, say
+from dockpose.app.errors import UserError, writing
+from dockpose.app.inputs.dock_file import save_dock
+from dockpose.app.inputs.sequences import typed
+from dockpose.app.inputs.sidecar import known
+from dockpose.app.processing.learning import dock_views
+from dockpose.pose.learned.learning import LearnedDock, LearningError, learn_dock
+from dockpose.pose.learned.views import DockView
+from dockpose.sources import Kind, kind_of, list_pictures
+
+_RULE = "light   outwards mm     along mm        off plane mm"
+
+
+def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add the command ``learn-dock``."""
+    parser = commands.add_parser(
+        "learn-dock", help="measure where the dock's lights really are, from a video of it in clear water"
+    )
+    parser.add_argument("source", metavar="SOURCE", help="video, folder of pictures, live camera (until Ctrl+C)")
+    add_camera_and_dock(parser)
+    parser.add_argument(
+        "--fit-focal", action="store_true", help="fit the camera's focal length too, and write it as well"
+    )
+    parser.add_argument("--out", default="dock.yaml", metavar="D.yaml", type=Path, help="default: %(default)s")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose learn-dock``; returns the exit status. The lights' offsets go to standard output."""
+    kind = kind_of(arguments.source)
+    paths = list_pictures(arguments.source) if kind in (Kind.PICTURE, Kind.FOLDER, Kind.GLOB) else ()
+    source = typed(arguments.source, camera_of(arguments), dock_of(arguments), paths)
+    camera, dock = known(source.name, source.camera, source.dock)
+    views: list[DockView] = []
+    with FrameProgress(arguments.source) as progress, source.open(progress.tell, grey=True) as frames:
+        progress.total = frames.count
+
+        def on_frame(found: Estimate) -> None:
+            progress.step(frames.dropped)
+
+        try:
+            for view in dock_views(frames, camera, dock, on_frame):
+                views.append(view)
+        except KeyboardInterrupt:
+            say("stopped; what was seen so far counts")
+        all_read = not (frames.skipped or frames.is_cut_short)
+    try:
+        learned = learn_dock(views, camera, dock, fit_focal=arguments.fit_focal)
+    except LearningError as error:
+        raise UserError(f"{arguments.source}: {error}") from error
+    with writing(f"--out {arguments.out}"):
+        save_dock(learned.dock, arguments.out, learned.camera if arguments.fit_focal else None)
+    for line in report(learned, len(views)):
+        print(line)
+    print(f"The dock is in {arguments.out}; estimate --dock {arguments.out} uses it.")
+    return EXIT_ALL_READ if all_read else EXIT_SOME_UNREADABLE
+
+
+def report(learned: LearnedDock, views: int) -> Iterator[str]:
+    """Lines that tell how far each light is off its place, with one sigma.
+
+    Parameters
+    ----------
+    learned : LearnedDock
+        What was learned.
+    views : int
+        Number of views in which the dock was found.
+    """
+    yield _RULE
+    angles = learned.dock.light_angles_rad()
+    offsets, sigmas = 1000 * np.array(learned.dock.offsets_m), 1000 * learned.sigmas_m
+    for light, angle in enumerate(angles.tolist()):
+        turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        own, sigma = turn @ offsets[light], np.sqrt(turn**2 @ sigmas[light] ** 2)
+        yield f"{light:5}  " + "  ".join(f"{each:6.2f} ± {error:4.2f} " for each, error in zip(own, sigma, strict=True))
+    yield "(along: the way the numbers grow; off plane: away from the camera)"
+    yield (
+        f"Learned from {learned.views} of {views} views. The lights are met to {learned.residual_px:.2f} px, in their "
+        f"nominal places to {learned.nominal_px:.2f} px."
+    )
+    largest = float(np.linalg.norm(offsets, axis=1).max())
+    if learned.is_uneven:
+        yield f"The worst light is {largest:.1f} mm off its place."
+    else:
+        yield f"No light is off its place by more than chance ({largest:.1f} mm at most)."
+    if learned.roll_share > 0.9:
+        yield "The unevenness tells the lights apart: in such views the dock's roll is known over the whole turn."
+    elif learned.is_uneven:
+        yield (
+            f"The unevenness tells the dock's roll over the whole turn in {100 * learned.roll_share:.0f} % of such "
+            "views; in the others only modulo the lights' spacing."
+        )
+    if learned.sigma_focal is not None:
+        camera = learned.camera
+        yield f"The focal length is {camera.fx:.1f} x {camera.fy:.1f} px ± {100 * learned.sigma_focal:.2f} %."
+    yield "The size of the ring is as given: pictures cannot tell it from the distance."

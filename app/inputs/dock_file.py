@@ -1,0 +1,39 @@
+"""Dock files: YAML with the key ``dock``, as beside the sample scenes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from dockpose import Camera, Dock
+from dockpose.camera.files import FileError, read_yaml, to_yaml
+
+
+def load_dock(path: str | Path) -> Dock:
+    """Read the dock of a dock file, or of any YAML that has one.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, has no dock, or what it says is wrong.
+    """
+    content = read_yaml(path)
+    if "dock" not in content:
+        keys = ", ".join(map(str, content)) or "none"
+        raise FileError(f"{path}: is no dock file: it has no key dock; its keys are {keys}")
+    return dock_from(content["dock"], path)
+
+
+def dock_from(content: Any, path: str | Path) -> Dock:
+    """The dock that a part of the file ``path`` describes. Raises FileError where it is none."""
+    try:
+        return msgspec.convert(content, Dock)
+    except msgspec.ValidationError as error:
+        raise FileError(f"{path}: dock: {error}") from error
+
+
+def save_dock(dock: Dock, path: str | Path, camera: Camera | None = None) -> None:
+    """Write a dock file that :func:`load_dock` reads back to the same numbers, with the camera where one is given."""
+    content = {"dock": msgspec.to_builtins(dock)} | ({"camera": msgspec.to_builtins(camera)} if camera else {})
+    Path(path).write_text(to_yaml(content), encoding="utf-8")

@@ -1,0 +1,1 @@
+"""Where a dock's lights really are, learned from many views of it."""

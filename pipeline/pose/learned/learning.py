@@ -1,0 +1,151 @@
+"""Where a dock's lights really are, from many views of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.pose.learned.aligning import aligned
+from dockpose.pose.learned.bundle import Bundle, with_focal
+from dockpose.pose.learned.views import FEWEST_LIGHTS, DockView, place_view, tells_roll
+from scipy.stats import chi2
+
+FEWEST_VIEWS = 8
+_ROUNDS = 6
+_UNSURE_SHARE = 0.002  # of the diameter: offsets with a larger standard error are not known
+_SIGNIFICANT = 1e-3
+
+
+class LearningError(ValueError):
+    """The views do not tell where the lights are; the text says why."""
+
+
+@dataclass(frozen=True)
+class LearnedDock:
+    """A dock whose lights' places were learned.
+
+    Attributes
+    ----------
+    dock : Dock
+        The dock, with ``offsets_m``.
+    sigmas_m : (lights, 3) float array, metres
+        Standard errors of the offsets.
+    camera : Camera
+        The camera, with its focal lengths where they were fitted.
+    sigma_focal : float or None
+        Standard error of the focal length, as a share of it; None where it was not fitted.
+    views : int
+        Number of views that were used.
+    residual_px : float, pixels
+        Standard deviation of the lights about where the learned dock has them, along x or y.
+    nominal_px : float, pixels
+        The same with the lights in their nominal places.
+    is_uneven : bool
+        Whether the lights are off their places by more than chance.
+    roll_share : float
+        Share of the views in which the unevenness tells the roll over the whole turn.
+    """
+
+    dock: Dock
+    sigmas_m: np.ndarray
+    camera: Camera
+    sigma_focal: float | None
+    views: int
+    residual_px: float
+    nominal_px: float
+    is_uneven: bool
+    roll_share: float
+
+
+def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_focal: bool = False) -> LearnedDock:
+    """Learn where the lights of a dock really are.
+
+    Parameters
+    ----------
+    views : sequence of DockView
+        Views of the dock, in order; those with fewer than five lights are left out.
+    camera : Camera
+        The camera that took them.
+    dock : Dock
+        Its diameter and number of evenly spaced lights.
+    fit_focal : bool
+        Whether to fit the focal length too.
+
+    Returns
+    -------
+    LearnedDock
+        The dock with the lights' offsets, and how sure they are.
+
+    Raises
+    ------
+    LearningError
+        If there are too few views, or they are too alike to tell the offsets.
+
+    Notes
+    -----
+    What shifts, turns or tilts the dock as a whole is a matter of its pose, and its size one of its distance. So the
+    offsets are sought among those that leave the lights' mean circle as it is: neither moved, turned, tilted nor
+    enlarged, to first order. Each view's pose is eliminated from the normal equations (Schur complement).
+
+    References
+    ----------
+    Triggs et al. 2000, "Bundle adjustment - a modern synthesis".
+    """
+    if dock.lights is None or dock.angles_deg or dock.offsets_m:
+        raise LearningError("the dock must be given by its diameter and its number of evenly spaced lights")
+    placed = [each for each in (place_view(view, camera, dock) for view in views) if each is not None]
+    if len(placed) < FEWEST_VIEWS:
+        raise LearningError(
+            f"can't tell where the lights are: {len(placed)} of {len(views)} views show {FEWEST_LIGHTS} or more lights "
+            f"of the dock clearly, and {FEWEST_VIEWS} are needed, better 60"
+        )
+    start = aligned(placed, dock)
+    if start is None:
+        raise LearningError(
+            "can't tell which light is which from one picture to the next, since the lights look evenly spaced within "
+            "the noise: give a video, in which the dock is followed, or come nearer"
+        )
+    fit = Bundle(start, camera, dock, fit_focal)
+    for _ in range(_ROUNDS):
+        fit.solve()
+        if not fit.renumber(views):
+            break
+    learned = _result(fit, dock)
+    told = [tells_roll(view, learned.camera, learned.dock) for view in views]
+    return replace(learned, roll_share=sum(told) / len(told))
+
+
+def _result(fit: Bundle, dock: Dock) -> LearnedDock:
+    """The learned dock. Raises LearningError where the views do not tell it."""
+    free = fit.basis.shape[1]
+    sigmas = np.sqrt(np.einsum("ij,jk,ik->i", fit.basis, fit.covariance[:free, :free], fit.basis))
+    sigmas = sigmas.reshape(-1, 3)
+    limit = _UNSURE_SHARE * dock.diameter
+    if not np.median(sigmas[:, 2]) < limit:
+        raise LearningError(
+            f"can't tell how far lights stand off the dock's plane (to {1000 * np.median(sigmas[:, 2]):.1f} mm at "
+            "best), because the views are too alike: take some with the dock turned by 20 to 40 degrees, to different "
+            "sides"
+        )
+    if not np.median(sigmas[:, :2]) < limit:
+        raise LearningError(
+            f"can't tell where the lights are (to {1000 * np.median(sigmas[:, :2]):.1f} mm at best), because the "
+            "dock is too far away or the views are too few"
+        )
+    q = fit.basis.T @ fit.offsets_m.ravel()
+    statistic = float(q @ np.linalg.solve(fit.covariance[:free, :free], q))
+    return LearnedDock(
+        dock=fit.learned,
+        sigmas_m=sigmas,
+        camera=with_focal(fit.camera, fit.focal),
+        sigma_focal=math.sqrt(fit.covariance[-1, -1]) if fit.fit_focal else None,
+        views=len(fit.placed),
+        residual_px=fit.noise_px,
+        nominal_px=fit.nominal_px,
+        is_uneven=bool(chi2.sf(statistic, free) < _SIGNIFICANT),
+        roll_share=0.0,
+    )

@@ -1,0 +1,151 @@
+"""Views of a dock: the lights that were seen, their numbers, and how they depend on pose and places."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.offsets import refine_with_offsets
+from dockpose.pose.refine import LightRays, angles_on_planes, light_rays, refine
+from dockpose.pose.spacing import place
+
+FEWEST_LIGHTS = 5  # in a view; fewer leave too little beside its pose
+
+
+@dataclass(frozen=True)
+class DockView:
+    """A view of the dock, with its lights found.
+
+    Attributes
+    ----------
+    name : str
+        Of the picture.
+    points_px : (N, 2) float array, pixels
+        Centres of the lights.
+    poses : tuple of CirclePose
+        The candidates.
+    follows : bool
+        Whether it was taken so soon after the view before it that the dock has hardly rolled between them.
+    """
+
+    name: str
+    points_px: np.ndarray
+    poses: tuple[CirclePose, ...]
+    follows: bool = False
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A view with one pose, and its lights numbered.
+
+    Attributes
+    ----------
+    rays : LightRays
+        Rays of its lights.
+    rotation : (3, 3) float array
+        From the dock's frame, roll included, to the camera's.
+    position_m : (3,) float array, metres
+        The dock's centre.
+    lights : (N,) int array
+        Number of each light.
+    points_px : (N, 2) float array, pixels
+        The lights in the picture.
+    follows : bool
+        As in :class:`DockView`.
+    """
+
+    rays: LightRays
+    rotation: np.ndarray
+    position_m: np.ndarray
+    lights: np.ndarray
+    points_px: np.ndarray
+    follows: bool
+
+    def turned(self, turns: int, count: int) -> Placed:
+        """The same view with its lights numbered from another one on."""
+        angle = -turns * 2 * math.pi / count
+        return replace(self, rotation=self.rotation @ about_z(angle), lights=(self.lights + turns) % count)
+
+
+def place_view(view: DockView, camera: Camera, dock: Dock) -> Placed | None:
+    """The view with the better of its poses refined, lights numbered from any; None where they do not fit the dock."""
+    if len(view.points_px) < FEWEST_LIGHTS:
+        return None
+    rays = light_rays(view.points_px, camera, float(view.poses[0].position_m[2]))
+    R, t = np.array([pose.rotation for pose in view.poses]), np.array([pose.position_m for pose in view.poses])
+    placement = place(angles_on_planes(rays, R, t), dock)
+    if not any(placement.fits):
+        return None
+    fit = refine(R, t, placement.angles_rad, dock.radius, rays)
+    squares = np.where(placement.fits, fit.squares_px2, np.inf)
+    if dock.offsets_m:
+        fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
+        squares = np.where(placement.fits, fit.squares_px2, np.inf)
+    best = int(np.argmin(squares))
+    rotation = fit.rotations[best] @ about_z(float(placement.rolls_rad[best]))
+    return Placed(rays, rotation, fit.positions_m[best], placement.lights[best], view.points_px, view.follows)
+
+
+def tells_roll(view: DockView, camera: Camera, dock: Dock) -> bool:
+    """Whether the offsets of the dock's lights tell its roll over the whole turn in a view."""
+    if len(view.points_px) < FEWEST_LIGHTS:
+        return False
+    rays = light_rays(view.points_px, camera, float(view.poses[0].position_m[2]))
+    R, t = np.array([pose.rotation for pose in view.poses]), np.array([pose.position_m for pose in view.poses])
+    placement = place(angles_on_planes(rays, R, t), dock)
+    if not any(placement.fits):
+        return False
+    fit = refine(R, t, placement.angles_rad, dock.radius, rays)
+    _, told = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
+    return told.period_rad > placement.period_rad
+
+
+def about_z(angle: float) -> np.ndarray:
+    """Rotation (3, 3) by an angle in radians about the third axis."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def residuals_px(rays: LightRays, rotation: np.ndarray, position_m: np.ndarray, points_m: np.ndarray) -> np.ndarray:
+    """Pixels (2 N,) between lights seen and lights at points (N, 3) of the dock."""
+    seen = points_m @ rotation.T + position_m
+    starts = np.zeros(len(seen)) if rays.starts_m is None else rays.starts_m
+    off = seen[:, :2] / seen[:, 2:] - rays.tangents * (1 - starts / seen[:, 2])[:, None]
+    return np.einsum("nij,nj->ni", np.broadcast_to(rays.slopes_px, (len(off), 2, 2)), off).ravel()
+
+
+def derivatives(each: Placed, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Residuals (2 N,), and their derivatives by the pose (2 N, 6) and by each light's own place (N, 2, 3)."""
+    seen = points_m @ each.rotation.T + each.position_m
+    starts = np.zeros(len(seen)) if each.rays.starts_m is None else each.rays.starts_m
+    z = seen[:, 2]
+    by_seen = np.zeros((len(seen), 2, 3))
+    by_seen[:, 0, 0] = by_seen[:, 1, 1] = 1 / z
+    by_seen[:, :, 2] = -seen[:, :2] / z[:, None] ** 2 - each.rays.tangents * (starts / z**2)[:, None]
+    by_seen = np.broadcast_to(each.rays.slopes_px, (len(seen), 2, 2)) @ by_seen
+    by_point = by_seen @ each.rotation
+    x, y, h = points_m.T
+    zero = np.zeros_like(x)
+    # A turn w about the dock's axes moves a point p by w x p.
+    cross = np.array([[zero, h, -y], [-h, zero, x], [y, -x, zero]]).transpose(2, 0, 1)
+    by_pose = np.concatenate([by_seen, by_point @ cross], axis=2).reshape(-1, 6)
+    return residuals_px(each.rays, each.rotation, each.position_m, points_m), by_pose, by_point
+
+
+def turned_by(vector: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) by a vector (3,) in radians (Rodrigues)."""
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    if angle < 1e-9:
+        return np.eye(3) + K
+    return np.eye(3) + math.sin(angle) / angle * K + (1 - math.cos(angle)) / angle**2 * K @ K
+
+
+def is_same(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two rotations differ by less than a few degrees."""
+    return float(np.trace(one.T @ other)) > 3 - 0.01

@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+from dockpose import Camera, Dock
+from dockpose.camera import FlatPort
+from dockpose.pose.learned.learning import LearningError, learn_dock
+
+from tests.support.docks import CAMERA, dock_views, errors_m, nominal, uneven
+
+
+def learn(true, views, camera=CAMERA, **how):
+    return learn_dock(views, camera, nominal(true), **how)
+
+
+@pytest.mark.parametrize(
+    ("lights", "focal_px", "noise_px", "rolls"),
+    [
+        (10, 700, 0.1, 0.05),
+        (10, 700, 0.1, None),
+        (6, 700, 0.1, 0.05),
+        (16, 700, 0.1, None),
+        (8, 1400, 0.2, None),
+        (12, 400, 0.1, 0.05),
+        (7, 700, 0.2, 0.05),
+    ],
+)
+def test_lights_a_millimetre_off_are_found_to_a_fifth_of_it(lights, focal_px, noise_px, rolls):
+    true, camera = uneven(lights, lights), Camera(focal_px, focal_px, 319.5, 239.5, 640, 480)
+    learned = learn(true, dock_views(true, lights, noise_px=noise_px, camera=camera, rolls=rolls), camera)
+    error, sigma = errors_m(learned, true)
+    assert np.sqrt((error**2).mean()) < 0.2e-3
+    assert np.median(np.abs(error)) < 0.1e-3
+    # The standard errors are honest: for 3 N - 7 independent numbers their ratio is 1 within a fifth or so.
+    assert 0.5 < np.sqrt(((error / sigma) ** 2).mean()) < 1.6
+    assert learned.is_uneven
+    # The median of residuals of 420 lights or more is known to a few per cent.
+    assert learned.residual_px == pytest.approx(noise_px, rel=0.15)
+    assert learned.nominal_px > 2 * noise_px
+
+
+def test_the_focal_length_is_found_with_them():
+    true = uneven(1)
+    views = dock_views(true, 1, camera=Camera(730, 730, 319.5, 239.5, 640, 480))
+    learned = learn(true, views, fit_focal=True)
+    assert learned.sigma_focal is not None
+    assert abs(learned.camera.fx - 730) < 4 * 730 * learned.sigma_focal
+    assert learned.sigma_focal < 0.01
+    assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.2e-3
+
+
+def test_behind_a_port_too():
+    camera = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(0.02, 0.005))
+    true = uneven(2)
+    learned = learn(true, dock_views(true, 2, count=30, camera=camera), camera)
+    assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.2e-3
+
+
+def test_a_perfect_dock_is_found_to_be_even():
+    true = uneven(3, off_m=0.0)
+    learned = learn(true, dock_views(true, 3))
+    assert not learned.is_uneven
+    assert learned.roll_share < 0.2
+    assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.1e-3
+
+
+def test_unevenness_tells_the_roll():
+    true = uneven(4)
+    assert learn(true, dock_views(true, 4)).roll_share > 0.95
+
+
+def test_wrong_lights_count_little():
+    true = uneven(5)
+    views = dock_views(true, 5)
+    for number in range(0, 60, 6):  # a reflection in place of a light, 3 px off
+        views[number].points_px[number % 10] += 3.0
+    assert np.sqrt((errors_m(learn(true, views), true)[0] ** 2).mean()) < 0.2e-3
+
+
+@pytest.mark.parametrize(
+    ("how", "why"),
+    [
+        ({"count": 6}, "6 of 6 views show 5 or more lights of the dock clearly, and 8 are needed"),
+        ({"tilt_deg": 0.5, "aside": 0.002}, "how far lights stand off the dock's plane .* views are too alike"),
+        ({"ranges_m": (14.0, 16.0), "noise_px": 0.3}, "can't tell"),
+        ({"off_m": 0.0, "rolls": None}, "can't tell which light is which"),
+    ],
+)
+def test_views_that_do_not_tell_are_refused(how, why):
+    how = dict(how)
+    true = uneven(6, off_m=how.pop("off_m", 1e-3))
+    with pytest.raises(LearningError, match=why):
+        learn(true, dock_views(true, 6, **how))
+
+
+def test_the_dock_must_be_even_to_begin_with():
+    with pytest.raises(LearningError, match="evenly spaced"):
+        learn_dock([], CAMERA, Dock(0.30, angles_deg=(0, 80, 200)))

@@ -29,6 +29,8 @@ from dockpose.app.commands.output import Destinations, PictureFolder, ResultWrit
 from dockpose.app.commands.replay import add_session_argument, run_session
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
+from dockpose.app.export.ros.mcap_file import ENDING, PoseFile
+from dockpose.app.export.ros.messages import Seen
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.resolve import resolve
 from dockpose.app.inputs.sequences import FrameSource
@@ -65,6 +67,12 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--rate", type=float, metavar="HZ", help="take pictures in their order as a sequence of so many a second"
     )
+    parser.add_argument(
+        "--out",
+        metavar="FILE.mcap",
+        type=Path,
+        help="write messages of ROS 2, for Foxglove: poses with covariances, /tf, annotated pictures, diagnostics",
+    )
     add_topic(parser)
     parser.add_argument(
         "--record",
@@ -98,7 +106,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if jobs < 1:
         raise UserError(f"--jobs is {jobs}; it must be at least 1")
-    to = Destinations(arguments.json, arguments.csv, arguments.annotate)
+    to = Destinations(arguments.json, arguments.csv, arguments.annotate, arguments.out)
+    if to.out is not None and (to.out.suffix.lower() != ENDING or str(to.out) in arguments.sources):
+        raise UserError(f"--out {to.out}: must be NAME{ENDING}, and not the source itself")
     if arguments.record is not None:
         check_recording(arguments.record, arguments.sources)
     if arguments.smooth and arguments.json is None and arguments.csv is None:
@@ -147,6 +157,8 @@ def estimate_sources(
     parts = [dataclasses.replace(part, wishes=how.wishes) if isinstance(part, FrameSource) else part for part in found]
     if to.is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
         raise UserError(f"--annotate {to.annotate}: a video is made of one sequence; give a folder instead")
+    if to.out is not None and len(parts) != 1:
+        raise UserError(f"--out {to.out}: takes one source, since its times are those of one")
     all_read = True
     with contextlib.ExitStack() as files:
         interrupts = files.enter_context(Interrupts())
@@ -154,7 +166,7 @@ def estimate_sources(
         try:
             for number, part in enumerate(parts, 1):
                 if isinstance(part, Batch):
-                    _estimate_pictures(part, settings, how, results)
+                    _estimate_pictures(part, settings, how, results, files)
                     all_read &= part.all_read
                 elif part is None:
                     all_read = False
@@ -181,8 +193,11 @@ def _try_sequence(source: FrameSource, settings: Settings, how: How, results: Re
         return False
 
 
-def _estimate_pictures(batch: Batch, settings: Settings, how: How, results: ResultWriter) -> None:
-    to = results.to.annotate
+def _estimate_pictures(
+    batch: Batch, settings: Settings, how: How, results: ResultWriter, files: contextlib.ExitStack
+) -> None:
+    to, out = results.to.annotate, results.to.out
+    messages = None if out is None else files.enter_context(PoseFile(out, str(batch.files[0].path), say))
     folder = None if to is None else PictureFolder(to, [file.path for file in batch.files])
     auto_masks = AutoMasks(settings, say)
 
@@ -196,6 +211,9 @@ def _estimate_pictures(batch: Batch, settings: Settings, how: How, results: Resu
                 folder.write(path.stem, annotate(read(), found, headline=headline_of(trust)))
 
         results.write(found.to_dict(str(path), 0, None, sha256, taken_s) | NO_TRACK, str(path), trust, draw)
+        if messages is not None:
+            picture = annotate(read(), found, headline=headline_of(trust))
+            messages.write(Seen(str(path), 0, found, trust, None, picture), None, taken_s)
 
     if how.is_split:
         with workers(how.jobs, how.scheduler) as (executor, at_once):

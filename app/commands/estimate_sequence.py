@@ -15,6 +15,8 @@ from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import Destinations, HeldLines, PictureFolder, ResultWriter
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.export.recording import record
+from dockpose.app.export.ros.mcap_file import PoseFile
+from dockpose.app.export.ros.messages import Seen
 from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known
@@ -108,19 +110,26 @@ def estimate_sequence(
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(source, frames, results.to, folder, files)
         lines = files.enter_context(_Smoothed(run, settings, results)) if how.is_smoothed else None
+        out = results.to.out
+        messages = None if out is None else files.enter_context(PoseFile(out, source.name, progress.tell))
         for found, tracked in run:
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s)
 
             selected = _with_selection(tracked)
             trust = trust_of(selected, tracked)
 
-            def draw(found: Found = found, selected: Estimate = selected, trust: Trust = trust) -> None:
-                picture = annotate(run.picture(found.index), selected, headline=headline_of(trust))
-                write_picture(found.index, found.time_s, picture)
+            def drawn(found: Found = found, selected: Estimate = selected, trust: Trust = trust) -> np.ndarray:
+                return annotate(run.picture(found.index), selected, headline=headline_of(trust))
+
+            def draw(found: Found = found, drawn: Callable[[], np.ndarray] = drawn) -> None:
+                write_picture(found.index, found.time_s, drawn())
 
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
             held = None if lines is None else lines.hold(tracked)
             results.write(line, f"{found.name} frame {found.index}{time}", trust, draw, held)
+            if messages is not None:
+                seen = Seen(found.name, found.index, selected, trust, tracked.track, drawn())
+                messages.write(seen, found.time_s, found.time_unix_s)
             progress.step(frames.dropped)
         return frames.is_live or not (run.skipped or frames.is_cut_short)
 

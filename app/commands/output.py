@@ -33,11 +33,14 @@ class Destinations:
         File for a row a frame.
     annotate : Path or None
         Folder for annotated pictures; or of one sequence a video, by its ending.
+    out : Path or None
+        File NAME.mcap for messages of ROS 2.
     """
 
     json: str | None = None
     csv: str | None = None
     annotate: Path | None = None
+    out: Path | None = None
 
     @property
     def is_video(self) -> bool:

@@ -1,0 +1,152 @@
+"""An MCAP file of ROS 2 messages, for Foxglove and every reader of bags, written frame by frame."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from dockpose.app.errors import UserError, writing
+from dockpose.app.export.ros.messages import TOPICS, Seen, messages_of
+
+ENDING = ".mcap"
+# So little is kept back that a frame with its picture is on the disk at once.
+_CHUNK_BYTES = 16 * 1024
+_PERIOD_S = 0.1  # between frames of which no time is known
+_FIRST_S = 1.0  # stamp of the first frame where the time of day is not known; a stamp of 0 stands for none
+_WITHOUT_DAY = "seconds since the first frame, plus 1; the source does not know the time of day"
+
+
+class PoseFile:
+    """An MCAP file with the poses of each frame; as a context manager it finishes itself.
+
+    A program that is killed leaves what it had written, which readers of MCAP files without an index read.
+
+    Parameters
+    ----------
+    path : Path
+        NAME.mcap.
+    source : str
+        Name of the source.
+    tell : callable
+        Told where the source does not know the time of day, of which the time stamps are then none.
+
+    Raises
+    ------
+    UserError
+        If it cannot be written, the name does not end with .mcap, or the packages that write it are missing.
+    """
+
+    def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:
+        try:
+            from mcap.writer import Writer
+            from rosbags.typesys import Stores, get_typestore
+        except ImportError as error:
+            raise UserError(f"--out {path}: needs the packages that write bags: pip install 'dockpose[ros]'") from error
+        self._path, self._source, self._tell = path, source, tell
+        with writing(path):
+            self._file = path.open("wb")
+        self._store = get_typestore(Stores.ROS2_HUMBLE)
+        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
+        self._writer.start(profile="ros2", library=f"dockpose {version('dockpose')}")
+        self._channels = {topic: self._channel(topic, kind) for topic, kind in TOPICS.items()}
+        self._begin_s: float | None = None  # of the clock of the stamps, at the frames' time 0
+        self._clock = ""
+        self._count = 0
+
+    def __enter__(self) -> PoseFile:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
+        """Add a frame.
+
+        Parameters
+        ----------
+        seen : Seen
+            The frame.
+        time_s : float or None, seconds
+            Its time since the source began.
+        time_unix_s : float or None, seconds
+            Its time since 1970.
+
+        Raises
+        ------
+        UserError
+            If it cannot be written.
+        """
+        stamp_s = self._stamp_s(time_s, time_unix_s)
+        with writing(self._path):
+            for topic, fields in messages_of(dataclasses.replace(seen, clock=self._clock), stamp_s):
+                data = bytes(self._store.serialize_cdr(built(self._store, TOPICS[topic], fields), TOPICS[topic]))
+                time_ns = round(1e9 * stamp_s)
+                self._writer.add_message(self._channels[topic], time_ns, data, time_ns, self._count)
+            self._file.flush()
+        self._count += 1
+
+    def close(self) -> None:
+        """Finish the file."""
+        if not self._file.closed:
+            with writing(self._path), self._file:
+                self._writer.finish()
+
+    def _channel(self, topic: str, kind: str) -> int:
+        definition, _ = self._store.generate_msgdef(kind, ros_version=2)
+        return self._writer.register_channel(
+            topic, "cdr", self._writer.register_schema(kind, "ros2msg", definition.encode())
+        )
+
+    def _stamp_s(self, time_s: float | None, time_unix_s: float | None) -> float:
+        """Time of a frame by one clock for all of them."""
+        since_s = _PERIOD_S * self._count if time_s is None else time_s
+        if self._begin_s is None:
+            self._begin_s = _FIRST_S - since_s if time_unix_s is None else time_unix_s - since_s
+            self._clock = _WITHOUT_DAY if time_unix_s is None else "time of day"
+            if time_unix_s is None:
+                self._tell(f"{self._source}: time stamps in {self._path} are {_WITHOUT_DAY}")
+            self._writer.add_metadata("dockpose", {"source": self._source, "stamps": self._clock})
+        if time_unix_s is not None and self._clock != _WITHOUT_DAY:
+            return time_unix_s
+        return self._begin_s + since_s
+
+
+def built(store: Any, kind: str, fields: dict[str, Any]) -> Any:
+    """Build a message.
+
+    Parameters
+    ----------
+    store : Typestore
+        Of the package ``rosbags``.
+    kind : str
+        As "geometry_msgs/msg/Pose".
+    fields : dict
+        Plain values, dictionaries for messages in it, lists and bytes.
+
+    Returns
+    -------
+    object
+        The message, which the store serialises.
+    """
+    values = {}
+    for name, described in store.fielddefs[kind][1]:
+        values[name] = _value(store, described, fields[name])
+    return store.types[kind](**values)
+
+
+def _value(store: Any, described: Any, value: Any) -> Any:
+    """A field's value, by how the store describes it."""
+    sort, about = described
+    if sort.name == "BASE":
+        return value
+    if sort.name == "NAME":
+        return built(store, about, value)
+    (inner, what), _ = about
+    if inner.name == "NAME":
+        return [built(store, what, one) for one in value]
+    return np.frombuffer(value, np.uint8) if isinstance(value, bytes) else np.array(value, float)

@@ -1,0 +1,213 @@
+"""What was found in a frame as the fields of ROS 2 messages, and a pose in YAML that ``ros2 topic pub`` takes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import yaml
+from dockpose import Estimate
+from dockpose.app.state.trust import Trust
+from dockpose.pose.circle import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2, CirclePose
+from dockpose.tracking import Track
+
+FRAME_ID, DOCK_FRAME_ID = "camera_optical_frame", "dock"
+_POSE, _TF = "geometry_msgs/msg/PoseWithCovarianceStamped", "tf2_msgs/msg/TFMessage"
+_PICTURE, _DIAGNOSTICS = "sensor_msgs/msg/CompressedImage", "diagnostic_msgs/msg/DiagnosticArray"
+# The type of what is on each topic.
+TOPICS = {
+    "/diagnostics": _DIAGNOSTICS,
+    "/dock/pose_a": _POSE,
+    "/dock/pose_b": _POSE,
+    "/dock/pose": _POSE,
+    "/tf": _TF,
+    "/dock/image/compressed": _PICTURE,
+}
+_LEVELS = {"green": 0, "amber": 1, "red": 2}  # OK, WARN, ERROR of diagnostic_msgs/DiagnosticStatus
+_JPEG_QUALITY = 90
+
+Message = tuple[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A frame and what was found in it.
+
+    Attributes
+    ----------
+    source : str
+        Name of the source.
+    frame : int
+        Number of the frame.
+    found : Estimate
+        With the pose selected that was chosen in the end.
+    trust : Trust
+        How far to trust it.
+    track : Track or None
+        State of the track; None for a picture by itself.
+    picture : (H, W, 3) uint8 BGR array or None
+        The annotated picture.
+    clock : str
+        What the time stamps are.
+    """
+
+    source: str
+    frame: int
+    found: Estimate
+    trust: Trust
+    track: Track | None = None
+    picture: np.ndarray | None = None
+    clock: str = "time of day"
+
+
+def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Message]:
+    """Return all messages about a frame, each with its topic, which is one of ``TOPICS``.
+
+    Parameters
+    ----------
+    seen : Seen
+        The frame.
+    time_s : float, seconds
+        Time of the stamps, since 1970.
+    frame_id : str
+        Name of the camera's optical frame.
+
+    Returns
+    -------
+    list of (str, dict)
+        Diagnostics always; the candidates, the chosen pose and its transform where the frame shows a dock; the
+        annotated picture, last, where there is one.
+    """
+    messages: list[Message] = [("/diagnostics", diagnostics_message(seen, time_s, frame_id))]
+    if seen.found.status == "ok":
+        for topic, pose in zip(("/dock/pose_a", "/dock/pose_b"), seen.found.candidates, strict=False):
+            messages.append((topic, pose_message(pose, time_s, frame_id)))
+    chosen = seen.found.selected if seen.track is None or not seen.track.predicted else None
+    if chosen is not None:
+        messages.append(("/dock/pose", pose_message(chosen, time_s, frame_id)))
+        messages.append(("/tf", transform_message(chosen, time_s, frame_id)))
+    if seen.picture is not None and chosen is not None:
+        messages.append(("/dock/image/compressed", picture_message(seen.picture, time_s, frame_id)))
+    return messages
+
+
+def pose_message(pose: CirclePose, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
+    """Return a pose as the message's fields.
+
+    Parameters
+    ----------
+    pose : CirclePose
+        The pose.
+    time_s : float, seconds
+        Time of the stamp, since 1970.
+    frame_id : str
+        Name of the camera's optical frame: x right, y down, z ahead (REP 103).
+
+    Returns
+    -------
+    dict
+        ``pose.pose`` is the dock's frame in the camera's: z into the dock, away from the camera, x level.
+        ``pose.covariance`` is 6 x 6, row by row: x, y, z, then rotations about the camera's fixed axes x, y and z.
+
+    Notes
+    -----
+    The rotation is Ry(theta_y) Rx(theta_x). Roll, about the dock's own axis, is unobservable where all lights look
+    alike; it gets the variance of a uniform distribution over a full turn, pi^2 / 3.
+    """
+    x, y, z, w = pose.quaternion_xyzw
+    return {
+        "header": header(time_s, frame_id),
+        "pose": {
+            "pose": {
+                "position": dict(zip("xyz", pose.position_m.tolist(), strict=True)),
+                "orientation": {"x": x, "y": y, "z": z, "w": w},
+            },
+            "covariance": covariance(pose).ravel().tolist(),
+        },
+    }
+
+
+def transform_message(pose: CirclePose, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
+    """Return a pose as the transform from the camera's frame to the dock's; for arguments see :func:`pose_message`."""
+    x, y, z, w = pose.quaternion_xyzw
+    transform = {
+        "translation": dict(zip("xyz", pose.position_m.tolist(), strict=True)),
+        "rotation": {"x": x, "y": y, "z": z, "w": w},
+    }
+    stamped = {"header": header(time_s, frame_id), "child_frame_id": DOCK_FRAME_ID, "transform": transform}
+    return {"transforms": [stamped]}
+
+
+def diagnostics_message(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
+    """Return how a frame was judged: OK, WARN or ERROR as the traffic light says, a sentence, and the numbers."""
+    found, track, trust = seen.found, seen.track, seen.trust
+    pose = found.selected
+    values: dict[str, Any] = {
+        "status": found.status,
+        "trust": trust.colour,
+        "frame": seen.frame,
+        "stamps": seen.clock,
+        "pose": None if found.choice is None else "AB"[found.choice.selected],
+        "selected_by": None if found.choice is None else found.choice.selected_by,
+        "probability": None if pose is None else pose.probability,
+        "detection": found.detection,
+        "lights_on_ring": found.lights_on_ring,
+        "level": None if found.threshold is None else found.threshold.level,
+    }
+    if track is not None:
+        values |= {f"track_{name}": getattr(track, name) for name in ("probability", "age", "predicted", "lost")}
+    status = {
+        "level": _LEVELS[trust.colour],
+        "name": "dockpose: dock",
+        "message": f"{found.message} {trust.sentence}",
+        "hardware_id": seen.source,
+        "values": [{"key": key, "value": _as_text(value)} for key, value in values.items()],
+    }
+    return {"header": header(time_s, frame_id), "status": [status]}
+
+
+def picture_message(picture: np.ndarray, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
+    """Return a picture (H, W, 3), BGR of 8 bits, as JPEG."""
+    data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
+    return {"header": header(time_s, frame_id), "format": "jpeg", "data": data}
+
+
+def _as_text(value: Any) -> str:
+    """A number, a word, or nothing where it is not known."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, float) and math.isfinite(value) else str(value)
+
+
+def header(time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
+    """Return a message's header; ``time_s`` is in seconds since 1970."""
+    nanoseconds = round(1e9 * time_s)
+    return {"stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}, "frame_id": frame_id}
+
+
+def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -> str | None:
+    """Return the message of the chosen pose as YAML; None without a pose.
+
+    ``time_s`` is in seconds since 1970; where it is None the stamp is 0, and a comment says so.
+    """
+    if found.selected is None:
+        return None
+    message = pose_message(found.selected, 0.0 if time_s is None else time_s, frame_id)
+    unknown = "# When the picture was taken is not known: the stamp is 0.\n" if time_s is None else ""
+    return unknown + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
+
+
+def covariance(pose: CirclePose) -> np.ndarray:
+    """Return the covariance (6, 6) in square metres and square radians; see :func:`pose_message`.
+
+    Where the errors of a pose are not known, each of its numbers has the variance of one of which nothing is known.
+    """
+    found = pose.covariance
+    if found is not None:
+        return found
+    return np.diag([UNKNOWN_LENGTH_M2] * 3 + [UNKNOWN_ANGLE_RAD2] * 3)

@@ -1,0 +1,203 @@
+"""MCAP files that we write, read back whole by `mcap` and by `rosbags`, message by message."""
+
+import contextlib
+import json
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from dockpose.app.cli import main
+from dockpose.app.export.ros.messages import TOPICS
+from dockpose.camera.files import save_camera
+from dockpose.simulate import Approach, FilmPlan, film, save_sequence
+from dockpose.sources import Bag
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+from mcap.records import Message
+from mcap.stream_reader import StreamReader
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from tests.support import bags
+from tests.support.scenes import CAMERA, random_scene
+
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+FRAMES, DARK = 12, (4, 5)  # frames, of which these show no dock
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """A folder with what `estimate --out` made of a bag, and the JSON lines of the same run."""
+    folder = tmp_path_factory.mktemp("written")
+    plan = FilmPlan(scene=random_scene(3), motion=Approach(start_m=1.6, end_m=1.2, frames=FRAMES, rate_hz=10.0))
+    pictures = [frame.image for frame in film(plan)]
+    for index in DARK:
+        pictures[index] = np.full_like(pictures[index], 10)
+    bags.write_mcap(folder / "run.mcap", bags.frames(pictures))
+    save_camera(CAMERA, folder / "camera.yaml")
+    words = ["--camera", str(folder / "camera.yaml"), "--dock-diameter", "0.30", "--lights", "10"]
+    files = ["--out", str(folder / "poses.mcap"), "--json", str(folder / "lines.jsonl")]
+    assert main(["estimate", str(folder / "run.mcap"), *words, *files]) == 0
+    return folder
+
+
+def lines_of(folder):
+    return [json.loads(line) for line in (folder / "lines.jsonl").read_text().splitlines()]
+
+
+def by_mcap(path):
+    """Topic, time and message of every message, as the library `mcap` finds them."""
+    with path.open("rb") as file:
+        for schema, channel, message in make_reader(file).iter_messages():
+            assert schema is not None
+            assert (schema.encoding, channel.message_encoding, schema.name) == ("ros2msg", "cdr", TOPICS[channel.topic])
+            yield channel.topic, message.log_time, STORE.deserialize_cdr(message.data, schema.name)
+
+
+def by_rosbags(path):
+    """The same, as `rosbags` finds them, by the definitions in the file alone."""
+    with AnyReader([path], default_typestore=get_typestore(Stores.EMPTY)) as reader:
+        for connection, time_ns, data in reader.messages():
+            yield connection.topic, time_ns, reader.deserialize(data, connection.msgtype)
+
+
+@pytest.mark.parametrize("read", [by_mcap, by_rosbags])
+def test_every_message_is_what_the_line_says(written, read):
+    found = list(read(written / "poses.mcap"))
+    lines = lines_of(written)
+    for line in lines:
+        stamp_ns = bags.START_NS + line["frame"] * bags.PERIOD_NS
+        messages = {topic: message for topic, time_ns, message in found if abs(time_ns - stamp_ns) < 1000}
+        if line["frame"] in DARK:
+            assert set(messages) == {"/diagnostics"}
+        else:
+            assert set(messages) == set(TOPICS)
+            check_poses(messages, line)
+        check_diagnostics(messages["/diagnostics"], line)
+        for message in messages.values():
+            header = message.transforms[0].header if hasattr(message, "transforms") else message.header
+            assert abs(header.stamp.sec * 10**9 + header.stamp.nanosec - stamp_ns) < 1000
+            assert header.frame_id == "camera_optical_frame"
+    assert len(found) == len(lines) + 5 * (FRAMES - len(DARK))
+
+
+def check_poses(messages, line):
+    poses = {"/dock/pose": line["chosen"]}
+    poses |= dict(zip(("/dock/pose_a", "/dock/pose_b"), line["candidates"], strict=True))
+    for topic, expected in poses.items():
+        stamped = messages[topic].pose
+        position, turn = stamped.pose.position, stamped.pose.orientation
+        assert [position.x, position.y, position.z] == expected["position_m"]
+        assert [turn.x, turn.y, turn.z, turn.w] == expected["quaternion_xyzw"]
+        assert stamped.covariance.reshape(6, 6).tolist() == expected["covariance_m_rad"]
+    (transform,) = messages["/tf"].transforms
+    assert transform.child_frame_id == "dock"
+    assert transform.transform.translation.z == line["chosen"]["position_m"][2]
+    assert transform.transform.rotation.w == line["chosen"]["quaternion_xyzw"][3]
+    picture = messages["/dock/image/compressed"]
+    assert picture.format == "jpeg"
+    decoded = cv2.imdecode(np.array(picture.data), cv2.IMREAD_COLOR)
+    assert decoded is not None
+    assert decoded.shape == (480, 640, 3)
+
+
+def check_diagnostics(message, line):
+    (status,) = message.status
+    values = {each.key: each.value for each in status.values}
+    assert status.message.startswith(line["message"])
+    assert values["status"] == line["status"]
+    assert values["stamps"] == "time of day"
+    assert values["track_predicted"] == str(line["track"]["predicted"]).lower()
+    if line["frame"] in DARK:
+        assert (status.level, values["probability"], values["pose"]) == (2, "", "")
+    else:
+        assert status.level == (0 if line["track"]["probability"] >= 0.95 else 1)
+        assert float(values["probability"]) == line["candidates"][line["selected"]]["probability"]
+
+
+def test_it_is_a_bag_of_pictures_again(written):
+    with Bag(str(written / "poses.mcap")) as bag:
+        assert bag.count == FRAMES - len(DARK)
+        assert bag.at(0).image.shape == (480, 640, 3)
+
+
+def test_without_a_time_of_day_it_is_said_and_no_stamp_is_0(written, tmp_path, capsys):
+    scene = tmp_path / "scene.yaml"
+    save_sequence(FilmPlan(scene=random_scene(3), motion=Approach(start_m=1.5, end_m=1.4, frames=3, rate_hz=10)), scene)
+    assert main(["estimate", str(scene), "--out", str(tmp_path / "a.mcap"), "--json", str(tmp_path / "a.jsonl")]) == 0
+    told = capsys.readouterr().err
+    assert told.count("time stamps in") == 1
+    assert "are seconds since the first frame, plus 1; the source does not know the time of day" in told
+    found = list(by_mcap(tmp_path / "a.mcap"))
+    assert sorted({time_ns for _, time_ns, _ in found}) == [1_000_000_000, 1_100_000_000, 1_200_000_000]
+    values = {each.key: each.value for each in found[0][2].status[0].values}
+    assert values["stamps"].startswith("seconds since the first frame")
+
+
+def test_pictures_by_themselves_go_there_too(written, tmp_path):
+    bag = Bag(str(written / "run.mcap"))
+    path = tmp_path / "one.png"
+    cv2.imwrite(str(path), bag.at(0).image)
+    bag.close()
+    words = ["--camera", str(written / "camera.yaml"), "--dock-diameter", "0.30", "--lights", "10"]
+    assert main(["estimate", str(path), *words, "--out", str(tmp_path / "a.mcap")]) == 0
+    assert {topic for topic, _, _ in by_rosbags(tmp_path / "a.mcap")} == set(TOPICS)
+
+
+def test_a_program_that_is_killed_leaves_all_frames_but_the_last(tmp_path):
+    """Frames without a picture are smallest, and so the most that may be lost."""
+    path, script = (
+        tmp_path / "killed.mcap",
+        """
+import os, signal, sys
+from pathlib import Path
+import numpy as np
+from dockpose import Camera, Dock, estimate
+from dockpose.app.export.ros.mcap_file import PoseFile
+from dockpose.app.export.ros.messages import Seen
+from dockpose.app.state.trust import Trust
+dark = np.full((48, 64), 10, np.uint8)
+found = estimate(dark, Camera(70, 70, 31.5, 23.5, 64, 48), Dock(0.3, 10))
+file = PoseFile(Path(sys.argv[1]), "test", print)
+for number in range(200):
+    file.write(Seen("test", number, found, Trust("red", "No pose")), 0.1 * number, 1.75e9 + 0.1 * number)
+os.kill(os.getpid(), signal.SIGKILL)
+""",
+    )
+    assert subprocess.run([sys.executable, "-c", script, str(path)], timeout=60, check=False).returncode == -9
+    found = []
+    with path.open("rb") as file, contextlib.suppress(McapError, struct.error):  # at the end, which is missing
+        for record in StreamReader(file).records:
+            if isinstance(record, Message):
+                found.append(STORE.deserialize_cdr(record.data, "diagnostic_msgs/msg/DiagnosticArray"))
+    assert 200 - 40 <= len(found) <= 200  # 16 KiB of messages
+    numbers = [{each.key: each.value for each in message.status[0].values}["frame"] for message in found]
+    assert numbers == [str(number) for number in range(len(found))]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--out", "poses.txt"], "--out poses.txt: must be NAME.mcap"),
+        (["--out", "nowhere/poses.mcap"], "nowhere/poses.mcap: cannot be written"),
+        (["other.png", "run.mp4", "--out", "poses.mcap"], "--out poses.mcap: takes one source"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(written, monkeypatch, capsys, words, sentence):
+    monkeypatch.chdir(written)
+    known = ["--camera", "camera.yaml", "--dock-diameter", "0.30"]
+    assert main(["estimate", "run.mcap", *words, *known]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not Path("poses.txt").exists()
+
+
+def test_without_the_packages_one_sentence_says_how_to_get_them(written, monkeypatch, capsys, tmp_path):
+    save_sequence(FilmPlan(scene=random_scene(3), motion=Approach(frames=2)), tmp_path / "scene.yaml")
+    for name in ("mcap", "mcap.writer"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert main(["estimate", str(tmp_path / "scene.yaml"), "--out", str(tmp_path / "a.mcap")]) == 2
+    assert "pip install 'dockpose[ros]'" in capsys.readouterr().err

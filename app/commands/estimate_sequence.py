@@ -128,7 +128,8 @@ def estimate_sequence(
             held = None if lines is None else lines.hold(tracked)
             results.write(line, f"{found.name} frame {found.index}{time}", trust, draw, held)
             if messages is not None:
-                seen = Seen(found.name, found.index, selected, trust, tracked.track, drawn())
+                told = dataclasses.replace(selected, message=tracked.message)
+                seen = Seen(found.name, found.index, told, trust, tracked.track, drawn())
                 messages.write(seen, found.time_s, found.time_unix_s)
             progress.step(frames.dropped)
         return frames.is_live or not (run.skipped or frames.is_cut_short)

@@ -6,6 +6,7 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -132,7 +133,7 @@ def test_without_a_time_of_day_it_is_said_and_no_stamp_is_0(written, tmp_path, c
     told = capsys.readouterr().err
     assert told.count("time stamps in") == 1
     assert "are seconds since the first frame, plus 1; the source does not know the time of day" in told
-    found = list(by_mcap(tmp_path / "a.mcap"))
+    found: list[Any] = list(by_mcap(tmp_path / "a.mcap"))
     assert sorted({time_ns for _, time_ns, _ in found}) == [1_000_000_000, 1_100_000_000, 1_200_000_000]
     values = {each.key: each.value for each in found[0][2].status[0].values}
     assert values["stamps"].startswith("seconds since the first frame")

@@ -3,23 +3,89 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
+import msgspec
 import numpy as np
+
+# What no camera, dock, tank or picture exceeds, by what a name ends with; beyond, numbers would overflow somewhere.
+_MOST = (
+    *(("_per_m", 1e4), ("_m_per_s", 1e3), ("_deg_per_s", 1e4), ("_cutoff_deg", 90.0), ("_deg", 1e5), ("_rad", 1e4)),
+    *(("_hz", 1e5), ("_s", 1e8), ("_px", 1e6), ("_gap_m", 100.0), ("glass_m", 10.0), ("_m", 1e5), ("_index", 10.0)),
+    *(("diameter", 1e4), ("fx", 1e8), ("fy", 1e8), ("cx", 1e8), ("cy", 1e8), ("distortion", 1e6)),
+    *(("width", 1e6), ("height", 1e6), ("count", 1e5), ("frames", 1e8), ("lights", 1e3)),
+)
+_MOST_OF_ALL, _LEAST_ABOVE_0 = 1e15, 1e-9
+_LONGEST, _MOST_TEXT = 80, 600  # characters of a value that are quoted, and of a message
 
 
 def check_number(name: str, value: Any, *, above: float = -math.inf) -> None:
-    """Raise a ValueError that names the argument unless ``value`` is a finite number above ``above``."""
+    """Raise a ValueError that names the argument unless ``value`` is a finite, plausible number above ``above``."""
     is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not is_number or not math.isfinite(value) or not value > above:
+    if not is_number or not math.isfinite(_as_float(value)) or not value > above:
         wanted = "a finite number" if above == -math.inf else f"a finite number above {above:g}"
-        raise ValueError(f"{name} is {value!r}; it must be {wanted}")
+        raise ValueError(f"{name} is {shown(value)}; it must be {wanted}")
+    if above == 0 and value < _LEAST_ABOVE_0:
+        raise ValueError(f"{name} is {shown(value)}; it must be at least {_LEAST_ABOVE_0:g}")
+    most = _most(name)
+    if abs(value) > most:
+        within = f"at most {most:g}" if above >= 0 else f"within -{most:g} to {most:g}"
+        raise ValueError(f"{name} is {shown(value)}; it must be {within}")
+
+
+def shown(value: Any) -> str:
+    """``repr`` of a value for a message: on one line, and no longer than a few words."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to print a whole number of thousands of digits
+        text = f"{hex(value)[:_LONGEST]}..."
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def one_line(text: str) -> str:
+    """Text for a message: what cannot be printed, such as a line break or an escape sequence, is spelt out."""
+    printable = "".join(
+        each if each.isprintable() else each.encode("unicode_escape").decode() for each in text[:_MOST_TEXT]
+    )
+    return printable if len(text) <= _MOST_TEXT else f"{printable}..."
+
+
+def make_plain(struct: msgspec.Struct) -> None:
+    """Replace, in place, numpy's numbers and arrays among a struct's fields by Python's numbers and tuples."""
+    for name in struct.__struct_fields__:
+        value = getattr(struct, name)
+        if isinstance(value, (np.generic, np.ndarray, list, tuple)):
+            msgspec.structs.force_setattr(struct, name, _plain(value))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, (np.ndarray, list, tuple)):
+        return tuple(_plain(each) for each in value)
+    return value
+
+
+def _as_float(value: Any) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _most(name: str) -> float:
+    """The largest plausible value of what has that name, such as "position_m x" or "distortion[2]"."""
+    stem = re.sub(r"( [xyz]|\[\d+\])$", "", name)
+    return next((most for end, most in _MOST if stem.endswith(end)), _MOST_OF_ALL)
 
 
 def check_whole(name: str, value: Any, *, least: int) -> None:
     """Raise a ValueError that names the argument unless ``value`` is a whole number, at least ``least``."""
     if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
-        raise ValueError(f"{name} is {value!r}; it must be a whole number of at least {least}")
+        raise ValueError(f"{name} is {shown(value)}; it must be a whole number of at least {least}")
+    if value > _most(name):
+        raise ValueError(f"{name} is {shown(value)}; it must be at most {_most(name):g}")
 
 
 def as_points(name: str, points: Any, columns: int) -> np.ndarray:

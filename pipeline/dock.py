@@ -6,7 +6,7 @@ import math
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number, check_whole
+from dockpose.checks import check_number, check_whole, make_plain
 
 LIGHT_COLOURS = ("white", "red", "green", "blue")
 _CLOSEST_DEG = 0.5  # two lights closer together than this are the same
@@ -53,6 +53,7 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     offsets_m: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
+        make_plain(self)
         check_number("diameter", self.diameter, above=0)
         if self.lights is None and (self.angles_deg or self.colours or self.offsets_m):
             msgspec.structs.force_setattr(self, "lights", len(self.angles_deg or self.colours or self.offsets_m))

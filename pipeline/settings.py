@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import msgspec
-from dockpose.checks import check_number, check_whole
+from dockpose.checks import check_number, check_whole, make_plain
 from dockpose.lights.markers import CENTROIDS
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.thresholds import LEVELS, METHODS
@@ -56,6 +56,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     lost_after_s: float = 1.0
 
     def __post_init__(self) -> None:
+        make_plain(self)
         _check_one_of("method", self.method, tuple(METHODS))
         _check_one_of("centroid", self.centroid, CENTROIDS)
         check_whole("min_area_px", self.min_area_px, least=1)

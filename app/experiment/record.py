@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose.app.experiment.row import COLUMNS, Row, rows_from_csv
-from dockpose.camera.files import FileError, read_yaml
 from dockpose.camera.image import read
+from dockpose.yaml_file import FileError, read_yaml
 
 SCHEMA = 1
 INFO, RESULTS, FRAMES = "session.yaml", "results.csv", "frames"

@@ -25,8 +25,8 @@ from dockpose.app.inputs.filenames import safe_name
 from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view
-from dockpose.camera.files import FileError
 from dockpose.estimate import SCHEMA
+from dockpose.yaml_file import FileError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

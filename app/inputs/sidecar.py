@@ -8,8 +8,9 @@ from pathlib import Path
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.dock_file import dock_from
-from dockpose.camera.files import FileError, load_camera, read_yaml
+from dockpose.camera.files import load_camera
 from dockpose.pose.known import KnownPose, read_known_pose
+from dockpose.yaml_file import FileError, read_yaml
 
 
 @dataclass(frozen=True)

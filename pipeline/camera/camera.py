@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from dockpose.camera.lens import bend, straighten, tangents_of
 from dockpose.camera.port import FlatPort
-from dockpose.checks import as_points, check_number, check_whole
+from dockpose.checks import as_points, check_number, check_whole, make_plain
 
 DISTORTION_LENGTHS = (0, 4, 5, 8)
 FISHEYE_LENGTHS = (0, 4)
@@ -75,6 +75,7 @@ class Camera(
     fisheye: bool = False
 
     def __post_init__(self) -> None:
+        make_plain(self)
         check_number("fx", self.fx, above=0)
         check_number("fy", self.fy, above=0)
         check_number("cx", self.cx)

@@ -8,17 +8,13 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
-import yaml
 from dockpose.camera.camera import Camera
+from dockpose.yaml_file import FileError, read_yaml, to_yaml
 
 FORMATS = ("dockpose", "ros", "opencv")
 # Lens models as ROS and OpenCV name them, and how many coefficients each has; the last two are the same model.
 _DISTORTION_MODELS = {"plumb_bob": (4, 5), "rational_polynomial": (8,), "equidistant": (4,), "fisheye": (4,)}
 _FISHEYE_MODELS = ("equidistant", "fisheye")
-
-
-class FileError(ValueError):
-    """A file that cannot be used; the text names the file, the key and the fault."""
 
 
 class _Matrix(msgspec.Struct):
@@ -35,19 +31,6 @@ class _Calibration(msgspec.Struct):
     camera_matrix: _Matrix
     distortion_coefficients: _Matrix
     distortion_model: str | None = None
-
-
-class _OpenCVLoader(yaml.SafeLoader):
-    """Safe YAML that also knows OpenCV's matrices."""
-
-
-def _opencv_matrix(loader: yaml.SafeLoader, node: yaml.Node) -> dict[Any, Any]:
-    if not isinstance(node, yaml.MappingNode):
-        raise yaml.constructor.ConstructorError(None, None, "a matrix without rows, cols and data", node.start_mark)
-    return loader.construct_mapping(node, deep=True)
-
-
-_OpenCVLoader.add_constructor("tag:yaml.org,2002:opencv-matrix", _opencv_matrix)
 
 
 def load_camera(path: str | Path) -> Camera:
@@ -119,38 +102,6 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
         return
     content = {"camera": msgspec.to_builtins(camera)} if file_format == "dockpose" else _ros_content(camera)
     Path(path).write_text(to_yaml(content), encoding="utf-8")
-
-
-def read_yaml(path: str | Path) -> dict[str, Any]:
-    """Read a YAML file whose top level is a mapping.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, is not YAML, or its top level is something else.
-    """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except UnicodeDecodeError as error:
-        raise FileError(f"{path}: is not a text file") from error
-    if text.startswith("%YAML:"):  # OpenCV's own spelling of the YAML directive
-        text = text.partition("\n")[2]
-    try:
-        content = yaml.load(text, Loader=_OpenCVLoader)
-    except yaml.YAMLError as error:
-        where = getattr(error, "problem_mark", None)
-        line = "" if where is None else f", line {where.line + 1}"
-        raise FileError(f"{path}: is not valid YAML{line} ({getattr(error, 'problem', None) or error})") from error
-    if not isinstance(content, dict):
-        raise FileError(f"{path}: holds no keys; its top is {type(content).__name__}")
-    return content
-
-
-def to_yaml(content: dict[str, Any]) -> str:
-    """YAML text of plain Python values, with keys in the given order and floats exact."""
-    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
 
 
 def _from_calibration(file: _Calibration) -> Camera:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number
+from dockpose.checks import check_number, make_plain
 
 FRESH_WATER, SEA_WATER = 1.333, 1.340
 ACRYLIC, GLASS = 1.491, 1.517
@@ -36,6 +36,7 @@ class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     water_index: float = FRESH_WATER
 
     def __post_init__(self) -> None:
+        make_plain(self)
         for name in ("air_gap_m", "glass_m"):
             check_number(name, getattr(self, name))
             if getattr(self, name) < 0:

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number
+from dockpose.checks import check_number, make_plain
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 
 AGREES_SHARE = 0.02  # of the distance: the largest error of a position that agrees with the truth
@@ -36,6 +36,7 @@ class KnownPose(msgspec.Struct, frozen=True):
     theta_y_deg: float
 
     def __post_init__(self) -> None:
+        make_plain(self)
         for value in (*self.position_m, self.theta_x_deg, self.theta_y_deg):
             check_number("a known pose", value)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import msgspec
-from dockpose.checks import check_number, check_whole
+from dockpose.checks import check_number, check_whole, make_plain
 
 # Response of the blue, green and red bands to a lamp of each colour.
 COLOURS = {
@@ -20,6 +20,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A part of a scene: checks that its numbers are finite, and not negative unless listed in ``_SIGNED``."""
 
     def __post_init__(self) -> None:
+        make_plain(self)
         for name in self.__struct_fields__:
             value = getattr(self, name)
             if isinstance(value, float):

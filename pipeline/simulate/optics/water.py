@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number
+from dockpose.checks import check_number, make_plain
 from dockpose.simulate.optics.hankel import mean_bessel
 
 PHASE_FUNCTIONS = ("clear", "coastal", "harbour", "average")
@@ -44,6 +44,7 @@ class Water(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     phase_function: str = "average"
 
     def __post_init__(self) -> None:
+        make_plain(self)
         for name in ("absorption_per_m", "scattering_per_m"):
             check_number(name, getattr(self, name))
             if getattr(self, name) < 0:

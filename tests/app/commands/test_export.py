@@ -15,8 +15,8 @@ from dockpose.app.errors import UserError
 from dockpose.app.experiment import Measured, Session
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.inputs.samples import load_sample, sample_path
-from dockpose.camera.files import FileError
 from dockpose.camera.image import ImageError
+from dockpose.yaml_file import FileError
 
 NAMES = ("plain", "tilted", "flat_port")
 NASTY = "<script>alert(1)</script>&\"'"

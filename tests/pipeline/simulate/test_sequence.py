@@ -7,7 +7,6 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import estimate
-from dockpose.camera.files import FileError, to_yaml
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import (
     Approach,
@@ -29,6 +28,7 @@ from dockpose.simulate import (
 from dockpose.simulate.files import TRUTH_COLUMNS, truth_row
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.sequence import steer
+from dockpose.yaml_file import FileError, to_yaml
 
 from tests.support.scenes import CAMERA, DOCK
 

@@ -1,0 +1,173 @@
+"""YAML files: read within limits, so that none takes long or much memory, and each fault is one short sentence."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+from typing import Any
+
+import yaml
+from dockpose.checks import one_line, shown
+
+# A camera file with all of a calibration's corners, as OpenCV's own program writes it, has some 200 kB.
+MOST_BYTES = 300_000
+_MOST_NODES = 20_000  # keys and values, with those of aliases counted wherever they are repeated
+_DEEPEST = 30
+_LONGEST = 300  # characters of what YAML says of a fault
+
+
+class FileError(ValueError):
+    """A file that cannot be used; the text names the file, the key and the fault, on one line."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(one_line(text))
+
+
+class _Reader(yaml.SafeLoader):
+    """Safe YAML within limits, that refuses a key given twice, and knows OpenCV's matrices."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._depth = self._count = 0
+        self._sizes: dict[int, int] = {}  # nodes in each node that is done, by its identity
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Read one node with all that is in it."""
+        is_alias = self.check_event(yaml.AliasEvent)
+        mark = self.peek_event().start_mark
+        if self._depth >= _DEEPEST:
+            raise yaml.MarkedYAMLError(problem=f"more than {_DEEPEST} levels of nesting", problem_mark=mark)
+        self._depth, self._count = self._depth + 1, self._count + 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        if is_alias and id(node) not in self._sizes:
+            raise yaml.MarkedYAMLError(problem="a value that contains itself", problem_mark=mark)
+        if not is_alias and node is not None:
+            _check_keys(node)
+            self._sizes[id(node)] = 1 + sum(self._sizes[id(child)] for child in _children(node))
+        if max(self._count, self._sizes[id(node)]) > _MOST_NODES:
+            raise yaml.MarkedYAMLError(problem=f"more than {_MOST_NODES:,} values", problem_mark=mark)
+        return node
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        """Return the Python value of a node."""
+        try:
+            return super().construct_object(node, deep)
+        except yaml.YAMLError:
+            raise
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            kind = node.tag.rpartition(":")[2]
+            value = shown(node.value) if isinstance(node, yaml.ScalarNode) else "it"
+            raise yaml.MarkedYAMLError(problem=f"{value} is no {kind}", problem_mark=node.start_mark) from error
+
+
+def _check_keys(node: yaml.Node) -> None:
+    """Refuse a key that is given twice: nobody could know which of its values counts."""
+    seen = set()
+    for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+        if isinstance(key, yaml.ScalarNode):
+            if key.value in seen:
+                raise yaml.MarkedYAMLError(
+                    problem=f"the key {shown(key.value)} is there twice", problem_mark=key.start_mark
+                )
+            seen.add(key.value)
+
+
+def _children(node: yaml.Node) -> list[yaml.Node]:
+    if isinstance(node, yaml.MappingNode):
+        return [each for pair in node.value for each in pair]
+    return node.value if isinstance(node, yaml.SequenceNode) else []
+
+
+def _opencv_matrix(loader: _Reader, node: yaml.Node) -> dict[Any, Any]:
+    if not isinstance(node, yaml.MappingNode):
+        raise yaml.constructor.ConstructorError(None, None, "a matrix without rows, cols and data", node.start_mark)
+    return loader.construct_mapping(node, deep=True)
+
+
+_Reader.add_constructor("tag:yaml.org,2002:opencv-matrix", _opencv_matrix)
+
+
+def read_yaml(path: str | Path) -> dict[str, Any]:
+    """Read a YAML file whose top level is a mapping.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file of at most 0.3 MB, 20,000 values and 30 levels of nesting.
+
+    Returns
+    -------
+    dict
+        Its keys and values.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is larger, is not YAML, or its top level is something else.
+    """
+    return parse_yaml(read_small(path, MOST_BYTES), str(path))
+
+
+def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
+    """Return the keys and values of YAML text, as :func:`read_yaml` does; ``name`` stands for it in messages.
+
+    Raises
+    ------
+    FileError
+        If it is not YAML, goes beyond a limit, or its top level is no mapping.
+    """
+    try:
+        text = data.decode()
+    except UnicodeDecodeError as error:
+        raise FileError(f"{name}: is not a text file") from error
+    if text.startswith("%YAML:"):  # OpenCV's own spelling of the YAML directive
+        text = text.partition("\n")[2]
+    try:
+        content = yaml.load(text, Loader=_Reader)
+    except yaml.YAMLError as error:
+        where = getattr(error, "problem_mark", None)
+        line = "" if where is None else f", line {where.line + 1}"
+        problem = getattr(error, "problem", None) or f"{error}".partition("\n")[0]
+        raise FileError(f"{name}: is not valid YAML{line} ({problem[:_LONGEST]})") from error
+    except (ArithmeticError, ValueError) as error:  # as for the character \UFFFFFFFF
+        raise FileError(f"{name}: is not valid YAML ({shown(str(error))})") from error
+    if not isinstance(content, dict):
+        raise FileError(f"{name}: holds no keys; its top is {type(content).__name__}")
+    strange = next((key for key in content if not isinstance(key, str)), None)
+    if strange is not None:
+        raise FileError(f"{name}: has the key {shown(strange)}; keys must be text")
+    return content
+
+
+def read_small(path: str | Path, most_bytes: int) -> bytes:
+    """Return the contents of a regular file of at most so many bytes.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read, is no regular file (a pipe could keep us waiting for ever), or is larger.
+    """
+    try:
+        with open(path, "rb", opener=_without_waiting) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise FileError(f"{path}: is no regular file")
+            data = file.read(most_bytes + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileError):
+            raise
+        raise FileError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
+    if len(data) > most_bytes:
+        raise FileError(f"{path}: has more than the {most_bytes / 1e6:g} MB that are read")
+    return data
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a file; a pipe at once, even where nobody writes to it."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def to_yaml(content: dict[str, Any]) -> str:
+    """YAML text of plain Python values, with keys in the given order and floats exact."""
+    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)

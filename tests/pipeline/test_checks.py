@@ -38,7 +38,7 @@ def test_what_is_implausible_is_named(name, value):
         check_number(name, value, above=0 if value > 0 else -math.inf)
 
 
-@pytest.mark.parametrize("value", [2, 10**5000, 3.0, True, "3", np.float64(3)])
+@pytest.mark.parametrize("value", [2, 10**5000, 3.0, True, "3", np.float64(3)], ids=lambda value: type(value).__name__)
 def test_what_is_no_whole_number_in_range_is_named(value):
     with pytest.raises(ValueError, match=r"^lights is .{1,100}; it must be"):
         check_whole("lights", value, least=3)

@@ -12,7 +12,7 @@ from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, s
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.experiment.versions import versions
-from dockpose.camera.image import decode
+from dockpose.camera.image import decode, read_picture_file
 
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "json", "csv", "annotate", "rate")
 _MOST_NUMBERS = 4  # of a row that are told one by one
@@ -80,10 +80,7 @@ def _replayed(record: SessionRecord, row: Row) -> str:
 
     line = record.line(row)
     path = record.folder / row.file
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read ({error.strerror or error})") from error
+    data = read_picture_file(path)
     name = str(path.with_suffix(".json"))
     try:
         found = differences(line, estimate_again(decode(data, str(path)), line))

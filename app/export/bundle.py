@@ -26,12 +26,14 @@ from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view
 from dockpose.estimate import SCHEMA
-from dockpose.yaml_file import FileError
+from dockpose.yaml_file import FileError, read_small
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Files = dict[str, Callable[[], bytes]]
+
+_MOST_BYTES = 1_000_000_000  # of JSON lines: some 200,000 frames
 
 
 def picture_files(
@@ -128,10 +130,7 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
     FileError
         If the file cannot be read or has no lines, or a line is not of the schema; it is named by its number.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise FileError(f"{path}: cannot be read ({error.strerror or error})") from error
+    content = read_small(path, _MOST_BYTES)
     pieces = content.splitlines()
     lines = []
     for number, piece in enumerate(pieces, start=1):

@@ -15,7 +15,7 @@ from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
 from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.tank import Tank
-from dockpose.camera.image import decode
+from dockpose.camera.image import ImageError, decode, read_picture_file
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Scene, load_scene
 from dockpose.sources.pictures import read_picture
@@ -227,9 +227,9 @@ def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, Owner]:
 
 def _read_bytes(path: Path, name: str) -> bytes:
     try:
-        return path.read_bytes()
-    except OSError as error:
-        raise UserError(f"{name}: cannot be read ({error.strerror or error})") from error
+        return read_picture_file(path)
+    except ImageError as error:
+        raise UserError(str(error).replace(str(path), name, 1)) from error
 
 
 def _guess_sentence(camera: Camera) -> str:

@@ -9,9 +9,13 @@ from typing import Any
 
 import cv2
 import numpy as np
+from dockpose.yaml_file import FileError, read_small
 from PIL import Image, UnidentifiedImageError
 
 MAX_PIXELS = 100_000_000
+# Of the decoded picture; decoding needs twice as much memory, and some two seconds.
+_MAX_BYTES = 200_000_000
+_STRIP_PIXELS = 500_000  # of which the alpha channel is applied at once
 _SIGNIFICANT_BITS = (10, 12, 14, 16)
 
 
@@ -27,12 +31,21 @@ def read(path: str | Path) -> np.ndarray:
     ImageError
         If the file cannot be read or decoded.
     """
-    path = Path(path)
+    return decode(read_picture_file(path), str(path))
+
+
+def read_picture_file(path: str | Path) -> bytes:
+    """Return the bytes of a regular file that is no larger than a picture that is read can be.
+
+    Raises
+    ------
+    ImageError
+        If it cannot be read, is no regular file, or is larger.
+    """
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise ImageError(f"{path}: cannot be read ({error.strerror or error})") from error
-    return decode(data, str(path))
+        return read_small(path, 2 * _MAX_BYTES)
+    except FileError as error:
+        raise ImageError(str(error)) from error
 
 
 def decode(data: bytes, name: str = "image") -> np.ndarray:
@@ -53,16 +66,21 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
     Raises
     ------
     ImageError
-        If the file is empty, not a picture, cut short, neither 8 nor 16 bit, or has more than 100 megapixels (judged
-        by its header, before anything is decoded).
+        If the file is empty, not a picture, cut short, neither 8 nor 16 bit, or has more than 100 megapixels or 200 MB
+        of them (judged by its header, before anything is decoded).
     """
     if not data:
         raise ImageError(f"{name}: the file is empty (0 bytes)")
-    width, height = _size_from_header(data, name)
+    width, height, pixel_bytes = _size_from_header(data, name)
     if width * height > MAX_PIXELS:
         raise ImageError(
             f"{name}: the picture is {width} x {height}, {width * height / 1e6:.0f} megapixels; "
             f"at most {MAX_PIXELS // 1_000_000} are read"
+        )
+    if width * height * pixel_bytes > _MAX_BYTES:
+        raise ImageError(
+            f"{name}: the picture is {width} x {height} with {pixel_bytes} bytes a pixel, "
+            f"{width * height * pixel_bytes / 1e6:.0f} MB; at most {_MAX_BYTES // 1_000_000} are read"
         )
     try:
         image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -112,12 +130,15 @@ def to_levels(grey: np.ndarray) -> tuple[np.ndarray, int]:
     return (grey, 1) if shift == 0 else ((grey >> shift).astype(np.uint8), 1 << shift)
 
 
-def _size_from_header(data: bytes, name: str) -> tuple[int, int]:
+def _size_from_header(data: bytes, name: str) -> tuple[int, int, int]:
+    """Width, height and bytes of a decoded pixel."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             with Image.open(io.BytesIO(data)) as header:
-                return header.size
+                is_deep = header.mode.startswith(("I", "F")) or (data.startswith(b"\x89PNG") and data[24] == 16)
+                channels = 3 if header.mode == "P" else len(header.getbands())
+                return *header.size, channels * (2 if is_deep else 1)
     except UnidentifiedImageError as error:
         raise ImageError(f"{name}: is not a picture that can be read (PNG, JPEG, TIFF, BMP, WebP, PNM)") from error
     except Image.DecompressionBombError as error:
@@ -147,7 +168,12 @@ def _without_alpha(image: np.ndarray) -> np.ndarray:
     opaque = np.iinfo(image.dtype).max
     if (image[:, :, 3] == opaque).all():
         return np.ascontiguousarray(image[:, :, :3])
-    return (image[:, :, :3] * (image[:, :, 3:] / opaque) + 0.5).astype(image.dtype)
+    blended = np.empty((*image.shape[:2], 3), image.dtype)
+    rows = max(1, _STRIP_PIXELS // image.shape[1])
+    for top in range(0, len(image), rows):
+        strip = image[top : top + rows].astype(np.uint32)  # holds 65,535 squared
+        blended[top : top + rows] = (strip[:, :, :3] * strip[:, :, 3:] + opaque // 2) // opaque
+    return blended
 
 
 def _check(image: np.ndarray, name: str) -> np.ndarray:

@@ -1,3 +1,4 @@
+import os
 import struct
 import tracemalloc
 import zlib
@@ -131,3 +132,37 @@ def test_levels_of_16_bit_are_256_equal_bins():
     assert levels.tolist() == [[0, 0, 1, 255]]
     assert step == 256
     assert to_levels(GRADIENT)[0] is GRADIENT
+
+
+def deep_png_header(width: int, height: int) -> bytes:
+    """As :func:`png_header`, of 16 bits with colours and alpha."""
+    plain = png_header(width, height)
+    header = struct.pack(">IIBBBBB", width, height, 16, 6, 0, 0, 0)
+    chunk = b"IHDR" + header
+    return plain[:12] + chunk + struct.pack(">I", zlib.crc32(chunk)) + plain[33:]
+
+
+def test_a_picture_that_would_take_too_much_memory_is_refused_before_it_is_decoded():
+    tracemalloc.start()
+    with pytest.raises(ImageError, match=r"big: the picture is 7000 x 7000 with 8 bytes a pixel, 392 MB; at most 200"):
+        decode(deep_png_header(7000, 7000), "big")
+    assert tracemalloc.get_traced_memory()[1] < 1e6
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+def test_alpha_is_applied_exactly_in_strips(kind):
+    rng, opaque = np.random.default_rng(0), np.iinfo(kind).max
+    image = rng.integers(0, opaque + 1, (900, 700, 4), dtype=kind)
+    image[0, 0] = opaque
+    # Rounded to the nearest level, in numbers that hold every product.
+    expected = (2 * image[:, :, :3].astype(np.int64) * image[:, :, 3:] + opaque) // (2 * opaque)
+    np.testing.assert_array_equal(decode(encoded(image)), expected)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
+def test_a_pipe_or_a_device_is_no_picture(tmp_path):
+    os.mkfifo(tmp_path / "pipe.png")
+    for path in (tmp_path / "pipe.png", "/dev/zero"):
+        with pytest.raises(ImageError, match="is no regular file"):
+            read(path)

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from dockpose.app.experiment.row import COLUMNS, Row, rows_from_csv
 from dockpose.camera.image import read
-from dockpose.yaml_file import FileError, read_yaml
+from dockpose.camera.yaml_file import FileError, read_yaml
 
 SCHEMA = 1
 INFO, RESULTS, FRAMES = "session.yaml", "results.csv", "frames"

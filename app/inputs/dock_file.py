@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 from dockpose import Camera, Dock
-from dockpose.camera.files import FileError, read_yaml, to_yaml
+from dockpose.camera.yaml_file import FileError, read_yaml, to_yaml
 
 
 def load_dock(path: str | Path) -> Dock:

@@ -10,10 +10,10 @@ from typing import TypeVar
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.inputs.sidecar import camera_and_dock
+from dockpose.camera.yaml_file import FileError
 from dockpose.pose.known import KnownPose
 from dockpose.sources import list_pictures
 from dockpose.sources.pictures import read_picture_and_time
-from dockpose.yaml_file import FileError
 
 Result = TypeVar("Result")
 

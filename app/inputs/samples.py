@@ -7,8 +7,8 @@ from pathlib import Path
 from dockpose.app.inputs.pictures import Picture
 from dockpose.app.inputs.sidecar import read_sidecar
 from dockpose.app.resources import data_folder
+from dockpose.camera.yaml_file import FileError
 from dockpose.sources.pictures import read_picture
-from dockpose.yaml_file import FileError
 
 FIRST_SAMPLE = "plain"
 # What each scene shows, in words; of some the methods in the tab Compare say different things.

@@ -9,7 +9,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from dockpose.yaml_file import FileError, read_small
+from dockpose.camera.yaml_file import FileError, read_small
 from PIL import Image, UnidentifiedImageError
 
 MAX_PIXELS = 100_000_000

@@ -128,14 +128,15 @@ def fit_ellipse(points_px: Any) -> Ellipse:
     points = np.ascontiguousarray(as_points("points_px", points_px, 2))
     if not np.isfinite(points).all():
         raise NoEllipseError("a point is not finite")
-    different = _different(points, MIN_POINTS)
+    different = len(set(map(tuple, points.tolist())))
     if different < MIN_POINTS:
         raise NoEllipseError(f"an ellipse needs {MIN_POINTS} different points, there are {different}")
-    x, y, scale, design = _normalised(points)
+    x, y, scale, normalised = _normalised(points)
+    design = _design(normalised)
     conic = _halir_flusser(design)
     if _is_partial(conic):
         conic = _hyper_conic(design, conic)
-    rms = scale * math.sqrt(_mean_square_distance(conic, design))
+    rms = scale * math.sqrt(float(_squared_distances(conic, normalised).mean()))
     return ellipse_from_conic(_moved(conic, x, y, scale), rms)
 
 
@@ -185,56 +186,38 @@ def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
 
 def sampson_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
     """First-order distances (N,) of points (N, 2) from a conic (6,): |value| / |gradient| (Sampson 1982)."""
-    return _sampson(conic, np.ascontiguousarray(points))
+    return np.sqrt(_squared_distances(conic, np.ascontiguousarray(points)))
 
 
 @compiled
-def _sampson(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _squared_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
     A, B, C, D, E, F = conic
-    distances = np.empty(len(points))
+    squares = np.empty(len(points))
     for number in range(len(points)):
         x, y = points[number, 0], points[number, 1]
         value = A * x * x + B * x * y + C * y * y + D * x + E * y + F
-        gradient = math.hypot(2 * A * x + B * y + D, B * x + 2 * C * y + E)
-        distances[number] = abs(value) / max(gradient, 1e-300)
-    return distances
-
-
-@compiled
-def _different(points: np.ndarray, enough: int) -> int:
-    """How many different points (N, 2) there are, counted up to ``enough``."""
-    seen = np.empty(enough, np.int64)
-    count = 0
-    for number in range(len(points)):
-        is_new = True
-        for before in range(count):
-            other = seen[before]
-            is_new = is_new and (points[other, 0] != points[number, 0] or points[other, 1] != points[number, 1])
-        if is_new:
-            seen[count] = number
-            count += 1
-            if count == enough:
-                break
-    return count
+        across, down = 2 * A * x + B * y + D, B * x + 2 * C * y + E
+        squares[number] = value * value / max(across * across + down * down, 1e-300)
+    return squares
 
 
 @compiled
 def _normalised(points: np.ndarray) -> tuple[float, float, float, np.ndarray]:
-    """Mean x and y of points (N, 2), their scatter about it, and rows x^2, x y, y^2, x, y, 1 (N, 6) in its units."""
-    count = len(points)
-    x, y, squares = 0.0, 0.0, 0.0
-    for number in range(count):
-        x += points[number, 0] / count
-        y += points[number, 1] / count
-    for number in range(count):
-        squares += (points[number, 0] - x) ** 2 + (points[number, 1] - y) ** 2
-    scale = math.sqrt(squares / count)
-    design = np.ones((count, 6))
-    for number in range(count):
-        u, v = (points[number, 0] - x) / scale, (points[number, 1] - y) / scale
-        design[number, 0], design[number, 1], design[number, 2] = u * u, u * v, v * v
-        design[number, 3], design[number, 4] = u, v
-    return x, y, scale, design
+    """Mean x and y of points (N, 2), their scatter about it, and the points (N, 2) from there in its units."""
+    x, y = points[:, 0].mean(), points[:, 1].mean()
+    centred = points - np.array([x, y])
+    scale = math.sqrt((centred * centred).sum() / len(points))
+    return x, y, scale, centred / scale
+
+
+@compiled
+def _design(points: np.ndarray) -> np.ndarray:
+    """Rows x^2, x y, y^2, x, y, 1 (N, 6) of points (N, 2)."""
+    design = np.ones((len(points), 6))
+    for number in range(len(points)):
+        x, y = points[number, 0], points[number, 1]
+        design[number, :5] = x * x, x * y, y * y, x, y
+    return design
 
 
 def _moved(conic: np.ndarray, x: float, y: float, scale: float) -> tuple[float, ...]:
@@ -247,20 +230,6 @@ def _moved(conic: np.ndarray, x: float, y: float, scale: float) -> tuple[float, 
         E - 2 * C * y - B * x,
         F + A * x * x + B * x * y + C * y * y - D * x - E * y,
     )
-
-
-@compiled
-def _mean_square_distance(conic: np.ndarray, design: np.ndarray) -> float:
-    """Mean of the squared first-order distances (Sampson 1982) of the points of a design matrix (N, 6)."""
-    total = 0.0
-    for row in design:
-        value = 0.0
-        for number in range(6):
-            value += conic[number] * row[number]
-        across = 2 * conic[0] * row[3] + conic[1] * row[4] + conic[3]
-        down = conic[1] * row[3] + 2 * conic[2] * row[4] + conic[4]
-        total += value * value / max(across * across + down * down, 1e-300)
-    return total / len(design)
 
 
 def _halir_flusser(design: np.ndarray) -> np.ndarray:
@@ -282,11 +251,7 @@ def _reduced(design: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
 
     M = S1 + S2 T and T = -S3^-1 S2^T, of the parts of the scatter matrix.
     """
-    scatter = np.zeros((6, 6))
-    for row in design:
-        for one in range(6):
-            for other in range(one, 6):
-                scatter[one, other] += row[one] * row[other]
+    scatter = design.T @ design
     reduced, T = np.zeros((3, 3)), np.zeros((3, 3))
     sxx, sxy, syy, count = scatter[3, 3], scatter[3, 4], scatter[4, 4], scatter[5, 5]
     determinant = sxx * syy - sxy * sxy
@@ -298,15 +263,9 @@ def _reduced(design: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
         T[0, column] = (sxy * y - syy * x) / determinant
         T[1, column] = (sxy * x - sxx * y) / determinant
         T[2, column] = -one / count
-    M = np.zeros((3, 3))
-    for row in range(3):
-        for column in range(3):
-            M[row, column] = scatter[min(row, column), max(row, column)]
-            for middle in range(3):
-                M[row, column] += scatter[row, 3 + middle] * T[middle, column]
-    for column in range(3):
-        # The inverse of the constraint 4AC - B^2 = 1.
-        reduced[0, column], reduced[1, column], reduced[2, column] = M[2, column] / 2, -M[1, column], M[0, column] / 2
+    M = scatter[:3, :3] + np.ascontiguousarray(scatter[:3, 3:]) @ T
+    # The inverse of the constraint 4AC - B^2 = 1.
+    reduced[0], reduced[1], reduced[2] = M[2] / 2, -M[1], M[0] / 2
     return False, reduced, T
 
 

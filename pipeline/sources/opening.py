@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from dockpose.camera.yaml_file import FileError
 from dockpose.simulate import load_sequence
 from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Camera, Wishes
@@ -14,7 +15,6 @@ from dockpose.sources.pictures import Pictures, list_pictures
 from dockpose.sources.simulated import Simulated
 from dockpose.sources.stream import StreamCapture
 from dockpose.sources.video import Video
-from dockpose.yaml_file import FileError
 
 TIMEOUT_S = 10.0
 

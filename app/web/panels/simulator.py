@@ -21,9 +21,9 @@ from dockpose.app.state.scene import (
 from dockpose.app.state.view import View
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import Change, Panel, Slider, add_upload_button, loading, on_change, on_click, on_download
+from dockpose.camera.yaml_file import to_yaml
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
-from dockpose.yaml_file import to_yaml
 
 _OTHER_WATER = "(own mixture)"
 

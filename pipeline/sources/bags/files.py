@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from dockpose.camera.yaml_file import FileError, read_yaml
 from dockpose.sources.bags.mcap_file import McapFile
 from dockpose.sources.bags.ros1_file import Ros1File
 from dockpose.sources.bags.sqlite_file import SqliteFile
@@ -15,7 +16,6 @@ from dockpose.sources.bags.storage import NEEDS, Storage, expanded
 from dockpose.sources.frames import SourceError
 from dockpose.sources.names import is_rosbag2_file
 from dockpose.sources.pictures import numeric
-from dockpose.yaml_file import FileError, read_yaml
 
 METADATA = "metadata.yaml"
 _PACKED = ".zstd"

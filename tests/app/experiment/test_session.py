@@ -14,9 +14,9 @@ import pytest
 import yaml
 from dockpose import Camera, Settings, estimate
 from dockpose.app.experiment import Measured, Row, Session, SessionError, read_session
+from dockpose.camera.yaml_file import FileError
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
-from dockpose.yaml_file import FileError
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 

@@ -86,7 +86,7 @@ def test_text_is_short_and_printable(view):
     "changes",
     [
         {"camera": Camera(700, 700, 0, 0, 30000, 30000)},
-        {"snow": Snow(count=10**9)},
+        {"snow": Snow(count=10**5)},
         {"texts": (Text(text="x", x_px=0, y_px=0, height_px=1e6),)},
         {"dock": Dock(0.3, 500)},
         {"psf": Psf(model="mtf", mtf_csv="/etc/passwd")},

@@ -8,10 +8,10 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Dock
+from dockpose.camera.yaml_file import FileError, to_yaml
 from dockpose.simulate import Lights, Pose, Sensor, load_scene, render, render_folder, save_scene
 from dockpose.simulate.optics.water import Water, preset
 from dockpose.simulate.parts import Background, Lamp, Mirror, Panel, Snow
-from dockpose.yaml_file import FileError, to_yaml
 
 from tests.support.scenes import PLAIN, QUIET, changed, random_scene
 

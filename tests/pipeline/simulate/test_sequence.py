@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import estimate
+from dockpose.camera.yaml_file import FileError, to_yaml
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import (
     Approach,
@@ -28,7 +29,6 @@ from dockpose.simulate import (
 from dockpose.simulate.files import TRUTH_COLUMNS, truth_row
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.sequence import steer
-from dockpose.yaml_file import FileError, to_yaml
 
 from tests.support.scenes import CAMERA, DOCK
 

@@ -25,12 +25,13 @@ from dockpose.app.commands.arguments import (
 )
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, EXIT_STOPPED, Interrupts, say
 from dockpose.app.commands.estimate_sequence import How, estimate_sequence
-from dockpose.app.commands.output import Destinations, PictureFolder, ResultWriter
+from dockpose.app.commands.output import Destinations, PictureFolder, Recordings, ResultWriter
 from dockpose.app.commands.replay import add_session_argument, run_session
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
-from dockpose.app.export.ros.mcap_file import ENDING, PoseFile
-from dockpose.app.export.ros.messages import Seen
+from dockpose.app.export.recordings.mcap_file import ENDING as MCAP_ENDING
+from dockpose.app.export.recordings.messages import Seen
+from dockpose.app.export.recordings.rerun_file import ENDING as RERUN_ENDING
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.resolve import resolve
 from dockpose.app.inputs.sequences import FrameSource
@@ -73,6 +74,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         type=Path,
         help="write messages of ROS 2, for Foxglove: poses with covariances, /tf, annotated pictures, diagnostics",
     )
+    parser.add_argument("--rerun", metavar="FILE.rrd", type=Path, help="write a recording for the viewer Rerun")
     add_topic(parser)
     parser.add_argument(
         "--record",
@@ -106,9 +108,10 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if jobs < 1:
         raise UserError(f"--jobs is {jobs}; it must be at least 1")
-    to = Destinations(arguments.json, arguments.csv, arguments.annotate, arguments.out)
-    if to.out is not None and (to.out.suffix.lower() != ENDING or str(to.out) in arguments.sources):
-        raise UserError(f"--out {to.out}: must be NAME{ENDING}, and not the source itself")
+    to = Destinations(arguments.json, arguments.csv, arguments.annotate, arguments.out, arguments.rerun)
+    for option, path, ending in (("--out", to.out, MCAP_ENDING), ("--rerun", to.rerun, RERUN_ENDING)):
+        if path is not None and (path.suffix.lower() != ending or str(path) in arguments.sources):
+            raise UserError(f"{option} {path}: must be NAME{ending}, and not the source itself")
     if arguments.record is not None:
         check_recording(arguments.record, arguments.sources)
     if arguments.smooth and arguments.json is None and arguments.csv is None:
@@ -157,8 +160,8 @@ def estimate_sources(
     parts = [dataclasses.replace(part, wishes=how.wishes) if isinstance(part, FrameSource) else part for part in found]
     if to.is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
         raise UserError(f"--annotate {to.annotate}: a video is made of one sequence; give a folder instead")
-    if to.out is not None and len(parts) != 1:
-        raise UserError(f"--out {to.out}: takes one source, since its times are those of one")
+    if to.recordings and len(parts) != 1:
+        raise UserError(f"{to.recordings[0]}: takes one source, since its times are those of one")
     all_read = True
     with contextlib.ExitStack() as files:
         interrupts = files.enter_context(Interrupts())
@@ -196,8 +199,8 @@ def _try_sequence(source: FrameSource, settings: Settings, how: How, results: Re
 def _estimate_pictures(
     batch: Batch, settings: Settings, how: How, results: ResultWriter, files: contextlib.ExitStack
 ) -> None:
-    to, out = results.to.annotate, results.to.out
-    messages = None if out is None else files.enter_context(PoseFile(out, str(batch.files[0].path), say))
+    to = results.to.annotate
+    recordings = Recordings(results.to, str(batch.files[0].path) if batch.files else "", files, say)
     folder = None if to is None else PictureFolder(to, [file.path for file in batch.files])
     auto_masks = AutoMasks(settings, say)
 
@@ -211,9 +214,8 @@ def _estimate_pictures(
                 folder.write(path.stem, annotate(read(), found, headline=headline_of(trust)))
 
         results.write(found.to_dict(str(path), 0, None, sha256, taken_s) | NO_TRACK, str(path), trust, draw)
-        if messages is not None:
-            picture = annotate(read(), found, headline=headline_of(trust))
-            messages.write(Seen(str(path), 0, found, trust, None, picture), None, taken_s)
+        seen = Seen(str(path), results.frames - 1, found, trust)
+        recordings.write(seen, (None, taken_s), read, lambda: annotate(read(), found, headline=headline_of(trust)))
 
     if how.is_split:
         with workers(how.jobs, how.scheduler) as (executor, at_once):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +13,10 @@ import cv2
 import numpy as np
 from dockpose import Estimate, Settings
 from dockpose.app.commands.console import FrameProgress
-from dockpose.app.commands.output import Destinations, HeldLines, PictureFolder, ResultWriter
+from dockpose.app.commands.output import Destinations, HeldLines, PictureFolder, Recordings, ResultWriter
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.export.recording import record
-from dockpose.app.export.ros.mcap_file import PoseFile
-from dockpose.app.export.ros.messages import Seen
+from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known
@@ -110,8 +110,7 @@ def estimate_sequence(
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(source, frames, results.to, folder, files)
         lines = files.enter_context(_Smoothed(run, settings, results)) if how.is_smoothed else None
-        out = results.to.out
-        messages = None if out is None else files.enter_context(PoseFile(out, source.name, progress.tell))
+        recordings = Recordings(results.to, source.name, files, progress.tell)
         for found, tracked in run:
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s)
 
@@ -127,10 +126,9 @@ def estimate_sequence(
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
             held = None if lines is None else lines.hold(tracked)
             results.write(line, f"{found.name} frame {found.index}{time}", trust, draw, held)
-            if messages is not None:
-                told = dataclasses.replace(selected, message=tracked.message)
-                seen = Seen(found.name, found.index, told, trust, tracked.track, drawn())
-                messages.write(seen, found.time_s, found.time_unix_s)
+            told = dataclasses.replace(selected, message=tracked.message)
+            times_s, original = (found.time_s, found.time_unix_s), functools.partial(run.picture, found.index)
+            recordings.write(Seen(found.name, found.index, told, trust, tracked.track), times_s, original, drawn)
             progress.step(frames.dropped)
         return frames.is_live or not (run.skipped or frames.is_cut_short)
 

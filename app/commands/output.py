@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import dataclasses
 import json
 import sys
 import tempfile
@@ -16,6 +17,9 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose.app.errors import UserError, writing
+from dockpose.app.export.recordings.mcap_file import PoseFile
+from dockpose.app.export.recordings.messages import Seen
+from dockpose.app.export.recordings.rerun_file import RerunFile
 from dockpose.app.export.rows import CSV_COLUMNS, to_row
 from dockpose.app.export.video import is_video_file
 from dockpose.app.state.trust import NO_POSE, Trust
@@ -35,12 +39,20 @@ class Destinations:
         Folder for annotated pictures; or of one sequence a video, by its ending.
     out : Path or None
         File NAME.mcap for messages of ROS 2.
+    rerun : Path or None
+        File NAME.rrd for the viewer Rerun.
     """
 
     json: str | None = None
     csv: str | None = None
     annotate: Path | None = None
     out: Path | None = None
+    rerun: Path | None = None
+
+    @property
+    def recordings(self) -> list[Path]:
+        """The files that hold all frames of one source with their times."""
+        return [path for path in (self.out, self.rerun) if path is not None]
 
     @property
     def is_video(self) -> bool:
@@ -122,6 +134,53 @@ class ResultWriter:
         if self._table is not None and self._csv is not None:
             self._table.writerow(to_row(line))
             self._csv.flush()
+
+
+class Recordings:
+    """The files of :attr:`Destinations.recordings`, open; what they share is made once for all.
+
+    Parameters
+    ----------
+    to : Destinations
+        Which files there are.
+    source : str
+        Name of the source.
+    files : ExitStack
+        Closes them.
+    tell : callable
+        Told what is to be known of their times.
+    """
+
+    def __init__(self, to: Destinations, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]) -> None:
+        self._with_drawing = to.out is not None
+        self._files: list[PoseFile | RerunFile] = []
+        for path, kind in ((to.out, PoseFile), (to.rerun, RerunFile)):
+            if path is not None:
+                self._files.append(files.enter_context(kind(path, source, tell)))
+
+    def write(
+        self,
+        seen: Seen,
+        times_s: tuple[float | None, float | None],
+        original: Callable[[], np.ndarray],
+        drawn: Callable[[], np.ndarray],
+    ) -> None:
+        """Add a frame.
+
+        Parameters
+        ----------
+        seen : Seen
+            The frame.
+        times_s : tuple of 2 (float or None), seconds
+            Since the source began, and since 1970.
+        original, drawn : callable
+            Return its picture, and the annotated one.
+        """
+        if self._files:
+            picture = drawn() if self._with_drawing else None
+            seen = dataclasses.replace(seen, picture=picture, original=original())
+        for file in self._files:
+            file.write(seen, *times_s)
 
 
 class HeldLines:

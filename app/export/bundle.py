@@ -18,8 +18,8 @@ from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.export.data import result_line, settings_yaml, to_csv, to_json, to_png
 from dockpose.app.export.plots import error_figure, histogram_figure, sequence_figure
+from dockpose.app.export.recordings.messages import pose_yaml
 from dockpose.app.export.report import picture_report, sequence_report, session_report
-from dockpose.app.export.ros.messages import pose_yaml
 from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table
 from dockpose.app.inputs.filenames import safe_name
 from dockpose.app.processing.analysis import Analysis, headline_of

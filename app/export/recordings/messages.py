@@ -50,6 +50,8 @@ class Seen:
         State of the track; None for a picture by itself.
     picture : (H, W, 3) uint8 BGR array or None
         The annotated picture.
+    original : (H, W) or (H, W, 3) BGR array or None
+        The picture itself.
     clock : str
         What the time stamps are.
     """
@@ -60,6 +62,7 @@ class Seen:
     trust: Trust
     track: Track | None = None
     picture: np.ndarray | None = None
+    original: np.ndarray | None = None
     clock: str = "time of day"
 
 

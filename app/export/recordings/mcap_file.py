@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from dockpose.app.errors import UserError, writing
-from dockpose.app.export.ros.messages import TOPICS, Seen, messages_of
+from dockpose.app.export.recordings.messages import TOPICS, Seen, messages_of
 
 ENDING = ".mcap"
 # So little is kept back that a frame with its picture is on the disk at once.

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.cli import main
-from dockpose.app.export.ros.messages import TOPICS
+from dockpose.app.export.recordings.messages import TOPICS
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 from dockpose.sources import Bag
@@ -158,8 +158,8 @@ import os, signal, sys
 from pathlib import Path
 import numpy as np
 from dockpose import Camera, Dock, estimate
-from dockpose.app.export.ros.mcap_file import PoseFile
-from dockpose.app.export.ros.messages import Seen
+from dockpose.app.export.recordings.mcap_file import PoseFile
+from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.state.trust import Trust
 dark = np.full((48, 64), 10, np.uint8)
 found = estimate(dark, Camera(70, 70, 31.5, 23.5, 64, 48), Dock(0.3, 10))
@@ -185,7 +185,7 @@ os.kill(os.getpid(), signal.SIGKILL)
     [
         (["--out", "poses.txt"], "--out poses.txt: must be NAME.mcap"),
         (["--out", "nowhere/poses.mcap"], "nowhere/poses.mcap: cannot be written"),
-        (["other.png", "run.mp4", "--out", "poses.mcap"], "--out poses.mcap: takes one source"),
+        (["other.png", "run.mp4", "--out", "poses.mcap"], "poses.mcap: takes one source"),
     ],
 )
 def test_what_cannot_be_written_is_refused(written, monkeypatch, capsys, words, sentence):

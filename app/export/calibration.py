@@ -8,6 +8,7 @@ import numpy as np
 from dockpose.camera.calibrate import BoardView, Calibration
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.ladder import Rung
+from dockpose.camera.port_fit import FittedPort
 
 MEDIA = ("air", "water")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
@@ -91,6 +92,29 @@ def _why_fixed(done: Calibration, fixed: Sequence[str]) -> str:
         f"pictures left out are met to {own.held_out_px:.3f} px without, and to {best.held_out_px:.3f} px "
         "at best with, which is no more than chance"
     )
+
+
+def port_lines(found: FittedPort) -> Iterator[str]:
+    """Sentences on a port that was fitted, the most important first."""
+    port, sigma = found.camera.port, found.sigmas.values
+    assert port is not None
+    overall = float(np.sqrt((found.errors_px**2).mean()))
+    yield (
+        f"Air gap {1000 * port.air_gap_m:.1f} ± {1000 * sigma['air_gap']:.1f} mm (one sigma, from the camera's centre "
+        f"of projection to the window); {len(found.errors_px)} boards, error {overall:.3f} px with the port."
+    )
+    if found.glass_is_told:
+        yield f"Glass {1000 * port.glass_m:.1f} ± {1000 * sigma['glass']:.1f} mm."
+    else:
+        yield (
+            f"Glass taken to be {1000 * port.glass_m:.1f} mm: the pictures cannot tell it from the gap (to "
+            f"{1000 * found.glass_sigma_m:.0f} mm at best). Each mm more would make the gap "
+            f"{found.gap_per_glass:.2f} mm longer, and change nothing else."
+        )
+    near, far = found.distances_m
+    yield f"Water of index {port.water_index:g}, glass of {port.glass_index:g}; the board at {near:.2f} to {far:.2f} m."
+    if found.without_px < overall * 1.1:
+        yield f"With no gap at all the boards would be met as well, to {found.without_px:.3f} px."
 
 
 def advice(coverage: Coverage) -> str:

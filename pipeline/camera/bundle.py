@@ -11,6 +11,7 @@ from dockpose.camera.board import Sighting
 from dockpose.camera.camera import Camera
 
 STEP = 1e-6  # of the numeric derivatives: metres, radians, or a share of the focal length
+_SMALLEST = 1e-100  # length of a derivative; 0 at a limit
 _NOTHING = 1e-12  # share of the information that is rounding
 _POSE_ROUNDS = 8
 _SETTLED_PX = 1e-6
@@ -217,6 +218,6 @@ def _inverse(information: np.ndarray, lengths: np.ndarray) -> np.ndarray:
 
     ``lengths`` are of the derivatives while the poses are fixed: what they leave of them is compared with.
     """
-    scale = np.maximum(lengths, np.finfo(float).tiny)
+    scale = np.maximum(lengths, _SMALLEST)
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     return (vectors / np.maximum(values, _NOTHING)) @ vectors.T / np.outer(scale, scale)

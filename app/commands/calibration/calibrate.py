@@ -6,21 +6,23 @@ import argparse
 import re
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from dockpose.app.commands.arguments import Commands
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, say
 from dockpose.app.errors import UserError, blaming, writing
-from dockpose.app.export.calibration import MEDIA, camera_lines, outcome
+from dockpose.app.export.calibration import MEDIA, camera_lines, outcome, port_lines
 from dockpose.app.inputs.pictures import expand
 from dockpose.app.processing.calibration import Looked, gather
 from dockpose.camera.board import Board
 from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage
-from dockpose.camera.files import FORMATS, save_camera
+from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.fitting import CalibrationError
 from dockpose.camera.image import decode, to_grey, to_levels
+from dockpose.camera.port_fit import fit_port
 from dockpose.sources import Kind, kind_of, open_frames
 from rich.console import Console
 from rich.progress import track
@@ -52,6 +54,11 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--in", dest="medium", default="air", choices=MEDIA, help="where the pictures were taken (default: %(default)s)"
     )
+    parser.add_argument(
+        "--camera",
+        metavar="AIR.yaml",
+        help="with --in water: the camera as calibrated in air, of which the flat port is to be found",
+    )
     parser.add_argument("--format", default="dockpose", choices=FORMATS, help="of the file (default: %(default)s)")
     parser.add_argument("--out", default="camera.yaml", metavar="C.yaml", type=Path, help="default: %(default)s")
     parser.set_defaults(run=run)
@@ -60,6 +67,8 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose calibrate``; returns the exit status. A line a picture and the outcome go to standard output."""
     board, typed = _board(arguments), " ".join(arguments.sources)
+    if arguments.camera is not None:
+        return _run_port(arguments, board)
     gathering, looked = gathered(arguments.sources, board)
     try:
         done = calibrate_gathered(gathering, arguments.lens)
@@ -72,6 +81,36 @@ def run(arguments: argparse.Namespace) -> int:
         print(line)
     print(f"The camera is in {arguments.out}.")
     return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in done.views) else EXIT_ALL_READ
+
+
+def _run_port(arguments: argparse.Namespace, board: Board) -> int:
+    """Find the port of a camera that is known in air; returns the exit status."""
+    if arguments.medium != "water":
+        raise UserError(f"--camera {arguments.camera} is for pictures through its port under water: say --in water")
+    if arguments.format != "dockpose":
+        raise UserError(f"--format {arguments.format} has no place for a port; leave it out")
+    with blaming("--camera: "):
+        camera = load_camera(arguments.camera)
+    gathering, looked = gathered(arguments.sources, board)
+    try:
+        if gathering.size is not None:
+            camera = camera.for_size(*gathering.size)
+        found = fit_port(gathering.sightings, camera)
+    except ValueError as error:
+        raise UserError(f"{' '.join(arguments.sources)}: {error}") from error
+    with writing(f"--out {arguments.out}"):
+        save_camera(found.camera, arguments.out)
+    errors = {each.name: error for each, error in zip(gathering.sightings, found.errors_px.tolist(), strict=True)}
+    width = max(map(len, gathering.views))
+    for name, view in gathering.views.items():
+        print(f"{name:{width}}  {outcome(replace(view, error_px=errors.get(name)))}")
+    if looked is not None:
+        print(f"{looked.in_words(len(errors))}.")
+    for line in port_lines(found):
+        print(line)
+    print(f"The camera with its port is in {arguments.out}.")
+    unreadable = any(view.dropped == UNREADABLE for view in gathering.views.values())
+    return EXIT_SOME_UNREADABLE if unreadable else EXIT_ALL_READ
 
 
 def report(done: Calibration, looked: Looked | None, medium: str) -> Iterator[str]:

@@ -35,28 +35,30 @@ def drawing(board):
 
 @functools.cache
 def rays_of(camera):
-    """Unit rays (H, W, 3) of all pixels."""
+    """Unit rays (H, W, 3) of all pixels, and where they start (H, W, 3)."""
     x, y = np.meshgrid(np.arange(640.0), np.arange(480.0))
-    return camera.rays(np.column_stack([x.ravel(), y.ravel()])).reshape(480, 640, 3)
+    pixels = np.column_stack([x.ravel(), y.ravel()])
+    return camera.rays(pixels).reshape(480, 640, 3), camera.ray_starts(pixels).reshape(480, 640, 3)
 
 
-def picture(board, camera, seed):
+def picture(board, camera, seed, farther=1.0):
     """Look along every pixel's ray at the board, whose drawing is as sharp as a pixel."""
     rng = np.random.default_rng(seed)
     rotation = rotation_from_angles(*rng.uniform(-0.5, 0.5, 2))
-    z = rng.uniform(0.28, 0.36) * camera.fx / 520
+    z = farther * rng.uniform(0.28, 0.36) * camera.fx / 520
     middle = np.array([*rng.uniform(-0.03, 0.03, 2), z])
     place = middle - rotation @ [COLUMNS * SQUARE_M / 2, ROWS * SQUARE_M / 2, 0]
-    rays = rays_of(camera)
-    on_board = (rays * ((place @ rotation[:, 2]) / (rays @ rotation[:, 2]))[..., None] - place) @ rotation
+    rays, starts = rays_of(camera)
+    ahead = ((place - starts) @ rotation[:, 2]) / (rays @ rotation[:, 2])
+    on_board = (starts + rays * ahead[..., None] - place) @ rotation
     warp = (on_board[..., :2] / SQUARE_M * _PX + _PX - 0.5).astype(np.float32)
     sharp = cv2.GaussianBlur(drawing(board), (0, 0), 0.5 * _PX * z / SQUARE_M / camera.fx)
     seen = cv2.remap(sharp, warp[..., 0], warp[..., 1], cv2.INTER_LINEAR, borderValue=90).astype(float)
     return np.clip(0.7 * seen + 20 + rng.normal(0, 2, seen.shape), 0, 255).astype(np.uint8)
 
 
-def pictures(board, camera, count=10):
-    return [(f"board{seed}.png", picture(board, camera, seed)) for seed in range(count)]
+def pictures(board, camera, count=10, farther=1.0):
+    return [(f"board{seed}.png", picture(board, camera, seed, farther)) for seed in range(count)]
 
 
 @pytest.mark.parametrize("board", [CHESSBOARD, CHARUCO], ids=["chessboard", "charuco"])

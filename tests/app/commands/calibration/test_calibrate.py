@@ -1,8 +1,11 @@
 import cv2
 import numpy as np
 import pytest
+from dockpose import Camera
 from dockpose.app.cli import main
-from dockpose.camera.files import load_camera
+from dockpose.camera.files import load_camera, save_camera
+from dockpose.camera.port import FlatPort
+from msgspec.structs import replace
 
 from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, pictures
 
@@ -78,3 +81,20 @@ def test_a_video_is_calibrated_alone(tmp_path, capsys):
     words = ["calibrate", str(tmp_path / "run.mp4"), str(tmp_path), "--board", "10x7", "--square", "0.024"]
     assert main(words) == 2
     assert "a video or live camera is calibrated alone" in capsys.readouterr().err
+
+
+def test_the_port_is_found_from_pictures_under_water(tmp_path, capsys):
+    air = Camera(520, 515, 322, 236, 640, 480)
+    save_camera(air, tmp_path / "air.yaml")
+    for name, picture in pictures(CHESSBOARD, replace(air, port=FlatPort(0.03, 0.01)), 5, farther=1.4):
+        cv2.imwrite(str(tmp_path / name), picture)
+    words = ["calibrate", str(tmp_path), "--board", "10x7", "--square", "0.024", "--camera", str(tmp_path / "air.yaml")]
+    assert main([*words, "--in", "water", "--out", str(tmp_path / "water.yaml")]) == 0
+    port = load_camera(tmp_path / "water.yaml").port
+    assert port is not None
+    assert port.air_gap_m == pytest.approx(0.03, abs=0.005)
+    text = capsys.readouterr().out
+    assert "mm (one sigma, from the camera's centre of projection to the window); 5 boards" in text
+    assert "Glass taken to be 10.0 mm: the pictures cannot tell it from the gap" in text
+    assert main(words) == 2
+    assert "say --in water" in capsys.readouterr().err

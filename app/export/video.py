@@ -19,7 +19,8 @@ from dockpose.app.errors import UserError, writing
 
 # Encoder, its options, and the formats of grey, deep grey and colour pictures.
 _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]
-_FFV1: _Codec = ("ffv1", {"level": "3", "g": "1"}, ("gray", "gray16le", "bgr0"))
+# Each frame by itself, and in slices that several threads write and read.
+_FFV1: _Codec = ("ffv1", {"level": "3", "g": "1", "slices": "4"}, ("gray", "gray16le", "bgr0"))
 _MOTION_JPEG: _Codec = ("mjpeg", {"qmin": "1", "qmax": "2"}, ("yuvj420p", None, "yuvj444p"))
 # By the ending of the file's name.
 _CODECS: dict[str, _Codec] = {
@@ -218,6 +219,8 @@ class VideoFile:
         self._named_tick = MILLISECOND if self._suffix == ".mkv" else self._tick
         self._stream = cast("VideoStream", container.add_stream(encoder, rate=self._rate_hz, options=options))
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, pixels
+        if self._codec is _FFV1:  # one core is for who looks at the frames meanwhile
+            self._stream.codec_context.thread_count = max(1, (os.cpu_count() or 2) - 1)
         self._stream.time_base = self._stream.codec_context.time_base = self._named_tick
 
     def _stamp(self, time_s: float | None) -> int:

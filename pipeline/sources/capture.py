@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Protocol
 
@@ -157,8 +157,10 @@ class Camera:
             self._capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL_EXPOSURE)
             if not self._capture.set(cv2.CAP_PROP_EXPOSURE, wishes.exposure):
                 refused.append(f"does not take an exposure of {wishes.exposure:g} and keeps its own")
+                wishes = replace(wishes, exposure=None)
         if wishes.gain is not None and not self._capture.set(cv2.CAP_PROP_GAIN, wishes.gain):
             refused.append(f"does not take a gain of {wishes.gain:g} and keeps its own")
+            wishes = replace(wishes, gain=None)
         self.about = self._words(wishes)
         return tuple(refused)
 
@@ -208,7 +210,7 @@ class Camera:
         return refused
 
     def _words(self, wishes: Wishes) -> str:
-        """What the camera says of itself by now."""
+        """What the camera says of itself by now, and of what it was asked and took."""
         width, height = self._size()
         rate_hz = self._capture.get(cv2.CAP_PROP_FPS)
         rate = f"at {rate_hz:.4g} frames/s" if rate_hz > 0 else ""

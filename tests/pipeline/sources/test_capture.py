@@ -73,6 +73,7 @@ def test_what_a_camera_refuses_is_said_once_and_it_goes_on(monkeypatch, wishes, 
         frames.ask(wishes)  # again: nothing new to say
         time.sleep(0.1)
     assert told == [sentence]
+    assert " set" not in frames.about
 
 
 @pytest.mark.parametrize(("format", "pictures"), [("Y16", DEEP), ("GREY", GREY)])

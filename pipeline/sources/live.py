@@ -92,7 +92,7 @@ class Live(Frames):
         self._newest: Frame | None = None
         self._came = 0
         self._began_s = 0.0
-        self._began_unix_s = 0.0
+        self._began_unix_s, self._is_dated = 0.0, False  # by the sender
         self._ahead_s: float | None = None  # of our clock over the source's, since it was connected
         self.about = ""
         self.on_arrival: Callable[[Arrival], None] | None = None
@@ -174,13 +174,13 @@ class Live(Frames):
         if self._came == 0 or self._began_s == 0.0:
             self._began_s = arrived_s
             self._began_unix_s = time.time() - (time.monotonic() - arrived_s)
-            if capture.unix_at_zero_s is not None and stamp_s is not None:
-                self._began_unix_s = capture.unix_at_zero_s + stamp_s
         time_s = arrived_s - self._began_s
         if stamp_s is not None:
             if self._ahead_s is None:
                 self._ahead_s = time_s - stamp_s
             time_s = stamp_s + self._ahead_s
+            if not self._is_dated and capture.unix_at_zero_s is not None:  # once, for times of day to go on evenly
+                self._is_dated, self._began_unix_s = True, capture.unix_at_zero_s + stamp_s - time_s
         time_s = round(time_s, 6)
         taken_s = round(self._began_unix_s + time_s, 6)
         frame = Frame(image, self._came, time_s, self.source, shown=capture.shown, time_unix_s=taken_s)

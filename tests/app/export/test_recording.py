@@ -1,5 +1,6 @@
 """Recordings of cameras and streams: every frame and its times, kept whatever happens."""
 
+import contextlib
 import socket
 import subprocess
 import sys
@@ -12,10 +13,12 @@ import av
 import cv2
 import numpy as np
 import pytest
+from av.error import FFmpegError
 from dockpose.app.errors import UserError
 from dockpose.app.export import recording
 from dockpose.app.export.recording import Recording
 from dockpose.sources import Arrival, Frame, Live, Wishes, open_frames
+from dockpose.sources import stream as streaming
 
 from tests.support.cameras import V4l2Camera, jpeg_of
 from tests.support.streams import MjpegServer
@@ -265,3 +268,60 @@ def test_a_stream_of_h264_is_kept_as_it_was_sent_with_the_senders_times(tmp_path
     assert len(shared) >= len(arrived) - 10  # those from the first whole frame on
     for frame, original in shared:
         np.testing.assert_array_equal(frame.image, original.image)
+
+
+def connected_rtsp(port):
+    """A container to send H.264 by RTSP with, and its stream, once somebody listens there."""
+    options = {"preset": "ultrafast", "tune": "zerolatency", "g": "10"}
+    for _ in range(200):
+        try:
+            container = av.open(f"rtsp://127.0.0.1:{port}/tank", "w", format="rtsp", options={"rtsp_transport": "tcp"})
+            stream = container.add_stream("libx264", rate=50, options=options)
+            stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
+            container.start_encoding()
+        except FFmpegError:
+            time.sleep(0.05)
+        else:
+            return container, stream
+    raise AssertionError("nobody listens")
+
+
+def push_rtsp(port, began, stop):
+    """Send frames whose level tells their number, with reports of the sender's clock."""
+    container, stream = connected_rtsp(port)
+    began.append(time.time())
+    with contextlib.suppress(FFmpegError):  # the listener hangs up
+        for number in range(300):
+            frame = av.VideoFrame.from_ndarray(np.full((180, 160), 40 + number % 150, np.uint8), format="yuv420p")
+            frame.pts, frame.time_base = number, Fraction(1, 50)
+            container.mux(stream.encode(frame))
+            if stop.wait(max(0.0, began[0] + (number + 1) / 50 - time.time())):
+                return
+
+
+def test_rtsp_gives_the_senders_time_of_day_and_is_kept_as_it_was_sent(tmp_path, monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    options = {**streaming._OPTIONS, "rtsp_flags": "listen", "listen_timeout": "10"}
+    monkeypatch.setattr(streaming, "_opened", lambda address, timeout_s: av.open(address, options=options))
+    began, stop = [], threading.Event()
+    sender = threading.Thread(target=push_rtsp, args=(port, began, stop), daemon=True)
+    sender.start()
+    frames = open_frames(f"rtsp://127.0.0.1:{port}/tank", grey=True)
+    assert isinstance(frames, Live)
+    arrived, _ = record_live(tmp_path / "tank.mkv", frames, 60)
+    stop.set()
+    # A frame's level tells its number, and so when it was made, however late it came.
+    offsets_s = []
+    for frame in arrived:
+        level = float(np.median(frame.image)) * 219 / 255 + 16  # from the full scale back to that of video
+        number = round(level) - 40
+        offsets_s.append(frame.time_unix_s - began[0] - number / 50)
+    assert np.abs(offsets_s).max() < 0.1
+    assert np.ptp(offsets_s) < 1e-3
+    found = read(tmp_path / "tank.mkv")
+    kept_at = {round(50 * (frame.time_unix_s or 0.0)): frame for frame in found}
+    shared = [(kept_at[at], f) for f in arrived if (at := round(50 * (f.time_unix_s or 0.0))) in kept_at]
+    assert len(shared) >= len(arrived) - 10
+    for frame, original in shared:
+        np.testing.assert_array_equal(frame.image, original.picture())

@@ -141,13 +141,17 @@ class Camera:
 
     def ask(self, wishes: Wishes) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused."""
-        # In this order: the format limits the sizes, and both the rates.
-        if wishes.format is not None:
+        # In this order: the format limits the sizes, and both the rates. What is so already is not set again, which
+        # would interrupt the frames; and Video4Linux takes a rate only while they rest, as setting a size makes them do.
+        if wishes.format is not None and wishes.format != self._format():
             self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*wishes.format.ljust(4)))
-        if wishes.width is not None and wishes.height is not None:
-            self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, wishes.width)
-            self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, wishes.height)
-        if wishes.rate_hz is not None:
+        width, height = size = self._size()
+        wanted = (wishes.width or width, wishes.height or height)
+        is_other_rate = wishes.rate_hz is not None and not self._gives(wishes.rate_hz)
+        if wanted != size or is_other_rate:
+            self._capture.set(cv2.CAP_PROP_FRAME_WIDTH, wanted[0])
+            self._capture.set(cv2.CAP_PROP_FRAME_HEIGHT, wanted[1])
+        if wishes.rate_hz is not None and is_other_rate:
             self._capture.set(cv2.CAP_PROP_FPS, wishes.rate_hz)
         if self._capture.getBackendName() == _WITH_RAW_DATA:
             is_raw = self._format() in (*_GREY_FORMATS, *_JPEG_FORMATS)
@@ -203,11 +207,14 @@ class Camera:
             refused.append(f"does not give {wishes.format} and goes on with {self._format() or 'its own format'}")
         if wishes.width is not None and (width, height) != (wishes.width, wishes.height):
             refused.append(f"does not give {wishes.width} x {wishes.height} and goes on with {width} x {height}")
-        rate_hz = self._capture.get(cv2.CAP_PROP_FPS)
-        if wishes.rate_hz is not None and abs(rate_hz - wishes.rate_hz) > _SAME_RATE * wishes.rate_hz:
+        if wishes.rate_hz is not None and not self._gives(wishes.rate_hz):
+            rate_hz = self._capture.get(cv2.CAP_PROP_FPS)
             given = f"goes on with {rate_hz:g}" if rate_hz > 0 else "does not say what it gives"
             refused.append(f"does not give {wishes.rate_hz:g} frames/s and {given}")
         return refused
+
+    def _gives(self, rate_hz: float) -> bool:
+        return abs(self._capture.get(cv2.CAP_PROP_FPS) - rate_hz) <= _SAME_RATE * rate_hz
 
     def _words(self, wishes: Wishes) -> str:
         """What the camera says of itself by now, and of what it was asked and took."""

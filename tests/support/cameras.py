@@ -2,7 +2,7 @@
 
 It follows modules/videoio/src/cap_v4l.cpp: a format that the driver does not have leaves another one in force and is
 still answered with yes, sizes and rates go to the nearest that there is, controls are clamped, unknown ones refused,
-and without CONVERT_RGB grey formats keep their depth.
+without CONVERT_RGB grey formats keep their depth, and a rate can be set only while no frames flow.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ class V4l2Camera:
         self.controls = {control: low for control, (low, _) in self.ranges.items()}
         self.on_end = on_end
         self.is_there, self.format, self.size, self.rate_hz = is_there, formats[0], (640, 480), rates_hz[-1]
+        self.is_streaming, self.interruptions = False, 0
         self.is_auto, self.converts, self.asked_width = True, True, None
         self.grabbed, self.stamp_s, self.released = -1, 0.0, False
 
@@ -55,16 +56,22 @@ class V4l2Camera:
         number = round(value)
         if control == cv2.CAP_PROP_FOURCC:
             letters = bytes(number >> place & 0xFF for place in (0, 8, 16, 24)).decode().strip()
+            self.interruptions += self.is_streaming
+            self.is_streaming = False
             self.format = letters if letters in self.formats else self.formats[0]
             return True
         if control == cv2.CAP_PROP_FRAME_WIDTH:
             self.asked_width = number  # takes effect with the height
             return True
         if control == cv2.CAP_PROP_FRAME_HEIGHT:
+            self.interruptions += self.is_streaming
+            self.is_streaming = False
             wanted = (self.asked_width or self.size[0], number)
             self.size = min(self.sizes, key=lambda size: abs(size[0] - wanted[0]) + abs(size[1] - wanted[1]))
             return True
         if control == cv2.CAP_PROP_FPS:
+            if self.is_streaming:
+                raise RuntimeError("OpenCV would wait here until the stream rests, which it never does")
             self.rate_hz = min(self.rates_hz, key=lambda rate: abs(rate - number))
             return True
         if control == cv2.CAP_PROP_CONVERT_RGB:
@@ -97,6 +104,7 @@ class V4l2Camera:
             self.on_end()
         time.sleep(1 / self.rate_hz)
         self.grabbed += 1
+        self.is_streaming = True
         self.stamp_s = time.monotonic()
         return self.is_there and self.grabbed < len(self.pictures)
 

@@ -1,4 +1,5 @@
 import time
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -102,6 +103,25 @@ def test_wishes_are_passed_on_while_it_runs(monkeypatch):
             time.sleep(0.01)
         assert camera.controls[cv2.CAP_PROP_EXPOSURE] == 25
     assert frames.about.endswith("exposure 25 asked, 25 set")
+
+
+def test_a_rate_is_changed_while_it_runs_and_an_exposure_without_interrupting(monkeypatch):
+    wishes = Wishes(640, 480, exposure=50, rate_hz=200, format="MJPG")
+    frames, told, camera = opened(monkeypatch, wishes)
+    with frames:
+        next(iter(frames))
+        frames.ask(replace(wishes, exposure=25))
+        index = next(iter(frames)).index
+        while next(iter(frames)).index < index + 3:
+            pass
+        assert camera.interruptions == 0
+        frames.ask(replace(wishes, rate_hz=30))
+        index = next(iter(frames)).index
+        while next(iter(frames)).index < index + 3:
+            pass
+    assert frames.about == "640 x 480 MJPG at 30 frames/s; exposure 50 asked, 50 set"
+    assert camera.interruptions == 1
+    assert told == []
 
 
 def test_times_are_those_of_the_driver_and_of_the_day(monkeypatch):

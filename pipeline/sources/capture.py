@@ -142,7 +142,7 @@ class Camera:
     def ask(self, wishes: Wishes) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused."""
         # In this order: the format limits the sizes, and both the rates. What is so already is not set again, which
-        # would interrupt the frames; and Video4Linux takes a rate only while they rest, as setting a size makes them do.
+        # would interrupt the frames; and Video4Linux takes a rate only while they rest, as they do after a size.
         if wishes.format is not None and wishes.format != self._format():
             self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*wishes.format.ljust(4)))
         width, height = size = self._size()

@@ -12,9 +12,11 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from dockpose.app.commands import budget, compare, estimate, export, reproduce, serve, simulate, study
+from dockpose.app.commands import compare, estimate, export, serve, simulate
 from dockpose.app.commands.calibration import calibrate, learn_dock
 from dockpose.app.commands.console import EXIT_BAD_ARGUMENTS, EXIT_STOPPED, say
+from dockpose.app.commands.paper import budget, reproduce, study
+from dockpose.app.commands.ros import command as ros
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import sample_source
 from dockpose.thresholds.compiled import on_compiling
@@ -30,6 +32,7 @@ COMMANDS = {
     "budget": budget,
     "reproduce": reproduce,
     "study": study,
+    "ros": ros,
 }
 _COMPILING = "compiling the loops over pixels; the first run takes some seconds longer"
 

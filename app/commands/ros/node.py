@@ -133,6 +133,12 @@ def filled(message: Any, fields: dict[str, Any]) -> Any:
             inner = message_class(kind.removeprefix("sequence<").removesuffix(">"))
             setattr(message, name, [filled(inner(), one) for one in value])
         else:
-            plain = bytes([value]) if kind == "octet" else value
-            setattr(message, name, array("B", value) if isinstance(value, bytes) else plain)
+            setattr(message, name, _plain(kind, value))
     return message
+
+
+def _plain(kind: str, value: Any) -> Any:
+    """A value as rclpy takes it: bytes as an array, a byte as bytes."""
+    if isinstance(value, bytes):
+        return array("B", value)
+    return bytes([value]) if kind == "octet" else value

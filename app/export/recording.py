@@ -99,7 +99,7 @@ class Recording:
             if self._part is None or kind != self._kind:
                 try:
                     self._part, self._kind = self._new_part(arrival), kind
-                except UserError as error:
+                except Exception as error:  # whatever is wrong with the file, the frames go on
                     self._fail(error)
                     return
             self._waiting.append((self._part, arrival))
@@ -137,12 +137,12 @@ class Recording:
                 part = following
                 part.write(arrival)
                 self.frames += 1
-            except (UserError, OSError) as error:
+            except Exception as error:
                 self._fail(error)
         if part is not None:
             try:
                 part.close()
-            except (UserError, OSError) as error:
+            except Exception as error:
                 self._fail(error)
 
     def _next(self) -> tuple[_Part, Arrival] | None:
@@ -160,7 +160,8 @@ class Recording:
         if not self.has_failed:
             self.has_failed = True
             self._waiting.clear()
-            self._tell(f"{error}; it is no longer recorded, and all else goes on")
+            said = str(error) if isinstance(error, UserError) else f"{self.path}: cannot be written ({error})"
+            self._tell(f"{said}; it is no longer recorded, and all else goes on")
 
     def _new_part(self, arrival: Arrival) -> _Part:
         """Begin a file for frames as this one, beside those that there are; of packets while their source is open."""

@@ -69,7 +69,7 @@ class Live(Frames):
     Raises
     ------
     SourceError
-        If it cannot be opened at first.
+        If it cannot be opened at first; in iteration, if reading fails in a way that trying again does not mend.
     """
 
     is_live = True
@@ -90,6 +90,7 @@ class Live(Frames):
         self._stop = threading.Event()
         self._changed = threading.Condition()
         self._newest: Frame | None = None
+        self._error: Exception | None = None
         self._came = 0
         self._began_s = 0.0
         self._began_unix_s, self._is_dated = 0.0, False  # by the sender
@@ -104,12 +105,16 @@ class Live(Frames):
         self._thread = threading.Thread(target=self._run, name="dockpose live source", daemon=True)
 
     def __iter__(self) -> Iterator[Frame]:
-        if not self._thread.is_alive() and not self._stop.is_set():
+        if self._thread.ident is None and not self._stop.is_set():
             self._thread.start()  # not before, so that ``on_arrival`` hears of the first frame too
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._newest is not None or self._stop.is_set())
+                self._changed.wait_for(
+                    lambda: self._newest is not None or self._stop.is_set() or self._error is not None
+                )
                 frame, self._newest = self._newest, None
+            if self._error is not None:
+                raise SourceError(f"{self.source}: cannot be read any more ({self._error})") from self._error
             if frame is None or self._stop.is_set():
                 return
             yield frame
@@ -131,10 +136,15 @@ class Live(Frames):
 
     def _run(self) -> None:
         capture, self._first = self._first, None
-        while capture is not None:
-            self._read(capture)
-            capture.release()
-            capture = None if self._stop.is_set() else self._bring_back()
+        try:
+            while capture is not None:
+                self._read(capture)
+                capture.release()
+                capture = None if self._stop.is_set() else self._bring_back()
+        except Exception as error:  # raised again where the frames are consumed
+            with self._changed:
+                self._error = error
+                self._changed.notify_all()
 
     def _ask(self, capture: Capture, wishes: Wishes) -> None:
         """Pass on what is wished, and tell what is refused, once."""

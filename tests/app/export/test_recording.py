@@ -165,6 +165,18 @@ def test_a_full_disk_ends_the_recording_with_one_sentence(tmp_path):
     assert [frame.index for frame in read(tmp_path / "tank.mkv")] == list(range(19))  # one was not yet written out
 
 
+def test_whatever_goes_wrong_with_the_file_only_the_recording_ends(tmp_path, monkeypatch):
+    def broken(self, arrival):
+        raise RuntimeError("what nobody thought of")
+
+    monkeypatch.setattr(recording._Pictures, "write", broken)
+    told = []
+    recorded(tmp_path / "tank.mkv", arrivals(), told)
+    assert "cannot be written (what nobody thought of); it is no longer recorded" in told[0]
+    assert "0 frames recorded" in told[1]
+    assert list(tmp_path.iterdir()) == []
+
+
 CRASH = """
 import os, sys, time
 import numpy as np

@@ -265,6 +265,24 @@ def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(
     assert "is back after" in told[-1]
 
 
+def test_a_source_that_cannot_be_read_any_more_ends_with_a_sentence_rather_than_silence():
+    class Broken(FakeCapture):
+        def retrieve(self):
+            raise RuntimeError("a driver's own error")
+
+    with Live("camera 0", lambda: Broken([0])) as frames:
+        with pytest.raises(SourceError, match=r"camera 0: cannot be read any more \(a driver's own error\)"):
+            next(iter(frames))
+        with pytest.raises(SourceError, match="cannot be read any more"):
+            next(iter(frames))
+
+
+def test_a_live_source_that_is_never_looked_at_is_released():
+    capture = FakeCapture([0])
+    Live("camera 0", lambda: capture).close()
+    assert capture.released
+
+
 def test_a_live_source_keeps_the_newest_frame_and_counts_the_others():
     pictures = [picture(number) for number in range(200)]
     with MjpegServer(pictures, rate_hz=100) as server, open_frames(server.address) as frames:

@@ -126,4 +126,6 @@ def outcome(view: BoardView) -> str:
     """What became of a picture, in words."""
     if view.dropped:
         return f"dropped: {view.dropped}"
+    if view.error_px is None:
+        return f"{view.corners} corners"
     return f"{view.error_px:.3f} px over {view.corners} corners"

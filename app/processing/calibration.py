@@ -56,7 +56,10 @@ class Looked:
 
 
 def gather(
-    frames: Frames, gathering: Gathering, on_look: Callable[[Looked, Coverage | None], None] = lambda looked, seen: None
+    frames: Frames,
+    gathering: Gathering,
+    on_look: Callable[[Looked, Coverage | None], None] = lambda looked, seen: None,
+    prefix: str = "",
 ) -> Looked:
     """Gather boards from frames: to the end of a recording, or from a live source until they are enough.
 
@@ -68,6 +71,8 @@ def gather(
         Where the boards go; Ctrl+C leaves it whole.
     on_look : callable
         Told after each look: what became of the frames, and, where a board was added, what all boards cover.
+    prefix : str
+        Of the frames' names.
 
     Returns
     -------
@@ -82,7 +87,7 @@ def gather(
         if number % every:
             continue
         before = len(gathering.sightings)
-        looked.see(gathering, frame.image, f"frame {frame.index}")
+        looked.see(gathering, frame.image, f"{prefix}frame {frame.index}")
         is_new = len(gathering.sightings) > before and gathering.size is not None
         covered = coverage_of(gathering.sightings, gathering.size) if is_new and gathering.size else None
         on_look(looked, covered)

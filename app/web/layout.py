@@ -12,6 +12,7 @@ from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.state.preferences import Memory
 from dockpose.app.state.tank import Tanks
+from dockpose.app.web.calibration.panel import CalibrationPanel
 from dockpose.app.web.html import help_link
 from dockpose.app.web.jobs import Compare, GoTo, JobsPanel, Play, Speed, Take, Use, Zip
 from dockpose.app.web.live import LivePage
@@ -90,6 +91,7 @@ class Layout:
         with tab("Tank", "tank"):
             tanks = TanksPanel(gui, parts.tanks, change, parts.notify)
             camera = CameraPanel(gui, change)
+            calibration = CalibrationPanel(gui, change, parts.notify, parts.fail)
             budget = BudgetPanel(gui)
         with tab("Detect", "detect"):
             detect = DetectPanel(gui, change)
@@ -110,7 +112,7 @@ class Layout:
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels = [*self.panels, self.sequence, self.live, source, simulator, tanks, camera, budget]
+        self.panels = [*self.panels, self.sequence, self.live, source, simulator, tanks, camera, budget, calibration]
         self.panels += [detect, pose]
         self.panels += [self.settings, self.experiment, self.export, viewpoint, self.chips, self.compare]
 

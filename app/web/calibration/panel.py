@@ -1,0 +1,283 @@
+"""Calibrate on the page: gather boards from what is shown or uploaded, fit the camera, and use it."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import viser
+from dockpose.app.errors import UserError
+from dockpose.app.export.calibration import MEDIA, camera_lines
+from dockpose.app.processing.analysis import Analysis
+from dockpose.app.processing.background import Progress
+from dockpose.app.processing.calibration import Looked, gather
+from dockpose.app.processing.latest_worker import LatestWorker
+from dockpose.app.state.camera import camera_file
+from dockpose.app.state.in_force import with_own_camera
+from dockpose.app.state.view import View
+from dockpose.app.web.calibration.shown import (
+    WIDTH_PX,
+    coverage_html,
+    picture_with_board,
+    pictures_html,
+    result_html,
+    seen_html,
+)
+from dockpose.app.web.notifications import Notify, attempt, tell_refusal
+from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.widgets import BackgroundWork, Change, Panel, add_upload_button, on_click, on_person
+from dockpose.camera.board import Board, Sighting
+from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
+from dockpose.camera.coverage import Coverage, coverage_of
+from dockpose.camera.image import decode, to_grey, to_levels
+from dockpose.sources import VIDEO_ENDINGS, Video
+
+_BY_HAND = "you dropped it"
+_NONE = "(none)"
+_MOST = 200  # pictures, after which the oldest that were left out are forgotten
+_UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
+
+
+def board_of(squares: str, side_mm: float) -> Board:
+    """The board that was typed, as "10x7" and the side of a square in mm. Raises UserError where it is none."""
+    match = re.fullmatch(r"\s*(\d{1,2})\s*[xX×*]\s*(\d{1,2})\s*", squares)
+    if match is None:
+        raise UserError(f"The board is {squares[:20]!r}; it must be columns x rows, as 10x7.")
+    return Board(int(match[1]), int(match[2]), side_mm / 1000)
+
+
+class CalibrationPanel(Panel):
+    """A folder in which boards are gathered and the camera is fitted; ``fail`` reports unexpected errors."""
+
+    def __init__(self, gui: viser.GuiApi, change: Change, notify: Notify, fail: Callable[[Exception], None]) -> None:
+        self._change, self._notify, self._fail = change, notify, fail
+        self._lock = threading.RLock()
+        self._gathering = Gathering(Board(10, 7, 0.024), distinct=True)
+        self._dropped: dict[str, Sighting] = {}
+        self._done: Calibration | None = None
+        self._image: np.ndarray | None = None
+        self._count = 0
+        self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, fail)
+        self._area = gui.add_folder("Calibrate the camera", expand_by_default=False)
+        with self._area:
+            self._add_controls(gui)
+            self._work = BackgroundWork(gui, fail, "Do not go on with it.")
+
+    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+        """Give one browser its button for pictures and videos of the board."""
+        hint = "A picture of the board, or a video, of which the sharp frames that differ are taken."
+        label = "Add a picture or video of the board"
+        add_upload_button(self._area, client, uploads, self._take, label, hint, mime_type=_UPLOADS, order=3)
+
+    def show(self, analysis: Analysis) -> None:
+        """Keep what is shown, and look for the board in it while watching."""
+        self._image = analysis.view.image
+        if self._watch.value and not analysis.view.is_stale:
+            self._worker.submit(analysis.view.image)
+
+    def close(self) -> None:
+        """Stop whatever runs."""
+        self._worker.close()
+        self._work.close()
+
+    def _add_controls(self, gui: viser.GuiApi) -> None:
+        self._squares = gui.add_text("Squares", "10x7", hint="How many squares the chessboard has, as 10x7.", order=1)
+        self._side = gui.add_number(
+            "Side (mm)", 24.0, min=0.1, max=1000.0, step=0.1, hint="Side of a square, measured.", order=1.1
+        )
+        self._medium = gui.add_dropdown("Taken in", MEDIA, hint="Where the board is: in air or in water.", order=1.2)
+        self._watch = gui.add_checkbox(
+            "Watch what is played",
+            False,
+            hint="Look for the board in each frame that is shown, of a live camera or a video (tab Play).",
+            order=2,
+        )
+        now = gui.add_button(
+            "Add the picture shown", icon=viser.Icon.PHOTO_PLUS, hint="Look for the board in it.", order=2.1
+        )
+        self._seen = gui.add_html("", order=4)
+        blank = np.zeros((1, WIDTH_PX, 3), np.uint8)
+        self._shown = gui.add_image(blank, format="jpeg", visible=False, order=4.1)
+        self._covered = gui.add_html("", order=5)
+        fit = gui.add_button(
+            "Work out the camera", icon=viser.Icon.CALCULATOR, hint="From all views that were taken.", order=6
+        )
+        self._result, self._table = gui.add_html("", order=8), gui.add_html("", order=9)
+        self._which: Any = gui.add_dropdown("Picture", (_NONE,), hint="One of those taken.", visible=False, order=10)
+        self._drop = gui.add_button(
+            "Drop it, or take it back", icon=viser.Icon.ARROWS_EXCHANGE, visible=False, order=11
+        )
+        self._use = gui.add_button(
+            "Use this camera", icon=viser.Icon.CHECK, hint="My tank's camera from now on.", visible=False, order=7.1
+        )
+        self._save = gui.add_button(
+            "Save this camera", icon=viser.Icon.DOWNLOAD, hint="As camera.yaml.", visible=False, order=7.2
+        )
+        again = gui.add_button("Start over", icon=viser.Icon.TRASH, hint="Forget all views.", order=12)
+        on_click(now, lambda client: self._try(self._add_shown, client))
+        on_click(fit, self._fit)
+        on_click(self._drop, lambda client: self._try(self._drop_or_keep, client))
+        on_click(self._use, lambda client: self._change(self._with_camera, client, reload=True))
+        on_click(self._save, self._send)
+        on_click(again, lambda client: self._try(self._start_over, client))
+        for handle in (self._squares, self._side):
+            on_person(handle.on_update, lambda client: self._forget_quietly())
+
+    def _try(self, act: Callable[[], object], client: viser.ClientHandle) -> None:
+        attempt(act, self._notify, self._fail, client)
+
+    def _board(self) -> Board:
+        return board_of(self._squares.value, float(self._side.value))
+
+    def _ready(self) -> Gathering:
+        """What is gathered; begun anew where the board that is typed is another."""
+        board = self._board()
+        if board != self._gathering.board:
+            self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
+        return self._gathering
+
+    def _add_shown(self) -> None:
+        if self._image is None:
+            raise UserError("There is no picture yet.")
+        self._look(self._image, f"shown {self._next()}", thorough=True)
+
+    def _next(self) -> int:
+        self._count += 1
+        return self._count
+
+    def _watch_one(self, image: np.ndarray) -> None:
+        try:
+            self._look(image, f"frame {self._next()}", thorough=False)
+        except ValueError:  # the board is being typed
+            return
+
+    def _look(self, image: np.ndarray, name: str, *, thorough: bool) -> None:
+        grey = to_levels(to_grey(image))[0]
+        with self._lock:
+            gathering = self._ready()
+            found = gathering.add(name, grey, thorough=thorough)
+            dropped = gathering.views[name].dropped
+            if dropped and not thorough:
+                del gathering.views[name]
+            for old in [each for each, view in gathering.views.items() if view.dropped][: -_MOST or None]:
+                del gathering.views[old]
+            self._seen.content = seen_html(name, found, dropped)
+            self._shown.image = picture_with_board(grey, found, gathering.board, gathering.counted_as)
+            self._shown.visible = True
+            if found is not None and not dropped:
+                self._show_gathered()
+
+    def _show_gathered(self) -> None:
+        gathering = self._gathering
+        if gathering.size is not None:
+            self._covered.content = coverage_html(coverage_of(gathering.sightings, gathering.size))
+        names = [*(each.name for each in gathering.sightings), *self._dropped]
+        chosen = self._which.value
+        self._which.options = tuple(names) or (_NONE,)
+        if chosen in names:
+            self._which.value = chosen
+        self._which.visible = self._drop.visible = bool(names)
+
+    def _take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
+        """Look for the board in a file that a browser sent."""
+        if Path(name).suffix.lower() in VIDEO_ENDINGS:
+            if not self._work.start(lambda progress: self._take_video(data, name, client, progress)):
+                self._notify("Please wait", "Another piece of work is running; wait, or stop it.", "yellow", client)
+            return
+        self._try(lambda: self._look(decode(data, name), name, thorough=True), client)
+
+    def _take_video(self, data: bytes, name: str, client: viser.ClientHandle, progress: Progress) -> None:
+        def take() -> None:
+            with tempfile.TemporaryDirectory(prefix="dockpose-") as folder:
+                path = Path(folder) / f"sent{Path(name).suffix.lower()}"
+                path.write_bytes(data)
+                with self._lock:
+                    gathering = self._ready()
+                with Video(str(path), None, grey=True) as video:
+                    looked = gather(video, gathering, self._show_progress, f"{name} ")
+            self._notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
+
+        attempt(take, self._notify, self._fail, client)
+
+    def _show_progress(self, looked: Looked, covered: Coverage | None) -> None:
+        if covered is not None:
+            with self._lock:
+                self._show_gathered()
+
+    def _fit(self, client: viser.ClientHandle) -> None:
+        def work(progress: Progress) -> None:
+            try:
+                with self._lock:
+                    gathering = self._ready()
+                    copy = replace(gathering, sightings=list(gathering.sightings), views=dict(gathering.views))
+                done = calibrate_gathered(copy)
+            except ValueError as error:
+                tell_refusal(error, self._notify, client)
+                return
+            self._done = done
+            self._result.content = result_html(list(camera_lines(done, str(self._medium.value))))
+            self._table.content = pictures_html(done.views)
+            self._use.visible = self._save.visible = True
+
+        if not self._work.start(work):
+            self._notify("Please wait", "Another piece of work is running; wait, or stop it.", "yellow", client)
+
+    def _drop_or_keep(self) -> None:
+        with self._lock:
+            name, gathering = str(self._which.value), self._gathering
+            if name in self._dropped:
+                sighting = self._dropped.pop(name)
+                gathering.sightings.append(sighting)
+                gathering.views[name] = BoardView(name, None, len(sighting.picture_px))
+            else:
+                kept = [each for each in gathering.sightings if each.name == name]
+                if not kept:
+                    raise UserError(f"There is no picture called {name!r}.")
+                self._dropped[name] = kept[0]
+                gathering.drop(name, _BY_HAND)
+            self._show_gathered()
+            self._done = None  # it was of other pictures
+            self._result.content = ""
+            self._use.visible = self._save.visible = False
+            self._table.content = pictures_html(list(gathering.views.values()))
+
+    def _with_camera(self, view: View) -> View:
+        if self._done is None:
+            raise UserError("There is no camera yet; work it out first.")
+        return with_own_camera(view, self._done.camera, "the calibration")
+
+    def _send(self, client: viser.ClientHandle) -> None:
+        def send() -> None:
+            if self._done is None:
+                raise UserError("There is no camera yet; work it out first.")
+            client.send_file_download("camera.yaml", camera_file(self._done.camera, "dockpose"), save_immediately=True)
+
+        self._try(send, client)
+
+    def _forget_quietly(self) -> None:
+        """Begin anew with another board, as soon as one is typed that can be."""
+        try:
+            self._board()
+        except ValueError:
+            return
+        with self._lock:
+            if self._board() != self._gathering.board:
+                self._clear()
+
+    def _start_over(self) -> None:
+        with self._lock:
+            self._clear()
+
+    def _clear(self) -> None:
+        self._gathering, self._dropped, self._done = Gathering(self._board(), distinct=True), {}, None
+        for handle in (self._seen, self._covered, self._result, self._table):
+            handle.content = ""
+        for handle in (self._shown, self._use, self._save):
+            handle.visible = False
+        self._show_gathered()

@@ -11,7 +11,7 @@ window.addEventListener("unhandledrejection", (event) => {
 });
 
 const BUTTON = "input[type=file][accept='image/*']";
-const VIDEO_BUTTON = "input[type=file][accept='video/*']";
+const VIDEO_BUTTON = "input[type=file][accept^='video/*']";
 
 // viser opens a tab when it is pressed, and drags it where the pointer moves; a plain click does nothing.
 function openTab(tab) {
@@ -22,7 +22,7 @@ function openTab(tab) {
 
 // The upload button for a file; what is in a closed tab is not on the page at all, so its tab is opened first.
 async function buttonFor(file) {
-  const isVideo = file.type.startsWith("video/") || /\.(mp4|m4v|mov|avi|mkv|webm|mpe?g|ts|wmv|mjpe?g)$/i.test(file.name);
+  const isVideo = file.type.startsWith("video/") || /\.(mp4|m4v|mov|avi|mkv|webm|mpe?g|ts|wmv|mjpe?g|mcap|bag|db3)$/i.test(file.name);
   const selector = isVideo ? VIDEO_BUTTON : BUTTON;
   for (let waited = 0; waited < 40; waited += 1) {
     const input = document.querySelector(selector);

@@ -37,6 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     dock = dock_of(arguments)
     defaults = {
         "camera_file": arguments.camera or "",
+        "dock_file": arguments.dock or "",
         "dock_diameter_m": 0.0 if dock is None else dock.diameter,
         "lights": 0 if dock is None or dock.lights is None else dock.lights,
         "method": arguments.method,
@@ -44,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     }
     if dock is not None:
         options_of(defaults)  # what is wrong is told here rather than in a log
-    elif not arguments.managed and not any("dock_diameter_m:=" in word for word in arguments.ros_args):
+    elif not arguments.managed and not any("dock_" in word for word in arguments.ros_args):
         raise UserError("ros: how large is the dock? Give --dock-diameter in metres")
     rclpy.init(args=["--ros-args", *arguments.ros_args] if arguments.ros_args else [])
     node = make_node(defaults)

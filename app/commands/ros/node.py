@@ -9,6 +9,7 @@ from typing import Any
 from dockpose.app.commands.ros.logic import NodeLogic, Options
 from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.messages import TOPICS
+from dockpose.app.inputs.dock_file import load_dock
 from dockpose.camera.files import load_camera
 from dockpose.dock import Dock
 from dockpose.settings import Settings
@@ -22,7 +23,7 @@ def make_node(defaults: dict[str, Any]) -> Any:
     Parameters
     ----------
     defaults : dict
-        Of its parameters ``camera_file``, ``dock_diameter_m``, ``lights``, ``method`` and ``image_topic``.
+        Of its parameters ``camera_file``, ``dock_file``, ``dock_diameter_m``, ``lights``, ``method``, ``image_topic``.
 
     Returns
     -------
@@ -109,9 +110,12 @@ def make_node(defaults: dict[str, Any]) -> Any:
 
 def options_of(values: dict[str, Any]) -> Options:
     """Return the options by the values of the node's parameters. Raises ValueError that names a wrong one."""
-    if not values["dock_diameter_m"] > 0:
+    if values["dock_file"]:
+        dock = load_dock(values["dock_file"])
+    elif values["dock_diameter_m"] > 0:
+        dock = Dock(float(values["dock_diameter_m"]), values["lights"] or None)
+    else:
         raise UserError(f"dock_diameter_m is {values['dock_diameter_m']}; it must be the dock's diameter in metres")
-    dock = Dock(float(values["dock_diameter_m"]), values["lights"] or None)
     camera = load_camera(values["camera_file"]) if values["camera_file"] else None
     return Options(dock, Settings(method=values["method"]), camera, values["image_topic"])
 

@@ -102,8 +102,9 @@ class SourcePanel(Panel):
             uploads,
             self._take_video,
             "Upload a video",
-            "MP4, AVI, MOV, MKV or WebM. It stays on this machine, and is deleted when another sequence is chosen.",
-            mime_type="video/*",
+            "MP4, AVI, MOV, MKV or WebM; or a bag of ROS: MCAP, BAG or DB3. It stays on this machine, and is deleted "
+            "when another sequence is chosen.",
+            mime_type="video/*,.mcap,.bag,.db3",
             order=2,
         )
 

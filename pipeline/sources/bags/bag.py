@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 from dockpose.camera.camera import Camera
@@ -190,14 +191,21 @@ def deserialised(data: bytes, topic: Topic) -> Any:
     SourceError
         If it is damaged.
     """
-    from rosbags.typesys import Stores, get_typestore
-
+    store = _store(topic.encoding)
     try:
         if topic.encoding == "ros1":
-            return get_typestore(Stores.ROS1_NOETIC).deserialize_ros1(data, topic.kind)
-        return get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr(data, topic.kind)
+            return store.deserialize_ros1(data, topic.kind)
+        return store.deserialize_cdr(data, topic.kind)
     except Exception as error:  # what damaged bytes raise is not told
         raise SourceError(f"the message is damaged ({len(data)} bytes)") from error
+
+
+@lru_cache(maxsize=2)
+def _store(encoding: str) -> Any:
+    """What reads messages; it compiles itself for each type of message, which takes longer than many messages."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
 
 
 def _has_pictures(topic: Topic) -> bool:

@@ -3,9 +3,11 @@
 import sys
 
 import pytest
+from dockpose import Dock
 from dockpose.app.cli import main
-from dockpose.app.commands.ros.node import make_node
+from dockpose.app.commands.ros.node import make_node, options_of
 from dockpose.app.export.recordings.messages import TOPICS
+from dockpose.app.inputs.dock_file import save_dock
 from dockpose.simulate import render
 
 from tests.support import bags, fake_rclpy
@@ -15,6 +17,7 @@ from tests.support.scenes import CAMERA, random_scene
 PICTURE, _ = render(random_scene(3))
 DEFAULTS = {
     "camera_file": "",
+    "dock_file": "",
     "dock_diameter_m": 0.30,
     "lights": 10,
     "method": "hats",
@@ -100,6 +103,14 @@ def test_the_command_runs_the_node_until_it_is_stopped(monkeypatch, capsys):
     assert {topic for topic, _ in node.published} == set(TOPICS)
     assert node.state == "gone"
     assert "listens on /camera/image_raw" in capsys.readouterr().err
+
+
+def test_a_dock_file_has_precedence(node, tmp_path):
+    path = tmp_path / "dock.yaml"
+    save_dock(Dock(0.25, 5, angles_deg=(0, 50, 100, 180, 270)), path)
+    node.parameters |= {"dock_file": str(path), "dock_diameter_m": 0.0}
+    assert node.trigger_configure() is Return.SUCCESS
+    assert options_of(node.parameters).dock.angles_deg == (0, 50, 100, 180, 270)
 
 
 def test_a_managed_node_waits(monkeypatch):

@@ -7,6 +7,7 @@ from dockpose.app.state.parameters import put
 from dockpose.app.web.panels.play.sequence import NONE_CHOSEN
 
 from tests.browser.conftest import Page
+from tests.support import bags
 
 COURSE = "simulated sweep"
 
@@ -229,3 +230,15 @@ def test_text_called_mp4_is_refused_and_the_page_stays(page):
     chooser.value.set_files({"name": "text.mp4", "mimeType": "video/mp4", "buffer": b"no video"})
     page.page.get_by_text("text.mp4", exact=False).first.wait_for()
     assert "Dock found in plain" in page.status
+
+
+def test_a_bag_is_uploaded_and_played(page, tmp_path):
+    """Without a camera in it, it is searched with the camera of the page."""
+    pictures = [np.full((480, 640), level, np.uint8) for level in (0, 50, 100)]
+    data = bags.write_mcap(tmp_path / "run.mcap", bags.frames(pictures)).read_bytes()
+    page.tab("Pictures")
+    with page.page.expect_file_chooser() as chooser:
+        page.page.get_by_role("button", name="Upload a video").click()
+    chooser.value.set_files({"name": "run.mcap", "mimeType": "", "buffer": data})
+    page.until(lambda: "run.mcap, frame 1 of 3" in page.status)
+    page.choose("Sequence", NONE_CHOSEN)

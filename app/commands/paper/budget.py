@@ -54,7 +54,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--draws", type=int, metavar="N", default=200, help="simulated for each row (default: 200)")
     parser.add_argument("--seed", type=int, metavar="N", default=0, help="of the simulation (default: 0)")
     parser.add_argument("--csv", metavar="FILE", help="write the table in full; - for standard output")
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, dock=None)  # the budget is of lights that are evenly spaced
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -89,11 +89,12 @@ def climb(sightings: Sequence[Sighting], size: tuple[int, int]) -> tuple[Lens, t
     rungs = [_rung(LENSES[name], own, errors[best]) for name, own in errors.items()]
     chosen = next(rung for rung in rungs if rung.is_as_good)
     for name in _SPECIAL:
-        rung = _rung(LENSES[name], _held_out_px2(sightings, size, LENSES[name], chosen.held_out_px), errors[best])
+        own = _held_out_px2(sightings, size, LENSES[name], chosen.held_out_px)
+        rung = _rung(LENSES[name], own, errors[chosen.lens.name])
         rungs.append(rung)
         earned = rung.held_out_px < _EARNS * chosen.held_out_px
         if earned and rung.worse + _BY_CHANCE * rung.sigma < 0:
-            chosen = rung
+            chosen, errors[name] = rung, own
     return chosen.lens, tuple(rungs)
 
 

@@ -5,20 +5,32 @@ from __future__ import annotations
 import argparse
 import difflib
 import glob
-import os
+import logging
 import re
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import NoReturn
 
 from dockpose.app.commands import compare, estimate, export, serve, simulate
 from dockpose.app.commands.calibration import calibrate, learn_dock
-from dockpose.app.commands.console import EXIT_BAD_ARGUMENTS, EXIT_STOPPED, say
+from dockpose.app.commands.console import (
+    EXIT_BAD_ARGUMENTS,
+    EXIT_STOPPED,
+    EXIT_TERMINATED,
+    EXIT_UNWRITABLE,
+    Terminated,
+    ended_by_sigterm,
+    forgiving_output,
+    say,
+)
+from dockpose.app.commands.logging_options import add_logging, logged
 from dockpose.app.commands.paper import budget, reproduce, study
 from dockpose.app.commands.ros import command as ros
-from dockpose.app.errors import UserError
+from dockpose.app.errors import OutputError, UserError
 from dockpose.app.inputs.samples import sample_source
+from dockpose.checks import printable
 from dockpose.thresholds.compiled import on_compiling
 
 COMMANDS = {
@@ -34,24 +46,59 @@ COMMANDS = {
     "study": study,
     "ros": ros,
 }
+_LOG = logging.getLogger("dockpose")
 _COMPILING = "compiling the loops over pixels; the first run takes some seconds longer"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the program. Returns its exit status: 0 all read, 1 some source could not be read, 2 bad arguments."""
+    """Run the program.
+
+    Returns
+    -------
+    int
+        Its exit status: 0 all read, 1 some source could not be read or a disk is full, 2 bad arguments, 130 stopped by
+        Ctrl+C, 143 by SIGTERM.
+    """
+    with forgiving_output(), ended_by_sigterm():
+        try:
+            arguments = _parser().parse_args(_with_command(list(sys.argv[1:] if argv is None else argv)))
+            with logged(arguments):
+                return _run(arguments)
+        except (ValueError, OSError) as error:  # of the arguments themselves
+            say(str(error), logging.ERROR)
+            return EXIT_BAD_ARGUMENTS
+        except Terminated:
+            return EXIT_TERMINATED
+        except KeyboardInterrupt:
+            return EXIT_STOPPED
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    """Run a command, noting when it begins and how it ends; returns the exit status."""
+    command = arguments.command
+    _LOG.info("%s begins: dockpose %s", command, version("dockpose"))
+    status = EXIT_BAD_ARGUMENTS
     try:
-        arguments = _parser().parse_args(_with_command(list(sys.argv[1:] if argv is None else argv)))
         with on_compiling(lambda: say(_COMPILING)):
-            return arguments.run(arguments)
+            status = arguments.run(arguments)
     except BrokenPipeError:  # the reader of our output went away, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        status = EXIT_UNWRITABLE
+    except OutputError as error:
+        say(str(error), logging.ERROR)
+        status = EXIT_UNWRITABLE
     except (ValueError, OSError) as error:
-        say(str(error))
-        return EXIT_BAD_ARGUMENTS
+        say(str(error), logging.ERROR)
+    except Terminated:
+        say("ended by SIGTERM", logging.WARNING)
+        status = EXIT_TERMINATED
     except KeyboardInterrupt:
-        say("stopped")
-        return EXIT_STOPPED
+        say("stopped", logging.WARNING)
+        status = EXIT_STOPPED
+    except Exception:
+        _LOG.exception("%s failed", command)
+        raise
+    _LOG.info("%s ends with status %d", command, status)
+    return status
 
 
 def _with_command(words: list[str]) -> list[str]:
@@ -71,16 +118,25 @@ def _is_source(word: str) -> bool:
     return bool(re.search(r"[./\\\d]|://", word)) or glob.has_magic(word) or Path(sample_source(word)).exists()
 
 
+class _Parser(argparse.ArgumentParser):
+    """Spells out in its messages what cannot be printed."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong with the arguments, and exit."""
+        super().error(printable(message))
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="dockpose",
         description="Where is the dock? Position and attitude of a ring of lights from one camera image. "
         "Without a command the page in the browser is opened on a sample scene.",
     )
     parser.add_argument("--version", action="version", version=f"dockpose {version('dockpose')}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in COMMANDS.values():
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command")
+    for name, command in COMMANDS.items():
         command.add_parser(commands)
+        add_logging(commands.choices[name])
     return parser
 
 

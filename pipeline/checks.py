@@ -45,10 +45,36 @@ def shown(value: Any) -> str:
 
 def one_line(text: str) -> str:
     """Text for a message: what cannot be printed, such as a line break or an escape sequence, is spelt out."""
-    printable = "".join(
-        each if each.isprintable() else each.encode("unicode_escape").decode() for each in text[:_MOST_TEXT]
-    )
-    return printable if len(text) <= _MOST_TEXT else f"{printable}..."
+    return printable(text) if len(text) <= _MOST_TEXT else f"{printable(text[:_MOST_TEXT])}..."
+
+
+def printable(text: str) -> str:
+    r"""Text of any length in which what cannot be printed is spelt out, also the bytes of a name that are no text.
+
+    Examples
+    --------
+    >>> print(printable(b"tank\xff.png".decode(errors="surrogateescape")), printable(chr(27) + "[2J"))
+    tank\xff.png \x1b[2J
+    """
+    return text if text.isprintable() else "".join(map(_spelt, text))
+
+
+def as_text(name: str) -> str:
+    """A file's name as text that any file can hold: bytes in it that are no UTF-8 are spelt out, as in messages."""
+    return name if name.isascii() else "".join(each if not _is_byte(each) else _spelt(each) for each in name)
+
+
+def _is_byte(character: str) -> bool:
+    """Whether a character stands for a byte that is no text, or is half of one."""
+    return "\ud800" <= character <= "\udfff"
+
+
+def _spelt(character: str) -> str:
+    if character.isprintable():
+        return character
+    if "\udc80" <= character <= "\udcff":  # Python's stand-in for a byte that is no UTF-8
+        return f"\\x{ord(character) - 0xDC00:02x}"
+    return character.encode("unicode_escape").decode()
 
 
 def make_plain(struct: msgspec.Struct) -> None:

@@ -1,23 +1,97 @@
-"""Standard error and Ctrl+C: messages, exit codes, how far a run over frames is, and its interruption."""
+"""All that commands print, exit codes, how far a run over frames is, and its interruption by Ctrl+C or SIGTERM."""
 
 from __future__ import annotations
 
+import contextlib
+import io
+import logging
+import os
 import signal
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from types import FrameType, TracebackType
 
+from dockpose.app.errors import writing
+from dockpose.checks import printable
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 EXIT_ALL_READ, EXIT_SOME_UNREADABLE, EXIT_BAD_ARGUMENTS, EXIT_STOPPED = 0, 1, 2, 130
+EXIT_UNWRITABLE, EXIT_TERMINATED = 1, 143
 _EVERY_S = {True: 0.2, False: 10.0}  # between two reports, to a terminal and elsewhere
 
 
-def say(text: str) -> None:
-    """Write a message to standard error."""
-    print(f"dockpose: {text}", file=sys.stderr, flush=True)
+_LOG = logging.getLogger("dockpose")
+
+
+class Terminated(KeyboardInterrupt):
+    """The system asks the program to end (SIGTERM): as Ctrl+C, but nothing more is begun."""
+
+
+def say(text: str, level: int = logging.INFO) -> None:
+    """Write a message of one line to standard error, and note it as an event of that level.
+
+    What cannot be printed, as in a file's name, is spelt out. A standard error that takes nothing stops nothing.
+    """
+    _LOG.log(level, "%s", text, extra={"is_said": True})
+    with contextlib.suppress(OSError, ValueError):
+        print(f"dockpose: {printable(text)}", file=sys.stderr, flush=True)
+
+
+def put(text: str) -> None:
+    """Write a result, one line or several, to standard output at once; what cannot be printed is spelt out.
+
+    Raises
+    ------
+    UserError
+        If standard output cannot be written.
+    BrokenPipeError
+        If its reader has gone.
+    """
+    put_text("".join(f"{printable(line)}\n" for line in text.split("\n")))
+
+
+def put_text(text: str) -> None:
+    """Write text to standard output at once, as :func:`put`, but as it is."""
+    with writing("standard output"):
+        sys.stdout.write(text)
+        sys.stdout.flush()
+
+
+@contextlib.contextmanager
+def forgiving_output() -> Iterator[None]:
+    """Let no character be an error on standard output, nor what is left in its buffer a traceback at the end."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        yield
+    finally:
+        try:
+            sys.stdout.flush()
+        except (OSError, ValueError):
+            with contextlib.suppress(OSError, ValueError):  # Python would try again, and say so at length
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextlib.contextmanager
+def ended_by_sigterm() -> Iterator[None]:
+    """Let SIGTERM raise :class:`Terminated` meanwhile; outside the main thread nothing changes."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise Terminated
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 class TerminalBar(Progress):
@@ -64,7 +138,7 @@ class FrameProgress:
             disable=not self._is_terminal,
             redirect_stdout=False,
         )
-        self._task = self._bar.add_task(name, total=None, told="")
+        self._task = self._bar.add_task(escape(printable(name)), total=None, told="")
 
     def __enter__(self) -> FrameProgress:
         self._bar.start()
@@ -90,7 +164,8 @@ class FrameProgress:
     def tell(self, text: str) -> None:
         """Write a message without spoiling the bar."""
         if self._is_terminal:
-            self._bar.console.print(f"dockpose: {text}", markup=False, highlight=False)
+            self._bar.console.print(f"dockpose: {printable(text)}", markup=False, highlight=False)
+            _LOG.info("%s", text, extra={"is_said": True})
         else:
             say(text)
 

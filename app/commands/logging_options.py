@@ -1,0 +1,98 @@
+"""``--log-level`` and ``--log-file`` of every command: one line an event, with nothing secret in it.
+
+Events go to Python's ``logging``, to loggers below ``dockpose``; what a command says on standard error is one too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import logging
+import re
+import sys
+import time
+from collections.abc import Iterator
+
+from dockpose.app.errors import writing
+from dockpose.checks import printable
+
+LEVELS = ("debug", "info", "warning", "error")
+# What gives access: our own token, a password in an address, and what others call such things.
+_SECRETS = (
+    (re.compile(r"([?&;\s](?:\w*token|key|password|secret|sig(?:nature)?)=)[^\s&;\"')]+", re.IGNORECASE), r"\1***"),
+    (re.compile(r"(\w://)[^/\s@]+@"), r"\1***@"),
+    (re.compile(r"((?:authorization|cookie)\s*[:=]\s*).*", re.IGNORECASE), r"\1***"),
+)
+
+
+def add_logging(parser: argparse.ArgumentParser) -> None:
+    """Add ``--log-level`` and ``--log-file``."""
+    group = parser.add_argument_group("events")
+    group.add_argument(
+        "--log-level",
+        choices=LEVELS,
+        help="write events from this level on, a line each, to standard error or --log-file (default there: info)",
+    )
+    group.add_argument("--log-file", metavar="FILE", help="add a line an event to this file")
+
+
+@contextlib.contextmanager
+def logged(arguments: argparse.Namespace) -> Iterator[None]:
+    """Write events where the arguments of a command say, and nowhere by default, while the context lasts.
+
+    Raises
+    ------
+    UserError
+        If the file cannot be written. An event that cannot be written later on, as on a full disk, is left out: it
+        stops nothing.
+    """
+    level, path = getattr(arguments, "log_level", None), getattr(arguments, "log_file", None)
+    handler: logging.Handler = logging.NullHandler()
+    if path is not None:
+        with writing(f"--log-file {path}"):
+            handler = logging.FileHandler(path, encoding="utf-8")
+    elif level is not None:
+        handler = logging.StreamHandler(sys.stderr)
+        handler.addFilter(lambda record: not getattr(record, "is_said", False))  # is on standard error already
+    handler.setFormatter(OneLine())
+    handler.handleError = lambda record: None
+    logger = logging.getLogger("dockpose")
+    before = logger.level, logger.propagate
+    logger.addHandler(handler)
+    logger.setLevel((level or "info").upper())
+    logger.propagate = False
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.level, logger.propagate = before
+        with contextlib.suppress(OSError):
+            handler.close()
+
+
+class OneLine(logging.Formatter):
+    """An event as one line: time of day (UTC), level, logger, text; control characters are spelt out."""
+
+    converter = time.gmtime
+    default_time_format = "%Y-%m-%dT%H:%M:%S"
+    default_msec_format = "%s.%03dZ"
+
+    def __init__(self) -> None:
+        super().__init__("%(asctime)s %(levelname)s %(name)s: %(message)s")
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line of an event, a traceback included, without its end."""
+        return printable(without_secrets(super().format(record)))
+
+
+def without_secrets(text: str) -> str:
+    """Text in which tokens, passwords and cookies are replaced by ``***``.
+
+    Examples
+    --------
+    >>> without_secrets("opens http://127.0.0.1:8080/?token=abc and rtsp://me:pass@tank/front")
+    'opens http://127.0.0.1:8080/?token=*** and rtsp://***@tank/front'
+    """
+    for pattern, replacement in _SECRETS:
+        text = pattern.sub(replacement, text)
+    return text

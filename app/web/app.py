@@ -26,7 +26,7 @@ from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_
 from dockpose.app.web.pacing import UpdatePacing
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
-from dockpose.app.web.server.guard import Guard, accept_values_only
+from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
 from dockpose.app.web.server.start import icons_from_one_archive, open_server, reachable_hosts, silence
 from dockpose.app.web.server.token import token_for
@@ -73,7 +73,7 @@ class App:
         for panel in self._panels:
             panel.load(view)
         self._current: Analysis | None = None
-        self._drawing = threading.Lock()
+        self._drawing, self._greeting = threading.Lock(), threading.Lock()
         self._scene_worker = LatestWorker(
             self._draw, self.fail, self._pacing.drawing_rest_s, self._pacing.drawing_quiet_s
         )
@@ -229,10 +229,10 @@ class App:
         """Set up what a new browser has to itself, and tell the others of it."""
         self._scene.open_to(client)
         self._layout.strip.count_browsers(len(self._server.get_clients()))
-        accept_values_only(client)
         uploads = self._uploads.attach(client)
-        for panel in self._panels:
-            panel.add_upload(client, uploads)
+        with self._greeting:  # viser takes buttons for one browser at a time into a folder
+            for panel in self._panels:
+                panel.add_upload(client, uploads)
 
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""

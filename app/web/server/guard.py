@@ -11,16 +11,18 @@ import ipaddress
 import secrets
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import SplitResult, parse_qs, urlsplit
 
-import viser
 import websockets.asyncio.server as websocket_server
+from dockpose.app.web.server.gate import Gate
+from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine
+from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
 from dockpose.app.web.server.pages import FOR_VIEWERS, Page
-from viser import _messages as messages
 from websockets import Headers
 from websockets.http11 import Request, Response
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
+_LONGEST_PATH = 255  # no page of ours has a longer one, and most file systems know none
 # viser's page unpacks its script and style itself, so both are inline, and its decoder is WebAssembly; pictures and
 # fonts come as data: and blob:. Nothing is loaded from or sent to another host; handlers in HTML do not run.
 CONTENT_POLICY = "; ".join(
@@ -68,10 +70,14 @@ class Guard:
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         if len(hosts) != 1 or not self._knows(hosts[0]):
             return "This page is not known by that name (Host). Use the address that dockpose printed."
-        if len(origins) > 1 or (origins and urlsplit(origins[0]).netloc.lower() != hosts[0].lower()):
+        if len(origins) > 1 or (origins and _split(origins[0]).netloc.lower() != hosts[0].lower()):
             return "Another web page asked for this (Origin). Only the page of dockpose itself may."
         if self._shown(headers, path) is None:
             return "Open the address that dockpose printed in the terminal; it ends in ?token= and some letters."
+        if len(headers.get_all("Upgrade")) > 1:
+            return "This asks for two protocols at once (Upgrade)."
+        if len(path.partition("?")[0]) > _LONGEST_PATH or not path.isascii():
+            return "No page here has such an address."
         return None
 
     def cookie(self, headers: Headers, path: str) -> str:
@@ -89,7 +95,7 @@ class Guard:
         wanted = f"{cookie_name(headers.get('Host', ''))}="
         cookies = [part.strip() for header in headers.get_all("Cookie") for part in header.split(";")]
         in_cookies = [part.removeprefix(wanted) for part in cookies if part.startswith(wanted)]
-        in_address = [] if is_upgrade(headers) else parse_qs(urlsplit(path).query).get("token", [])
+        in_address = [] if is_upgrade(headers) else parse_qs(path.partition("?")[2]).get("token", [])
         for shown in (*in_address, *in_cookies):
             for token in tokens:
                 if _same(shown, token):
@@ -97,7 +103,7 @@ class Guard:
         return None
 
     def _knows(self, host: str) -> bool:
-        name = (urlsplit(f"//{host}").hostname or "").lower()
+        name = (_split(f"//{host}").hostname or "").lower()
         return name in self._names or (self._takes_addresses and _is_address(name))
 
 
@@ -113,8 +119,8 @@ def is_upgrade(headers: Headers) -> bool:
 
 
 @contextlib.contextmanager
-def guarded(guard: Guard, pages: Mapping[str, Page]) -> Iterator[None]:
-    """Put the guard and our own pages in front of a viser server that is made within this context.
+def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> Iterator[None]:
+    """Put the guard, the gate and our own pages in front of a viser server that is made within this context.
 
     viser has no hook for that, but looks up ``websockets``' serve function by name when it starts.
     """
@@ -122,8 +128,10 @@ def guarded(guard: Guard, pages: Mapping[str, Page]) -> Iterator[None]:
 
     def serve(*arguments: Any, process_request: Any, **keywords: Any) -> Any:
         def check(connection: Any, request: Request) -> Response | None:
-            return _answer(guard, pages, connection, request, process_request)
+            return _answer(guard, gate, pages, connection, request, process_request)
 
+        SOCKETS_LOG.filters = [OneLine(gate.journal)]
+        keywords |= {"max_size": LARGEST_FRAME_BYTES, "logger": SOCKETS_LOG}
         return real(*arguments, process_request=check, **keywords)
 
     websocket_server.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
@@ -133,61 +141,65 @@ def guarded(guard: Guard, pages: Mapping[str, Page]) -> Iterator[None]:
         websocket_server.serve = real
 
 
-def accept_values_only(server_or_client: viser.ViserServer | viser.ClientHandle) -> None:
-    """Let browsers set the values of controls and nothing else; viser would accept any property."""
-    gui = server_or_client.gui
-    connection = gui._websock_interface
-
-    async def update(client_id: Any, message: messages.GuiUpdateMessage) -> None:
-        if set(message.updates) == {"value"}:
-            with contextlib.suppress(TypeError, ValueError, AssertionError):  # a value of another type is ignored
-                await gui._handle_gui_updates(client_id, message)
-
-    connection.unregister_handler(messages.GuiUpdateMessage, gui._handle_gui_updates)
-    connection.register_handler(messages.GuiUpdateMessage, update)
-
-
 def _answer(
-    guard: Guard, pages: Mapping[str, Page], connection: Any, request: Request, otherwise: Any
+    guard: Guard, gate: Gate, pages: Mapping[str, Page], connection: Any, request: Request, otherwise: Any
 ) -> Response | None:
-    reason = guard.refusal(request.headers, request.path)
-    if reason is not None:
+    """The answer to a request; None where it may open its WebSocket, with the gate before it."""
+    headers, path = request.headers, request.path
+    response = None
+    try:
+        reason = guard.refusal(headers, path)
+        if reason is None and is_upgrade(headers):
+            gate.stand_before(connection, only_views=guard.only_views(headers, path))
+            return otherwise(connection, request)
+        if reason is None:
+            response = _page(guard, pages, connection, request, otherwise)
+    except Exception as error:  # whatever cannot be understood is refused
+        reason = f"This request cannot be understood ({type(error).__name__})."
+    if response is None:
+        reason = str(reason)
         response = _response(403, "Forbidden", Page("text/plain; charset=utf-8", reason.encode()))
-    elif is_upgrade(request.headers):
-        if guard.only_views(request.headers, request.path):
-            _hear_nothing_but_viewpoints(connection)
-        return otherwise(connection, request)
-    else:
-        otherwise_page = otherwise(connection, request)  # called in any case, for it also silences the library's log
-        path = urlsplit(request.path).path
-        page = pages.get(path)
-        if guard.only_views(request.headers, request.path):
-            page = pages.get(f"{path}{FOR_VIEWERS}", page)
-        response = otherwise_page if page is None else _response(200, "OK", page)
-        if page is not None and page.on_request is not None:
-            page.on_request()
-        response.headers["Set-Cookie"] = guard.cookie(request.headers, request.path)
+        gate.journal.note(_client_of(connection), f"refused a request: {_why(reason, headers)}")
     for name, value in _HEADERS.items():
         response.headers[name] = value
     return response
 
 
-def _hear_nothing_but_viewpoints(connection: Any) -> None:
-    """Drop all that a browser sends but where it looks from, so that it can change nothing."""
-    receive = connection.recv
+def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Request, otherwise: Any) -> Response:
+    """One of our pages, or else viser's."""
+    otherwise_page = otherwise(connection, request)  # called in any case, for it also silences the library's log
+    path = request.path.partition("?")[0]
+    page = pages.get(path)
+    if guard.only_views(request.headers, request.path):
+        page = pages.get(f"{path}{FOR_VIEWERS}", page)
+    response = otherwise_page if page is None else _response(200, "OK", page)
+    if page is not None and page.on_request is not None:
+        page.on_request()
+    response.headers["Set-Cookie"] = guard.cookie(request.headers, request.path)
+    return response
 
-    async def receive_viewpoint(*arguments: Any, **keywords: Any) -> Any:
-        while True:
-            raw = await receive(*arguments, **keywords)
-            if isinstance(raw, bytes) and isinstance(messages.Message.deserialize(raw), messages.ViewerCameraMessage):
-                return raw
 
-    connection.recv = receive_viewpoint
+def _why(reason: str, headers: Headers) -> str:
+    """The reason for the journal, with the names that were asked for or from; without anything that holds a token."""
+    named = [f"{name} {value[:80]!r}" for name in ("Host", "Origin") for value in headers.get_all(name)]
+    return f"{reason} {', '.join(named)}"
+
+
+def _client_of(connection: Any) -> str:
+    return str((connection.remote_address or ("somebody",))[0])
 
 
 def _response(status: int, phrase: str, page: Page) -> Response:
     headers = Headers({"Content-Type": page.content_type, "Content-Length": str(len(page.body))})
     return Response(status, phrase, headers, page.body)
+
+
+def _split(address: str) -> SplitResult:
+    """The parts of an address; none of it where it is malformed."""
+    try:
+        return urlsplit(address)
+    except ValueError:
+        return SplitResult("", "", "", "", "")
 
 
 def _is_address(name: str) -> bool:
@@ -200,4 +212,4 @@ def _is_address(name: str) -> bool:
 
 def _same(one: str, other: str) -> bool:
     """Compare in constant time."""
-    return hmac.compare_digest(one.encode(), other.encode())
+    return hmac.compare_digest(one.encode(errors="surrogateescape"), other.encode())

@@ -9,31 +9,41 @@ import contextlib
 import dataclasses
 import http.client
 import inspect
+import socket
 from importlib.metadata import version
 
 import viser
 import websockets.asyncio.server as websocket_server
 from dockpose.app.errors import UserError
-from dockpose.app.web.server.guard import CONTENT_POLICY
+from dockpose.app.web.server.gate import Gate
+from dockpose.app.web.server.guard import CONTENT_POLICY, Guard, cookie_name
 from viser import _messages as messages
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
 
 _TIMEOUT_S = 10.0
 _CLOSED = ("ShareUrlRequest", "FileTransferStartUpload", "FileTransferPart")  # messages without a shared handler
 _FIELDS = {
     "ShareUrlRequest": (),
-    "GuiUpdateMessage": ("updates",),
+    "GuiUpdateMessage": ("uuid", "updates"),
     "FileTransferStartUpload": ("source_component_uuid", "transfer_uuid", "filename", "size_bytes"),
     "FileTransferPart": ("transfer_uuid", "content"),
     "FileTransferPartAck": ("source_component_uuid", "transfer_uuid", "transferred_bytes", "total_bytes"),
 }
 _METHODS = {
-    "_handle_gui_updates": ("self", "client_id", "message"),
     "_handle_file_transfer_start": ("self", "client_id", "message"),
     "_handle_file_transfer_part": ("self", "client_id", "message"),
     "_finish_file_upload": ("self", "client_id", "transfer_uuid", "source_component_uuid"),
 }
-_GUI_PARTS = ("_websock_interface", "_current_file_upload_states", "_thread_executor")
-_CONNECTION_PARTS = ("register_handler", "unregister_handler", "queue_message", "_incoming_handlers")
+_GUI_PARTS = (
+    *("_websock_interface", "_current_file_upload_states", "_thread_executor", "_event_loop"),
+    *("_gui_input_handle_from_uuid", "_container_handle_from_uuid"),
+)
+_CONNECTION_PARTS = (
+    *("register_handler", "unregister_handler", "queue_message", "_incoming_handlers"),
+    *("get_message_buffer", "_live_connections", "_client_state_from_id"),
+)
 _UPGRADE = {
     "Connection": "Upgrade",
     "Upgrade": "websocket",
@@ -77,26 +87,56 @@ def check_parts(server: viser.ViserServer) -> None:
         raise UnprotectedError("controls receive messages by another way")
 
 
-def check_running(server: viser.ViserServer) -> None:
-    """Raise UnprotectedError unless a running server refuses whoever has no token, and takes no shared uploads."""
+def check_running(server: viser.ViserServer, guard: Guard, gate: Gate) -> None:
+    """Raise UnprotectedError unless a running server refuses strangers, and hears nobody but through the gate.
+
+    It is asked as they would ask: without the token, and with it for the page of another origin.
+    """
     handlers = server._websock_server._incoming_handlers
     for name in _CLOSED:
         if handlers.get(getattr(messages, name)):
             raise UnprotectedError(f"it still answers {name}")
-    if server.gui._handle_gui_updates in handlers.get(messages.GuiUpdateMessage, ()):
-        raise UnprotectedError("browsers could set any property of a control")
+    host, port = server.get_host(), server.get_port()
+    reachable = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(host, host)
+    named = {"Host": f"localhost:{port}"}
+    cookie = {"Cookie": f"{cookie_name(named['Host'])}={guard.token}"}
+    gate.journal.is_silent = True  # what is refused now is our own
     for way, headers in (("HTTP", {}), ("WebSocket", _UPGRADE)):
-        if not _refuses(server.get_host(), server.get_port(), headers):
+        if not _refuses(reachable, port, named | headers):
             raise UnprotectedError(f"a {way} request without the token is not refused")
+        if not _refuses(reachable, port, named | headers | cookie | {"Origin": "http://another.example"}):
+            raise UnprotectedError(f"a {way} request from the page of another origin is not refused")
+    if not _is_heard_by(gate, reachable, port, cookie):
+        raise UnprotectedError("messages of browsers do not pass the gate")
 
 
 def _refuses(host: str, port: int, headers: dict[str, str]) -> bool:
-    """Whether the guard, and nobody else, answers a request without the token with 403."""
-    reachable = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(host, host)
+    """Whether the guard, and nobody else, answers a request with 403."""
     try:
-        with contextlib.closing(http.client.HTTPConnection(reachable, port, timeout=_TIMEOUT_S)) as connection:
-            connection.request("GET", "/", headers={"Host": f"localhost:{port}"} | headers)
+        with contextlib.closing(http.client.HTTPConnection(host, port, timeout=_TIMEOUT_S)) as connection:
+            connection.request("GET", "/", headers=headers)
             answer = connection.getresponse()
             return answer.status == 403 and answer.getheader("Content-Security-Policy") == CONTENT_POLICY
     except (OSError, http.client.HTTPException):
+        return False
+
+
+def _is_heard_by(gate: Gate, host: str, port: int, cookie: dict[str, str]) -> bool:
+    """Whether a message to the server, sent as its page would, comes to the gate."""
+    try:
+        with (
+            socket.create_connection((host, port), _TIMEOUT_S) as to_server,
+            connect(
+                f"ws://localhost:{port}",
+                sock=to_server,
+                origin=Origin(f"http://localhost:{port}"),
+                additional_headers=cookie,
+                subprotocols=[Subprotocol(f"viser-v{version('viser')}")],
+                open_timeout=_TIMEOUT_S,
+                max_size=None,
+            ) as page,
+        ):
+            page.send(gate.probe)
+            return gate.is_reached.wait(_TIMEOUT_S)
+    except (OSError, WebSocketException):
         return False

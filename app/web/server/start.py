@@ -11,7 +11,9 @@ from types import SimpleNamespace
 from zipfile import ZipFile
 
 import viser
-from dockpose.app.web.server.guard import Guard, accept_values_only, guarded
+from dockpose.app.web.server.gate import Gate
+from dockpose.app.web.server.guard import Guard, guarded
+from dockpose.app.web.server.journal import Journal, log_failure, log_unhandled
 from dockpose.app.web.server.pages import own_pages
 from dockpose.app.web.server.protection import check_names, check_parts, check_running
 from dockpose.app.web.server.uploads import refuse_shared_uploads
@@ -43,8 +45,11 @@ def open_server(host: str, port: int, guard: Guard, reports: Mapping[str, Callab
         If the installed viser lacks what the guard or the cap on uploads relies on.
     """
     check_names()
+    for module in (viser._gui_api, viser._scene_api, viser._viser):  # in place of tracebacks in the terminal
+        module.__dict__["print_threadpool_errors"] = log_failure
     check_port_is_free(host, port)
-    with silence(), guarded(guard, own_pages(reports)):
+    gate = Gate(Journal())
+    with silence(), guarded(guard, gate, own_pages(reports)):
         server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
     try:
         if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
@@ -52,8 +57,10 @@ def open_server(host: str, port: int, guard: Guard, reports: Mapping[str, Callab
         check_parts(server)
         server._websock_server.unregister_handler(messages.ShareUrlRequest)  # it would open the page to the internet
         refuse_shared_uploads(server)
-        accept_values_only(server)
-        check_running(server)
+        gate.serve(server)
+        server._event_loop.call_soon_threadsafe(server._event_loop.set_exception_handler, log_unhandled)
+        check_running(server, guard, gate)
+        gate.journal.is_silent = False
     except BaseException:
         with silence():
             server.stop()

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
 import viser
 from dockpose.app.inputs.filenames import clean_name
+from dockpose.app.web.server.journal import LOG, log_failure, one_line
 from dockpose.app.web.server.options import UPLOAD_LIMIT_BYTES
 from viser import _messages as messages
+
+MOST_AT_ONCE = 16  # files of one browser; the page sends one after the other
+PATIENCE_S = 60.0
+_SMALLEST_PART_BYTES = 2**16  # on average; the page's have 2**19
+_BETWEEN_NOTICES_S = 1.0
 
 # Takes a file's bytes and its cleaned name; runs in a thread of its own.
 Receiver = Callable[[bytes, str], None]
@@ -47,23 +54,23 @@ class Uploads:
     ) -> None:
         self.limit_bytes = limit_bytes
         self._make_room = make_room
-        self._underway: dict[int, dict[str, Any]] = {}
+        self._clients: dict[int, ClientUploads] = {}
 
     def attach(self, client: viser.ClientHandle) -> ClientUploads:
         """Take charge of one browser's files; add its buttons to what is returned."""
-        mine = ClientUploads(client, self._fits)
-        self._underway[client.client_id] = mine.underway
+        mine = self._clients[client.client_id] = ClientUploads(client, self._fits)
         return mine
 
     def detach(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left and anything it was sending."""
-        self._underway.pop(client.client_id, None)
+        mine = self._clients.pop(client.client_id, None)
+        if mine is not None:
+            mine.underway.clear()
 
     def _fits(self, name: str, size: int) -> str | None:
         """Why a file may not be sent; None where it may."""
-        transfers = (one for mine in list(self._underway.values()) for one in list(mine.values()))
-        room = self.limit_bytes - sum(one["total_bytes"] for one in transfers) - size
-        if size < 0 or room < 0:
+        room = self.limit_bytes - sum(one.held_bytes for one in list(self._clients.values())) - size
+        if room < 0:
             return too_large(name, size, self.limit_bytes)
         self._make_room(room)
         return None
@@ -77,6 +84,8 @@ class ClientUploads:
         self.underway: dict[str, Any] = gui._current_file_upload_states  # pyright: ignore[reportAttributeAccessIssue]
         self._client, self._fits = client, fits
         self._receivers: dict[str, Receiver] = {}
+        self._being_read: dict[str, int] = {}  # sizes of those that are there, and that a receiver still works on
+        self._told_s = -_BETWEEN_NOTICES_S
         connection = gui._websock_interface
         connection.unregister_handler(messages.FileTransferStartUpload, gui._handle_file_transfer_start)
         connection.unregister_handler(messages.FileTransferPart, gui._handle_file_transfer_part)
@@ -84,24 +93,40 @@ class ClientUploads:
         connection.register_handler(messages.FileTransferPart, self._part)
         gui._finish_file_upload = self._finish
 
+    @property
+    def held_bytes(self) -> int:
+        """Memory that its files take, or will once they are there."""
+        return sum(one["total_bytes"] for one in list(self.underway.values())) + sum(list(self._being_read.values()))
+
     def receive(self, button: viser.GuiUploadButtonHandle, receiver: Receiver) -> None:
         """Give the files of an upload button to ``receiver``."""
         self._receivers[button._impl.uuid] = receiver
 
     def _start(self, client_id: Any, message: messages.FileTransferStartUpload) -> None:
-        if message.source_component_uuid not in self._receivers:
+        if message.source_component_uuid not in self._receivers or message.transfer_uuid in self.underway:
             return
-        reason = self._fits(clean_name(message.filename), message.size_bytes)
+        name, size = clean_name(message.filename), message.size_bytes
+        if len(self.underway) + len(self._being_read) >= MOST_AT_ONCE:
+            reason = f"{name}: {MOST_AT_ONCE} files of this browser are still under way. Wait for them."
+        elif not _is_honest(size, message.part_count):
+            reason = f"{name}: {size} bytes do not come in {message.part_count} parts."
+        else:
+            reason = self._fits(name, size)
         if reason is not None:
             self._release_button(message)
-            self._client.add_notification("The file was not taken", reason, color="red")
+            self._refuse(reason)
             return
         self._client.gui._handle_file_transfer_start(client_id, message)
+        if message.transfer_uuid in self.underway:  # a file of no bytes has arrived by now
+            self._expire_unless_moving(message.transfer_uuid, 0)
 
     def _part(self, client_id: Any, message: messages.FileTransferPart) -> None:
         transfer = self.underway.get(message.transfer_uuid)
-        if transfer is not None and transfer["transferred_bytes"] + len(message.content) > transfer["total_bytes"]:
+        if transfer is None:
+            return
+        if transfer["transferred_bytes"] + len(message.content) > transfer["total_bytes"]:
             self.underway.pop(message.transfer_uuid)
+            self._refuse(f"{clean_name(transfer['filename'])}: more came than the browser had said.")
             return
         self._client.gui._handle_file_transfer_part(client_id, message)
 
@@ -111,8 +136,40 @@ class ClientUploads:
         receiver = self._receivers.get(source_component_uuid or "")
         if transfer is None or receiver is None:
             return
-        content = b"".join(transfer["parts"][index] for index in range(transfer["part_count"]))
-        self._client.gui._thread_executor.submit(receiver, content, clean_name(transfer["filename"]))
+        name, parts = clean_name(transfer["filename"]), transfer["parts"]
+        if transfer["transferred_bytes"] != transfer["total_bytes"]:
+            self._refuse(f"{name}: less came than the browser had said.")
+            return
+        content = b"".join(parts[index] for index in range(transfer["part_count"]))
+        self._being_read[transfer_uuid] = len(content)
+        reading = self._client.gui._thread_executor.submit(receiver, content, name)
+        reading.add_done_callback(lambda _: self._being_read.pop(transfer_uuid, None))
+        reading.add_done_callback(log_failure)
+
+    def _expire_unless_moving(self, transfer_uuid: str, seen_bytes: int) -> None:
+        """Give up a file of which nothing more came for a while, so that it does not take the place of others."""
+        loop = self._client.gui._event_loop
+
+        def look() -> None:
+            transfer = self.underway.get(transfer_uuid)
+            if transfer is None:
+                return
+            if transfer["transferred_bytes"] > seen_bytes:
+                self._expire_unless_moving(transfer_uuid, transfer["transferred_bytes"])
+                return
+            self.underway.pop(transfer_uuid)
+            self._refuse(f"{clean_name(transfer['filename'])}: nothing more of it came for {PATIENCE_S:.0f} s.")
+
+        loop.call_later(PATIENCE_S, look)
+
+    def _refuse(self, reason: str) -> None:
+        """Say why a file is not taken, in the browser and the log; at most once a second."""
+        now_s = time.monotonic()
+        if now_s - self._told_s < _BETWEEN_NOTICES_S:
+            return
+        self._told_s = now_s
+        LOG.warning("browser %d: refused a file: %s", self._client.client_id, one_line(reason))
+        self._client.add_notification("The file was not taken", reason, color="red")
 
     def _release_button(self, message: messages.FileTransferStartUpload) -> None:
         """Report the transfer as complete: the button waits for that, and viser cannot refuse a transfer."""
@@ -124,3 +181,8 @@ class ClientUploads:
                 total_bytes=message.size_bytes,
             )
         )
+
+
+def _is_honest(size: int, part_count: int) -> bool:
+    """Whether a file may come in so many parts: an empty one in none, another in no tiny ones."""
+    return (size == 0) == (part_count == 0) and part_count <= 1 + size // _SMALLEST_PART_BYTES

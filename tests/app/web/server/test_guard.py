@@ -16,6 +16,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
+from tests.support.visitors import asked
+
 
 @pytest.fixture(scope="module")
 def app():
@@ -117,6 +119,45 @@ def test_token_in_the_address_opens_no_socket(app):
 def test_nothing_outside_the_page_is_served(app):
     for path in ("/../pyproject.toml", "/%2e%2e/%2e%2e/etc/passwd", "/app/guard.py"):
         assert ask(app, path, Cookie=cookie_of(app))[0] == 404
+
+
+def request(app, *lines, path="/", host=None, cookie=True):
+    """The status of a request of these lines, in Latin-1, as a client that no library holds back could send it."""
+    own = [f"Host: {host or f'127.0.0.1:{app.port}'}", *([f"Cookie: {cookie_of(app)}"] if cookie else [])]
+    text = "\r\n".join([f"GET {path} HTTP/1.1", *own, *lines, "", ""])
+    return asked(app.port, text.encode("latin-1"))
+
+
+@pytest.mark.parametrize(
+    ("lines", "keywords"),
+    [
+        ([], {"host": "["}),
+        ([], {"host": "127.0.0.1:x]"}),
+        (["Origin: http://["], {}),
+        (["Origin: \xff"], {}),
+        (["Upgrade: websocket", "Upgrade: websocket"], {}),
+        (["Upgrade: websocket", "Upgrade: h2c"], {}),
+        ([], {"path": "/?token=\xe9", "cookie": False}),
+        ([], {"path": "/?token=%E9%ff", "cookie": False}),
+        ([], {"path": "http://[/?token=x", "cookie": False}),
+        ([], {"path": "/" + "a" * 256}),
+        ([], {"path": "/\xe9"}),
+        ([], {"path": "/a%00b"}),
+    ],
+)
+def test_what_cannot_be_understood_is_refused(app, lines, keywords):
+    assert request(app, *lines, **keywords) in ("HTTP/1.1 403 Forbidden", "HTTP/1.1 404 NOT FOUND")
+
+
+@pytest.mark.parametrize("cookie", ["caf\xe9=1", "x=\xff\xfe", "dockpose_1=\xe9; y"])
+def test_cookies_of_other_programs_lock_nobody_out(app, cookie):
+    """Browsers send all cookies of a machine's ports along."""
+    assert request(app, f"Cookie: {cookie}") == "HTTP/1.1 200 OK"
+    own = cookie_of(app)
+    assert request(app, f"Cookie: {cookie}; {own}", cookie=False) == "HTTP/1.1 200 OK"
+    wrong = own.split("=")[0] + "=\xe9"
+    assert request(app, f"Cookie: {wrong}", cookie=False) == "HTTP/1.1 403 Forbidden"
+    assert request(app, f"Cookie: {wrong}; {own}", cookie=False) == "HTTP/1.1 200 OK"
 
 
 def test_every_start_has_its_own_token():

@@ -3,17 +3,23 @@
 import contextlib
 import dataclasses
 import socket
+import types
 
 import pytest
 import viser
+import viser.infra._infra
 import websockets.asyncio.server as websocket_server
+import websockets.datastructures
+import websockets.exceptions
 from dockpose.app.errors import UserError
-from dockpose.app.web.server import start
+from dockpose.app.web.server import protection, start
+from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.protection import UnprotectedError
 from dockpose.app.web.server.start import open_server
 from viser import _messages as messages
 from viser.infra import WebsockMessageHandler
+from websockets import Headers
 
 
 @pytest.fixture
@@ -43,9 +49,7 @@ def test_the_viser_that_is_asked_for_is_protected(host):
         server.stop()
 
 
-@pytest.mark.parametrize(
-    "name", ["_handle_gui_updates", "_handle_file_transfer_start", "_handle_file_transfer_part", "_finish_file_upload"]
-)
+@pytest.mark.parametrize("name", ["_handle_file_transfer_start", "_handle_file_transfer_part", "_finish_file_upload"])
 def test_a_method_that_is_gone_or_takes_something_else(monkeypatch, port, name):
     monkeypatch.setattr(viser.GuiApi, name, lambda self, message: None)
     assert name in refused(port)
@@ -77,7 +81,7 @@ def test_an_attribute_that_is_gone(monkeypatch, port):
 
 
 def test_a_start_that_passes_the_guard_by(monkeypatch, port):
-    monkeypatch.setattr(start, "guarded", lambda guard, pages: contextlib.nullcontext())
+    monkeypatch.setattr(start, "guarded", lambda guard, gate, pages: contextlib.nullcontext())
     assert "HTTP request without the token is not refused" in refused(port)
 
 
@@ -88,6 +92,31 @@ def test_a_guard_that_sees_no_sockets(monkeypatch, port):
         Guard, "refusal", lambda self, headers, path: None if "Upgrade" in headers else refusal(self, headers, path)
     )
     assert "WebSocket request without the token is not refused" in refused(port)
+
+
+def test_a_viser_that_starts_its_server_by_a_name_of_its_own(monkeypatch, port):
+    """As after ``from websockets.asyncio.server import serve``: replacing the module's function has no effect there."""
+    own = types.SimpleNamespace(serve=websocket_server.serve)
+    bound = types.SimpleNamespace(asyncio=types.SimpleNamespace(server=own), exceptions=websockets.exceptions)
+    bound.datastructures = websockets.datastructures
+    monkeypatch.setattr(viser.infra._infra, "websockets", bound)
+    assert "HTTP request without the token is not refused" in refused(port)
+
+
+def test_a_guard_that_does_not_look_at_the_origin(monkeypatch, port):
+    refusal = Guard.refusal
+
+    def without_origin(self, headers, path):
+        return refusal(self, Headers([pair for pair in headers.raw_items() if pair[0] != "Origin"]), path)
+
+    monkeypatch.setattr(Guard, "refusal", without_origin)
+    assert "another origin is not refused" in refused(port)
+
+
+def test_messages_that_pass_the_gate_by(monkeypatch, port):
+    monkeypatch.setattr(Gate, "stand_before", lambda self, connection, only_views: None)
+    monkeypatch.setattr(protection, "_TIMEOUT_S", 1.0)
+    assert "do not pass the gate" in refused(port)
 
 
 def test_a_server_that_cannot_be_asked_before_it_answers(monkeypatch, port):

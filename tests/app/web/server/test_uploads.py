@@ -1,5 +1,18 @@
+import time
+import tracemalloc
+
 import pytest
-from dockpose.app.web.server.uploads import clean_name
+from dockpose.app.inputs.samples import sample_path
+from dockpose.app.web.app import App
+from dockpose.app.web.server import uploads
+from dockpose.app.web.server.options import Options
+from dockpose.app.web.server.uploads import MOST_AT_ONCE, clean_name
+from viser import _messages as messages
+
+from tests.support.visitors import Visitor
+
+BUTTON = "Upload pictures"
+LIMIT = 3 * 2**20
 
 
 @pytest.mark.parametrize(
@@ -15,3 +28,127 @@ from dockpose.app.web.server.uploads import clean_name
 )
 def test_names_of_uploads_are_made_harmless(name, clean):
     assert clean_name(name) == clean
+
+
+@pytest.fixture(scope="module")
+def app():
+    running = App.build(port=0, options=Options(upload_limit_bytes=LIMIT))
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def page(app):
+    with Visitor(app.address) as visitor:
+        assert visitor.until(lambda page: BUTTON in page.buttons)
+        yield visitor
+
+
+def start(page, name, size, parts, transfer):
+    button = page.buttons[BUTTON]
+    page.send(messages.FileTransferStartUpload(button, transfer, name, "image/png", parts, size))
+
+
+def part(page, content, transfer, index=0):
+    page.send(messages.FileTransferPart(page.buttons[BUTTON], transfer, index, content))
+
+
+def held(app):
+    return sum(one.held_bytes for one in app._uploads._clients.values())
+
+
+def until(condition, timeout_s=5.0):
+    end_s = time.monotonic() + timeout_s
+    while not condition() and time.monotonic() < end_s:
+        time.sleep(0.02)
+    return condition()
+
+
+def told(page, words):
+    return page.until(lambda page: any(words in notice["body"] for notice in page.notices), 5)
+
+
+def test_a_picture_arrives_and_is_forgotten_here(app, page):
+    content = sample_path("plain").read_bytes()
+    half = len(content) // 2
+    start(page, "../mine.png", len(content), 2, "t")
+    part(page, content[half:], "t", 1)
+    part(page, content[:half], "t", 0)
+    assert until(lambda: app._kept.names() == ["mine.png"])
+    assert app._kept.get("mine.png") == content
+    assert until(lambda: held(app) == 0)
+
+
+def test_an_empty_file_is_said_to_be_no_picture(app, page):
+    start(page, "empty.png", 0, 0, "e")
+    assert told(page, "empty.png")
+    assert until(lambda: held(app) == 0)
+
+
+@pytest.mark.parametrize(
+    ("size", "parts", "words"),
+    [
+        (LIMIT + 1, 7, "at most 3 MB"),
+        (0, 1, "do not come in 1 parts"),
+        (5, 0, "do not come in 0 parts"),
+        (100_000, 100_000, "do not come in 100000 parts"),
+    ],
+)
+def test_a_file_that_is_too_large_or_lies_is_not_begun(app, page, size, parts, words):
+    start(page, "lie.png", size, parts, "l")
+    assert told(page, words)
+    assert held(app) == 0
+
+
+def test_more_or_less_than_was_said_is_given_up(app, page):
+    start(page, "more.png", 10, 1, "m")
+    part(page, b"x" * 11, "m")
+    assert told(page, "more came than")
+    time.sleep(1.1)  # between two notices
+    start(page, "less.png", 10, 1, "s")
+    part(page, b"x" * 9, "s")
+    assert told(page, "less came than")
+    assert held(app) == 0
+
+
+def test_twenty_thousand_files_of_no_bytes_that_never_come(app, page):
+    """They were kept for ever and summed on the event loop: half a minute later a new page had no controls."""
+    for number in range(2_000):
+        start(page, "n" * 900, 0, 1, f"{number}")
+    with Visitor(app.address) as other:
+        assert other.is_replayed.wait(5)
+        assert other.until(lambda page: BUTTON in page.buttons, 5)
+    assert held(app) == 0
+    assert all(len(one.underway) == 0 for one in app._uploads._clients.values())
+
+
+def test_a_browser_has_few_files_under_way(app, page):
+    for number in range(MOST_AT_ONCE + 5):
+        start(page, "slow.png", 10, 1, f"slow{number}")
+    assert told(page, f"{MOST_AT_ONCE} files")
+    assert held(app) == 10 * MOST_AT_ONCE
+
+
+def test_the_memory_of_a_browser_that_leaves_is_free_again(app):
+    tracemalloc.start()
+    with Visitor(app.address) as visitor:
+        assert visitor.until(lambda page: BUTTON in page.buttons)
+        before = tracemalloc.get_traced_memory()[0]
+        start(visitor, "large.png", 2 * 2**20 + 2**19, 5, "g")
+        for index in range(4):
+            part(visitor, bytes(2**19), "g", index)
+        assert until(lambda: tracemalloc.get_traced_memory()[0] - before > 2 * 2**20)
+        visitor.send_raw(b"\xc1")
+    assert until(lambda: held(app) == 0)
+    freed = until(lambda: tracemalloc.get_traced_memory()[0] - before < 2**20, 8)
+    tracemalloc.stop()
+    assert freed
+
+
+def test_a_file_of_which_nothing_more_comes_is_given_up(app, page, monkeypatch):
+    monkeypatch.setattr(uploads, "PATIENCE_S", 0.5)
+    start(page, "stuck.png", 2**20, 2, "u")
+    part(page, bytes(2**19), "u")
+    assert until(lambda: held(app) == 2**20)
+    assert told(page, "nothing more of it came")
+    assert held(app) == 0

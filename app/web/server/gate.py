@@ -1,0 +1,136 @@
+"""The gate before viser: it lets through what the page itself would send, no faster than people and files need."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import threading
+import time
+from typing import Any
+
+import msgspec
+import viser
+from dockpose.app.web.server.journal import Journal
+from dockpose.app.web.server.messages import GuiUpdateMessage, RefusedError, check_message
+from viser import _messages as messages
+
+_RATE_HZ, _BURST = 400.0, 800.0  # messages that one browser may send
+_BYTES_PER_TOKEN = 256 * 2**10  # a large message counts for several
+_SEND_BACK_S = 1.5  # a pause in typing: what is typed on the way to a number, as the 8 of 812, stays meanwhile
+
+
+class Gate:
+    """Checks all messages of all browsers before viser reads them.
+
+    Attributes
+    ----------
+    journal : Journal
+        Told what is refused.
+    probe : bytes
+        A message that nobody else knows, and that does nothing but set ``is_reached``: whether messages come this way.
+    is_reached : threading.Event
+        See ``probe``.
+    """
+
+    def __init__(self, journal: Journal) -> None:
+        self.journal = journal
+        self.probe, self.is_reached = secrets.token_bytes(32), threading.Event()
+        self._server: viser.ViserServer | None = None
+
+    def serve(self, server: viser.ViserServer) -> None:
+        """Let messages through to this server; before that, none pass."""
+        self._server = server
+        protect_broadcasts(server)
+
+    def stand_before(self, connection: Any, *, only_views: bool) -> None:
+        """Take the place of a WebSocket's ``recv``, before anything was read from it."""
+        inbox = _Inbox(self, connection, only_views=only_views)
+        connection.recv = inbox.receive
+
+    def check(self, raw: bytes | str, *, only_views: bool = False) -> Any:
+        """Return the message; raises RefusedError where viser must not see it."""
+        if self._server is None:
+            raise RefusedError("the page is not ready yet")
+        gui = self._server.gui
+        return check_message(
+            raw, gui._gui_input_handle_from_uuid.get, gui._container_handle_from_uuid.get, only_views=only_views
+        )
+
+    def send_back(self, connection: Any, control: str) -> None:
+        """Show a browser the value in force in place of one that was not taken."""
+        handle = None if self._server is None else self._server.gui._gui_input_handle_from_uuid.get(control)
+        if handle is None or self._server is None:
+            return
+        sockets = self._server._websock_server
+        for client_id, one in list(sockets._live_connections.items()):
+            state = sockets._client_state_from_id.get(client_id)
+            if one is connection and state is not None and not state.message_buffer.done:
+                state.message_buffer.push(messages.GuiUpdateMessage(control, {"value": handle._impl.value}))
+
+
+class _Inbox:
+    """What one browser sends."""
+
+    def __init__(self, gate: Gate, connection: Any, *, only_views: bool) -> None:
+        self._gate, self._connection, self._only_views = gate, connection, only_views
+        self._receive = connection.recv
+        self._client = str((connection.remote_address or ("somebody",))[0])
+        self._tokens, self._at_s = _BURST, time.monotonic()
+        self._to_send_back: dict[str, asyncio.TimerHandle] = {}
+
+    async def receive(self, *arguments: Any, **keywords: Any) -> bytes:
+        """The next message that may pass; the others are left out, and written to the journal."""
+        while True:
+            raw = await self._receive(*arguments, **keywords)
+            await self._pay(len(raw))
+            if raw == self._gate.probe:
+                self._gate.is_reached.set()
+                continue
+            try:
+                message = self._gate.check(raw, only_views=self._only_views)
+            except RefusedError as refusal:
+                if not self._only_views:  # the page of a viewer sends what it always does
+                    self._gate.journal.note(self._client, f"refused {refusal}")
+                if refusal.control is not None:
+                    self._plan(refusal.control)
+                continue
+            if isinstance(message, GuiUpdateMessage) and (planned := self._to_send_back.pop(message.uuid, None)):
+                planned.cancel()
+            return raw
+
+    async def _pay(self, size: int) -> None:
+        """Wait where messages come too fast; then no more of them are read, and the sender must wait too."""
+        now_s = time.monotonic()
+        self._tokens = min(_BURST, self._tokens + _RATE_HZ * (now_s - self._at_s)) - 1 - size // _BYTES_PER_TOKEN
+        self._at_s = now_s
+        if self._tokens < 0:
+            await asyncio.sleep(-self._tokens / _RATE_HZ)
+
+    def _plan(self, control: str) -> None:
+        if planned := self._to_send_back.pop(control, None):
+            planned.cancel()
+
+        def send() -> None:
+            self._to_send_back.pop(control, None)
+            self._gate.send_back(self._connection, control)
+
+        self._to_send_back[control] = asyncio.get_running_loop().call_later(_SEND_BACK_S, send)
+
+
+def protect_broadcasts(server: viser.ViserServer) -> None:
+    """Let nothing enter the messages for all browsers that cannot be sent.
+
+    viser finds that out while it sends, which closes every browser, and each new one. Here whoever queues such a
+    message gets the ValueError.
+    """
+    buffer = server._websock_server.get_message_buffer()
+    push = buffer.push
+
+    def push_if_sendable(message: messages.Message) -> None:
+        try:
+            msgspec.msgpack.encode(message.as_serializable_dict([]))
+        except Exception as error:
+            raise ValueError(f"{type(message).__name__} cannot be sent: {error}") from error
+        push(message)
+
+    setattr(buffer, "push", push_if_sendable)  # noqa: B010

@@ -1,0 +1,90 @@
+"""What happens at the server, one line an event, through the standard ``logging``."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Mapping
+from concurrent.futures import Future
+from typing import Any
+
+LOG = logging.getLogger("dockpose.server")
+SOCKETS_LOG = logging.getLogger("dockpose.server.sockets")  # what websockets itself has to say
+_EVERY_S = 1.0
+_MOST_CLIENTS = 1000
+_LONGEST = 300  # characters
+
+
+class Journal:
+    """Writes what each client did, at most one line a second for each, so that nobody can flood the terminal.
+
+    ``is_silent`` leaves out everything, as while we try ourselves whether requests are refused.
+    """
+
+    def __init__(self) -> None:
+        self.is_silent = False
+        self._told: dict[str, tuple[float, int]] = {}  # when a line was written, and how many were left out since
+
+    def note(self, client: str, text: str, level: int = logging.WARNING) -> None:
+        """Write one line about a client, or count it for its next line.
+
+        Parameters
+        ----------
+        client : str
+            Its address; those of one machine share their lines.
+        text : str
+            What happened; must not hold a token.
+        level : int
+            Of ``logging``.
+        """
+        if self.is_silent:
+            return
+        now_s = time.monotonic()
+        told_s, left_out = self._told.get(client, (-_EVERY_S, 0))
+        if now_s - told_s < _EVERY_S:
+            self._told[client] = (told_s, left_out + 1)
+            return
+        if len(self._told) >= _MOST_CLIENTS:
+            self._told.clear()
+        self._told[client] = (now_s, 0)
+        LOG.log(level, "%s: %s%s", client, one_line(text), f" (and {left_out} more before)" if left_out else "")
+
+
+class OneLine(logging.Filter):
+    """Gives an exception in a record as one line, by way of a journal, in place of its traceback."""
+
+    def __init__(self, journal: Journal) -> None:
+        super().__init__()
+        self._journal = journal
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Pass what has no exception on; write the others here."""
+        error = record.exc_info[1] if record.exc_info else None
+        if error is None:
+            return record.levelno > logging.INFO
+        cause = error.__cause__ or error
+        self._journal.note("a client", f"{record.getMessage()}: {type(cause).__name__}: {cause}")
+        return False
+
+
+def one_line(text: str) -> str:
+    """A text from outside, cut, without what would break the line or steer a terminal."""
+    short = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+    return "".join(letter if letter.isprintable() else " " for letter in short)
+
+
+def log_failure(future: Future[Any]) -> None:
+    """Write one line where a job in a pool of threads failed."""
+    if not future.cancelled() and (error := future.exception()) is not None:
+        LOG.error("%s: %s", type(error).__name__, one_line(str(error)), exc_info=_at_debug(error))
+
+
+def log_unhandled(loop: Any, context: Mapping[str, Any]) -> None:
+    """Write one line about what nobody caught on the event loop; takes the place of asyncio's tracebacks."""
+    error = context.get("exception")
+    what = f"{type(error).__name__}: {error}" if error is not None else str(context.get("message"))
+    LOG.error("%s", one_line(what), exc_info=_at_debug(error))
+
+
+def _at_debug(error: BaseException | None) -> BaseException | None:
+    return error if LOG.isEnabledFor(logging.DEBUG) else None

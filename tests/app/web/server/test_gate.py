@@ -1,0 +1,114 @@
+"""The gate in a running page: whatever one browser sends, the others stay, and the program is calm."""
+
+import logging
+import time
+
+import pytest
+from dockpose.app.web.app import App
+from dockpose.app.web.server.journal import Journal
+from viser import _messages as messages
+
+from tests.support.visitors import Visitor
+
+LABEL = "Min. area (px)"
+
+
+@pytest.fixture(scope="module")
+def app():
+    running = App.build(port=0)
+    yield running
+    running.stop()
+
+
+@pytest.fixture(scope="module")
+def visitors(app):
+    with Visitor(app.address) as one, Visitor(app.address) as other:
+        assert one.until(lambda page: "Upload pictures" in page.buttons and page.is_replayed.is_set())
+        assert other.until(lambda page: "Upload pictures" in page.buttons and page.is_replayed.is_set())
+        yield one, other
+
+
+def test_two_browsers_that_come_at_once_both_get_their_buttons(visitors):
+    one, other = visitors
+    assert set(one.buttons) == set(other.buttons)
+    assert set(one.buttons.values()) & set(other.buttons.values()) == set()
+
+
+@pytest.mark.parametrize("label", ["Number of lights", "Level (0-255)", LABEL, "Page"])
+@pytest.mark.parametrize("value", [1e20, "9" * 23, float("inf")])
+def test_a_number_that_cannot_be_sent_locks_nobody_out(app, visitors, label, value):
+    one, other = visitors
+    before = other.values[other.ids[label]]
+    one.set(label, value)
+    new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
+    one.set(LABEL, new)  # comes after it
+    assert other.until(lambda page: page.values[page.ids[LABEL]] == new)
+    assert one.is_open
+    assert other.values[other.ids[label]] == before or label == LABEL
+    with Visitor(app.address) as third:
+        assert third.is_replayed.wait(5)
+        assert third.values[third.ids[LABEL]] == new
+
+
+def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors):
+    one, _ = visitors
+    number = one.ids["Number of lights"]
+    one.values[number] = -7
+    one.set("Number of lights", -7)
+    assert not one.until(lambda page: page.values[number] != -7, 0.5)  # somebody may still be typing
+    assert one.until(lambda page: page.values[number] == 10, 3)
+
+
+def test_malformed_messages_close_nothing_and_make_few_lines(app, visitors, caplog):
+    one, other = visitors
+    time.sleep(1.1)  # since the last line
+    with caplog.at_level(logging.WARNING):
+        for raw in [b"", b"\xc1", "text", b"\x91" * 70_000, b"\x80"] * 17:
+            one.send_raw(raw)
+        one.set(LABEL, 41)
+        assert other.until(lambda page: page.values[page.ids[LABEL]] == 41)
+    lines = [record for record in caplog.records if "refused" in record.getMessage()]
+    assert 1 <= len(lines) <= 2
+    assert all(record.exc_info is None and "\n" not in record.getMessage() for record in caplog.records)
+    assert app._guard.token not in caplog.text
+
+
+def test_what_cannot_be_sent_is_told_to_whoever_queues_it(app, visitors):
+    """As a value that the program itself worked out wrongly."""
+    one, other = visitors
+    handle = app._server.gui._gui_input_handle_from_uuid[one.ids[LABEL]]
+    with pytest.raises(ValueError, match="GuiUpdateMessage cannot be sent"):
+        app._server.gui._websock_interface.queue_message(
+            messages.GuiUpdateMessage(handle._impl.uuid, {"value": 10**20})
+        )
+    one.set(LABEL, 42)
+    assert other.until(lambda page: page.values[page.ids[LABEL]] == 42)
+
+
+def test_who_sends_too_fast_waits_and_the_others_do_not(visitors):
+    one, other = visitors
+    began_s = time.monotonic()
+    for number in range(2000):
+        one.set(LABEL, number % 50 + 1)
+    one.set(LABEL, 99)
+    other.set("Number of lights", 12)
+    assert one.until(lambda page: page.values[page.ids["Number of lights"]] == 12, 2)
+    assert other.until(lambda page: page.values[page.ids[LABEL]] == 99, 8)
+    assert time.monotonic() - began_s > 2.5  # 800 at once, then 400 a second
+    other.set("Number of lights", 10)
+    assert one.until(lambda page: page.values[page.ids["Number of lights"]] == 10)
+
+
+def test_a_journal_counts_what_it_leaves_out(caplog):
+    journal = Journal()
+    with caplog.at_level(logging.INFO):
+        for number in range(5):
+            journal.note("10.0.0.1", f"refused {number}\nand \x1b[31m more")
+        journal.note("10.0.0.2", "refused")
+        journal._told = {client: (at_s - 2, count) for client, (at_s, count) in journal._told.items()}
+        journal.note("10.0.0.1", "refused again")
+    assert [record.getMessage() for record in caplog.records] == [
+        "10.0.0.1: refused 0 and  [31m more",
+        "10.0.0.2: refused",
+        "10.0.0.1: refused again (and 4 more before)",
+    ]

@@ -1,0 +1,215 @@
+"""What a browser may send: the page's own messages, and nothing that viser would choke on or pass on."""
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+import viser
+from dockpose.app.web.server import start
+from dockpose.app.web.server.guard import Guard
+from dockpose.app.web.server.messages import LARGEST_BYTES, RefusedError, check_message, why_not
+from dockpose.app.web.server.start import open_server
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from viser import _messages as messages
+
+from tests.support.visitors import VIEWPOINT, packed
+
+
+@pytest.fixture(scope="module")
+def gui():
+    server = open_server("127.0.0.1", 0, Guard("127.0.0.1"), {})
+    yield server.gui
+    with start.silence():
+        server.stop()
+
+
+@pytest.fixture(scope="module")
+def controls(gui):
+    with gui.add_form("form") as form:
+        text = gui.add_text("text", "")
+    return {
+        "form": form,
+        "text": text,
+        "slider": gui.add_slider("slider", min=0.5, max=10.0, step=0.5, initial_value=1.0),
+        "whole": gui.add_slider("whole", min=0, max=255, step=1, initial_value=7),
+        "number": gui.add_number("number", 10, min=0, max=64),
+        "free": gui.add_number("free", 1.0),
+        "choice": gui.add_dropdown("choice", ("one", "two")),
+        "buttons": gui.add_button_group("buttons", ("left", "right")),
+        "button": gui.add_button("button"),
+        "box": gui.add_checkbox("box", False),
+        "corner": gui.add_vector2("corner", (1.0, 1.0), min=(0.0, 0.0)),
+        "upload": gui.add_upload_button("upload"),
+        "progress": gui.add_progress_bar(0.0),
+    }
+
+
+def check(gui, raw, **keywords):
+    return check_message(raw, gui._gui_input_handle_from_uuid.get, gui._container_handle_from_uuid.get, **keywords)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *[("slider", 0.5), ("slider", 10), ("whole", 255), ("number", 0), ("number", 64.0), ("free", -12.5)],
+        *[("text", "x" * 10_000), ("text", ""), ("text", "<b>ä</b>"), ("choice", "two"), ("buttons", "left")],
+        *[("button", True), ("box", False), ("corner", [3, 4.5])],
+    ],
+)
+def test_what_the_page_sends_passes(gui, controls, name, value):
+    raw = packed(messages.GuiUpdateMessage(controls[name]._impl.uuid, {"value": value}))
+    assert check(gui, raw).updates.value == value
+
+
+@pytest.mark.parametrize("name", ["slider", "whole", "number", "free"])
+@pytest.mark.parametrize(
+    "value", [1e20, -1e20, 2**63, math.nan, math.inf, "9" * 23, "7", True, None, [1], {"a": 1}, b"1"]
+)
+def test_a_number_is_finite_and_within_the_controls_limits(gui, controls, name, value):
+    """An integer of more than 64 bits closed every browser, and each new one."""
+    with pytest.raises(RefusedError):
+        check(gui, msgspec.msgpack.encode(update(controls[name], value)))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *[("slider", 0.3), ("slider", 10.2), ("whole", -1), ("number", 65), ("free", 1e10)],
+        *[("text", "x" * 10_001), ("text", 1), ("text", ["a"]), ("choice", "three"), ("choice", 1), ("choice", "")],
+        *[("buttons", "up"), ("button", 1), ("button", "true"), ("box", 0), ("box", "x")],
+        *[("corner", [-1, 2]), ("corner", [1]), ("corner", [1, 2, 3]), ("corner", [math.nan, 1]), ("corner", 5)],
+        *[("corner", [1e300, 1]), ("upload", True), ("upload", "x"), ("progress", 5.0), ("progress", 1e20)],
+    ],
+)
+def test_a_value_that_the_control_does_not_have(gui, controls, name, value):
+    with pytest.raises(RefusedError):
+        check(gui, msgspec.msgpack.encode(update(controls[name], value)))
+
+
+def update(control, value):
+    return {"type": "GuiUpdateMessage", "uuid": control._impl.uuid, "updates": {"value": value}}
+
+
+def test_a_slider_may_round_its_ends_to_the_decimals_it_shows(gui, controls):
+    """The page shows 639.46 as 639.5 and sends that."""
+    control = gui.add_slider("rounded", min=0.0, max=639.46, step=0.1, initial_value=1.0)
+    control.precision = 1
+    assert why_not(control, 639.5) is None
+    assert why_not(control, 639.6) is not None
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"updates": {"min": 0}},
+        {"updates": {"value": 1, "max": 99}},
+        {"updates": {}},
+        {"uuid": "no-such-control"},
+        {"uuid": "x" * 65},
+        {"uuid": 3},
+        {"type": "GuiUpdate"},
+        {"type": ["GuiUpdateMessage"]},
+        {"excluded_self_client": 1},
+    ],
+)
+def test_an_update_of_anything_else(gui, controls, changes):
+    with pytest.raises(RefusedError):
+        check(gui, msgspec.msgpack.encode(update(controls["whole"], 3) | changes))
+
+
+def test_all_other_messages_of_viser_are_refused(gui, controls):
+    """As a script to run in all browsers, a tunnel to the internet, or a node of the scene."""
+    allowed = {
+        *("ViewerCameraMessage", "GuiUpdateMessage", "GuiFormSubmitMessage", "GuiFormDirtyMessage"),
+        *("CommandTriggerMessage", "FileTransferStartUpload", "FileTransferPart", "GetRenderResponseMessage"),
+    }
+    names = {kind.__name__ for kind in messages.Message.get_subclasses()}
+    assert len(names - allowed) > 80
+    for name in names - allowed:
+        with pytest.raises(RefusedError):
+            check(
+                gui, msgspec.msgpack.encode({"type": name, "uuid": controls["text"]._impl.uuid, "source": "alert(1)"})
+            )
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        *[b"", b"\xc1", b"\xc0", b"\x93\x01", b"\x81\xa4type\xc0", "text", b"\xdd\xff\xff\xff\xff", b"\x91" * 100_000],
+        *[b"\x91" * 60_000, b"\xdb\xff\xff\xff\xff", msgspec.msgpack.encode({"type": "GuiFormDirtyMessage"})],
+        msgspec.msgpack.encode({"type": "GuiFormDirtyMessage", "uuid": "x"}),
+        msgspec.msgpack.encode({"type": "GuiFormSubmitMessage", "uuid": "root"}),
+    ],
+)
+def test_what_is_no_message(gui, raw):
+    with pytest.raises(RefusedError):
+        check(gui, raw)
+
+
+def test_forms(gui, controls):
+    for kind in (messages.GuiFormSubmitMessage, messages.GuiFormDirtyMessage):
+        assert check(gui, packed(kind(controls["form"]._impl.uuid))).uuid == controls["form"]._impl.uuid
+
+
+def test_only_parts_of_files_and_pictures_are_large(gui):
+    part = messages.FileTransferPart("a", "b", 0, bytes(LARGEST_BYTES))
+    assert len(check(gui, packed(part)).content) == LARGEST_BYTES
+    with pytest.raises(RefusedError, match="none of the page"):
+        check(gui, packed(messages.FileTransferPart("a", "b", 0, bytes(5 * 2**20))))
+    with pytest.raises(RefusedError):
+        check(gui, packed(messages.FileTransferStartUpload("a", "b", "n" * LARGEST_BYTES, "", 1, 1)))
+    with pytest.raises(RefusedError):
+        check(gui, packed(messages.FileTransferStartUpload("a", "b", "n" * 1001, "", 1, 1)))
+
+
+def test_a_rendered_picture_is_no_bomb(gui):
+    import cv2
+
+    small = cv2.imencode(".png", np.zeros((4, 6, 4), np.uint8))[1].tobytes()
+    assert check(gui, packed(messages.GetRenderResponseMessage(small, "x"))).payload == small
+    check(gui, packed(messages.GetRenderResponseMessage(b"", "x")))
+    bomb = small[:16] + (20_000).to_bytes(4) * 2 + small[24:]
+    for payload in (bomb, b"GIF89a" + bytes(30), small[:10]):
+        with pytest.raises(RefusedError):
+            check(gui, packed(messages.GetRenderResponseMessage(payload, "x")))
+
+
+def test_a_viewpoint_is_finite(gui):
+    assert check(gui, packed(VIEWPOINT), only_views=True).fov == 1.0
+    for changed in ({"fov": math.nan}, {"position": (math.inf, 0.0, 0.0)}, {"image_width": 10**9}):
+        with pytest.raises(RefusedError):
+            check(gui, msgspec.msgpack.encode(VIEWPOINT.as_serializable_dict() | changed))
+
+
+def test_viewers_only_look(gui, controls):
+    with pytest.raises(RefusedError):
+        check(gui, msgspec.msgpack.encode(update(controls["whole"], 3)), only_views=True)
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**63), 2**64 - 1) | st.floats() | st.text(max_size=9) | st.binary(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=9), inner, max_size=4),
+    max_leaves=9,
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(data=st.data())
+def test_what_passes_can_be_taken_and_passed_on_by_viser(gui, controls, data):
+    """The casts that viser makes, and the encoding in which it sends the value to all other browsers."""
+    name = data.draw(st.sampled_from(sorted(controls)))
+    raw = msgspec.msgpack.encode(update(controls[name], data.draw(values)))
+    try:
+        check(gui, raw)
+    except RefusedError:
+        return
+    sent = messages.Message.deserialize(raw)
+    assert isinstance(sent, messages.GuiUpdateMessage)
+    state = controls[name]._impl
+    new = sent.updates["value"]
+    cast = tuple(map(float, new)) if isinstance(state.value, tuple) else type(state.value)(new)
+    msgspec.msgpack.encode(messages.GuiUpdateMessage(state.uuid, {"value": cast}).as_serializable_dict([]))
+    if not isinstance(controls[name], viser.GuiTextHandle):
+        assert cast == tuple(map(float, new)) if isinstance(new, list) else cast == new or isinstance(new, float)

@@ -1,0 +1,125 @@
+"""Whoever talks to the page over HTTP and WebSocket, as its own page does or as no page would."""
+
+import contextlib
+import socket
+import threading
+import time
+from importlib.metadata import version
+from urllib.parse import parse_qs, urlsplit
+
+import msgspec
+import zstandard
+from viser import _messages as messages
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+SUBPROTOCOL = Subprotocol(f"viser-v{version('viser')}")
+VIEWPOINT = messages.ViewerCameraMessage(
+    (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, -3.0), 1.0, 0.1, 100.0, 600, 800, (0.0, 0.0, 0.0), (0.0, -1.0, 0.0)
+)
+
+
+def packed(message):
+    return msgspec.msgpack.encode(message.as_serializable_dict())
+
+
+def cookie_of(address):
+    """The cookie that a browser has after it opened the printed address."""
+    parts = urlsplit(address)
+    return f"dockpose_{parts.port}={parse_qs(parts.query)['token'][0]}"
+
+
+def asked(port, request, timeout_s=5.0):
+    """The first line of the answer to bytes that need not be a request; empty where it is closed without one."""
+    with contextlib.closing(socket.create_connection(("127.0.0.1", port), timeout_s)) as raw:
+        raw.sendall(request)
+        answer = b""
+        with contextlib.suppress(ConnectionResetError):
+            while b"\r\n" not in answer and (more := raw.recv(4096)):
+                answer += more
+    return answer.split(b"\r\n")[0].decode()
+
+
+class Visitor:
+    """A browser with the token that keeps the values of controls it is told; ``reads=False`` never reads."""
+
+    def __init__(self, address, *, reads=True, host="127.0.0.1"):
+        port = urlsplit(address).port
+        self.socket = connect(
+            f"ws://{host}:{port}",
+            origin=Origin(f"http://{host}:{port}"),
+            additional_headers={"Cookie": cookie_of(address)},
+            subprotocols=[SUBPROTOCOL],
+            max_size=None,
+            compression=None,
+            close_timeout=1,
+            ping_interval=None,
+        )
+        self.values, self.ids, self.buttons, self.notices = {}, {}, {}, []
+        self.bytes_read, self.messages_read = 0, 0
+        self.is_replayed, self.changed = threading.Event(), threading.Condition()
+        self.send(VIEWPOINT)
+        if reads:
+            threading.Thread(target=self._read, daemon=True).start()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.close()
+
+    def close(self):
+        self.socket.close()
+
+    def send(self, message):
+        self.send_raw(packed(message))
+
+    def send_raw(self, raw):
+        self.socket.send(raw)
+
+    def set(self, label, value):
+        """Send a value for the control of that label, without any check."""
+        self.send(messages.GuiUpdateMessage(self.ids[label], {"value": value}))
+
+    @property
+    def is_open(self):
+        return self.socket.protocol.state.name == "OPEN"
+
+    def until(self, condition, timeout_s=10.0):
+        """Wait until something is so; return whether it is."""
+        end_s = time.monotonic() + timeout_s
+        with self.changed:
+            while not condition(self) and self.is_open and time.monotonic() < end_s:
+                self.changed.wait(0.05)
+            return condition(self)
+
+    def _read(self):
+        with contextlib.suppress(ConnectionClosed, OSError):
+            while True:
+                raw = self.socket.recv(decode=False)
+                size = int.from_bytes(raw[8:16], "little")
+                inner = zstandard.ZstdDecompressor().decompress(
+                    raw[16 : 16 + size], max_output_size=int.from_bytes(raw[:8], "little")
+                )
+                with self.changed:
+                    self.bytes_read += len(raw)
+                    for message in msgspec.msgpack.decode(inner)["messages"]:
+                        self._take(message)
+                    self.changed.notify_all()
+
+    def _take(self, message):
+        self.messages_read += 1
+        kind = message["type"]
+        if kind == "GuiUpdateMessage":
+            if "value" in message["updates"]:
+                self.values[message["uuid"]] = message["updates"]["value"]
+        elif kind == "ReplayDoneMessage":
+            self.is_replayed.set()
+        elif kind == "NotificationShowMessage":
+            self.notices.append(message["props"])
+        elif kind == "GuiUploadButtonMessage":
+            self.buttons[message["props"]["label"]] = message["uuid"]
+        elif "props" in message and "label" in (message["props"] or {}):
+            self.ids.setdefault(message["props"]["label"], message["uuid"])
+            self.values[message["uuid"]] = message.get("value")

@@ -232,12 +232,13 @@ def estimate(
     settings = settings or Settings()
     whole = np.asarray(image)
     if whole.ndim < 2 or region is None:
-        image, grey = whole, to_grey(whole)
-        part = part_of(None, *grey.shape[::-1])
+        image, part = whole, None
     else:
         part = part_of(region, whole.shape[1], whole.shape[0])
         image = crop(whole, part)
-        grey = np.ascontiguousarray(to_grey(image))  # compiled code is for whole arrays
+    # Compiled code is for arrays without gaps that may be written to, and would be compiled anew for others.
+    grey = np.require(to_grey(image), requirements=["C", "W"])
+    part = part or part_of(None, *grey.shape[::-1])
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
     grey, counted = hide(grey, masks_within(settings.masks, part))

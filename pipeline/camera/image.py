@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import warnings
 from pathlib import Path
@@ -82,11 +83,11 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
             f"{name}: the picture is {width} x {height} with {pixel_bytes} bytes a pixel, "
             f"{width * height * pixel_bytes / 1e6:.0f} MB; at most {_MAX_BYTES // 1_000_000} are read"
         )
-    try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    except cv2.error:
-        image = None
-    if image is None or _is_cut_short(data):
+    image = None
+    if not _is_cut_short(data):  # OpenCV sets memory aside for as much as a damaged PNG says that follows
+        with contextlib.suppress(cv2.error):
+            image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None:
         raise ImageError(f"{name}: the picture is damaged or cut short ({len(data)} bytes)")
     return _check(_without_alpha(image), name)
 
@@ -151,7 +152,10 @@ def _size_from_header(data: bytes, name: str) -> tuple[int, int, int]:
 def _is_cut_short(data: bytes) -> bool:
     """Whether a PNG or JPEG file lacks its end; before 4.11, OpenCV gave out what there was of such a picture."""
     if data.startswith(b"\x89PNG"):
-        return b"IEND" not in data
+        start = 8
+        while (kind := data[start + 4 : start + 8]) not in (b"", b"IEND"):
+            start += 12 + int.from_bytes(data[start : start + 4], "big")
+        return kind == b""
     if not data.startswith(b"\xff\xd8"):
         return False
     start = 2  # of each segment before the scan; a thumbnail in one of them has an end of its own

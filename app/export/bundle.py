@@ -7,9 +7,10 @@ import io
 import zipfile
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
+from dockpose import Camera, Dock, Settings
 from dockpose.app.drawing import figures
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.montage import montage
@@ -139,7 +140,7 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
         try:
             line = msgspec.json.decode(piece)
             msgspec.convert(line, _Line)
-        except (ValueError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:
             if number == len(pieces) > 1 and not content.endswith(b"\n"):
                 break
             raise FileError(f"{path}: line {number} does not follow schema {SCHEMA} ({error})") from error
@@ -155,25 +156,47 @@ def _figure_files(name: str, make: Callable[[], Figure], *kinds: str) -> Files:
     return {f"{name}.{kind}": lambda to_bytes=save[kind]: to_bytes(make()) for kind in kinds}
 
 
-class _Candidate(msgspec.Struct):
-    position_m: tuple[float, float, float]
-    theta_x_deg: float
-    theta_y_deg: float
-    probability: float | None
-    rms_px: float | None
+# What a plot can show and a table can hold.
+_Number = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
+_Time = Annotated[float, msgspec.Meta(ge=-1e12, le=1e12)]
+_Whole = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+_Chance = Annotated[float, msgspec.Meta(ge=0, le=1 + 1e-9)]
+
+
+class _Pose(msgspec.Struct, kw_only=True):
+    position_m: tuple[_Number, _Number, _Number]
+    theta_x_deg: _Number
+    theta_y_deg: _Number
+    sigma_position_m: tuple[_Number, _Number, _Number] | None = None
+    sigma_theta_deg: tuple[_Number, _Number] | None = None
+
+
+class _Candidate(_Pose, kw_only=True):
+    probability: _Chance | None
+    rms_px: _Number | None
+
+
+class _Smoothed(_Pose, kw_only=True):
+    probability: _Chance | None
 
 
 class _Track(msgspec.Struct):
-    probability: float | None = None
-    age: int | None = None
+    probability: _Chance | None = None
+    age: _Whole | None = None
     predicted: bool | None = None
     lost: bool | None = None
 
 
 class _Threshold(msgspec.Struct):
     method: str
-    level: int
-    groups: int | None
+    level: _Whole
+    groups: _Whole | None
+
+
+class _Image(msgspec.Struct, forbid_unknown_fields=True):
+    width: _Whole
+    height: _Whole
+    bits: _Whole
 
 
 class _Marker(msgspec.Struct):
@@ -185,8 +208,8 @@ class _Line(msgspec.Struct):
 
     schema: int
     source: str | None
-    frame: int | None
-    time_s: float | None
+    frame: _Whole | None
+    time_s: _Time | None
     sha256: str | None
     status: str
     message: str
@@ -195,8 +218,17 @@ class _Line(msgspec.Struct):
     candidates: list[_Candidate]
     selected: int | None
     selected_by: str | None
-    elapsed_ms: float | None
+    elapsed_ms: _Number | None
     track: _Track | None = None
+    time_unix_s: _Time | None = None
+    image: _Image | msgspec.UnsetType = msgspec.UNSET
+    camera: Camera | msgspec.UnsetType = msgspec.UNSET
+    dock: Dock | msgspec.UnsetType = msgspec.UNSET
+    settings: Settings | msgspec.UnsetType = msgspec.UNSET
+    chosen: _Pose | None = None
+    predicted: _Pose | None = None
+    filtered: _Pose | None = None
+    smoothed: _Smoothed | None = None
 
     def __post_init__(self) -> None:
         if self.schema != SCHEMA:

@@ -49,6 +49,6 @@ def to_row(line: dict[str, Any]) -> dict[str, Any]:
 def _pose_cells(name: str, pose: dict[str, Any] | None) -> dict[str, Any]:
     if pose is None:
         return {}
-    sigmas = (*(pose["sigma_position_m"] or (None,) * 3), *(pose["sigma_theta_deg"] or (None,) * 2))
+    sigmas = (*(pose.get("sigma_position_m") or (None,) * 3), *(pose.get("sigma_theta_deg") or (None,) * 2))
     values = (*pose["position_m"], pose["theta_x_deg"], pose["theta_y_deg"], *sigmas)
     return {f"{name}_{key}": value for key, value in zip(_POSE_COLUMNS, values, strict=True)}

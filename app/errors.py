@@ -6,11 +6,13 @@ import contextlib
 import errno
 from collections.abc import Iterator
 
+from dockpose.checks import InputError
+
 # What no argument can be blamed for.
 _DISK = (errno.ENOSPC, errno.EFBIG, errno.EIO, getattr(errno, "EDQUOT", errno.ENOSPC))
 
 
-class UserError(ValueError):
+class UserError(InputError):
     """What somebody asked for cannot be done; the text says what and why."""
 
 

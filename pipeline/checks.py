@@ -17,7 +17,14 @@ _MOST = (
     *(("width", 1e6), ("height", 1e6), ("count", 1e5), ("frames", 1e8), ("lights", 1e3)),
 )
 _MOST_OF_ALL, _LEAST_ABOVE_0 = 1e15, 1e-9
-_LONGEST, _MOST_TEXT = 80, 600  # characters of a value that are quoted, and of a message
+_LONGEST, _MOST_TEXT = 80, 900  # characters of a value that are quoted, and of a message
+
+
+class InputError(ValueError):
+    """Something that was given cannot be used; the text says what and why, on one line."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(one_line(text))
 
 
 def check_number(name: str, value: Any, *, above: float = -math.inf) -> None:

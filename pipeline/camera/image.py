@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.camera.yaml_file import FileError, read_small
+from dockpose.checks import InputError
 from PIL import Image, UnidentifiedImageError
 
 MAX_PIXELS = 100_000_000
@@ -20,7 +21,7 @@ _STRIP_PIXELS = 500_000  # of which the alpha channel is applied at once
 _SIGNIFICANT_BITS = (10, 12, 14, 16)
 
 
-class ImageError(ValueError):
+class ImageError(InputError):
     """A file or an array that is not a usable picture; the text names it and says why."""
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from dockpose.checks import one_line, shown
+from dockpose.checks import InputError, shown
 
 # A camera file with all of a calibration's corners, as OpenCV's own program writes it, has some 200 kB.
 MOST_BYTES = 300_000
@@ -17,11 +17,8 @@ _DEEPEST = 30
 _LONGEST = 300  # characters of what YAML says of a fault
 
 
-class FileError(ValueError):
-    """A file that cannot be used; the text names the file, the key and the fault, on one line."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__(one_line(text))
+class FileError(InputError):
+    """A file that cannot be used; the text names the file, the key and the fault."""
 
 
 class _Reader(yaml.SafeLoader):

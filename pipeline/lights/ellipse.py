@@ -238,7 +238,10 @@ def _halir_flusser(design: np.ndarray) -> np.ndarray:
     if on_line:
         raise NoEllipseError("the points lie on a line")
     # All eigenvalues are real, since M is symmetric and not negative; OpenCV finds them in a tenth of numpy's time.
-    eigenvalues, vectors = cv2.eigenNonSymmetric(reduced)
+    try:
+        eigenvalues, vectors = cv2.eigenNonSymmetric(reduced)
+    except cv2.error as error:
+        raise NoEllipseError("no ellipse runs through the points within rounding errors") from error
     conic = _least_ellipse(eigenvalues.ravel(), vectors, T)
     if conic[0] == 0.0:
         raise NoEllipseError("no ellipse runs through the points")

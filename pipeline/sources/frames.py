@@ -10,13 +10,14 @@ from typing import TypeVar
 
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.checks import InputError
 from dockpose.dock import Dock
 
 Tell = Callable[[str], None]
 Source = TypeVar("Source", bound="Frames")
 
 
-class SourceError(ValueError):
+class SourceError(InputError):
     """A source that yields no frames; the text names it and says why."""
 
 

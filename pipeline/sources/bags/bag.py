@@ -59,8 +59,10 @@ class Bag(Frames):
             self.rate_hz = self._rate_hz()
             self._has_stamps, self._first_ns = self._clock()
             self.camera, self.camera_topic = self._camera()
-        except BaseException:
+        except BaseException as error:
             self._files.close()
+            if isinstance(error, SourceError) and not str(error).startswith(source):
+                raise SourceError(f"{source}: {error}") from error
             raise
 
     def __iter__(self) -> Iterator[Frame]:

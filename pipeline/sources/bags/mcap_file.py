@@ -13,6 +13,8 @@ from typing import BinaryIO
 from dockpose.sources.bags.storage import Place, Storage, Topic, expanded, kind_of_message
 from dockpose.sources.frames import SourceError
 
+# What Python raises for numbers that lead beyond the file, and for text that is none.
+_DAMAGE = (ValueError, struct.error, OverflowError, MemoryError, OSError, KeyError)
 _MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0F
 _HEAD = struct.Struct("<BQ")  # of every record: what it is, and the length of its content
@@ -96,7 +98,7 @@ class McapFile(Storage):
         self._file.seek(0)
         try:
             summary = make_reader(self._file).get_summary()
-        except (McapError, ValueError, struct.error):
+        except (McapError, *_DAMAGE):
             return False
         counted = None if summary is None else summary.statistics
         if summary is None or counted is None or not summary.channels:
@@ -120,7 +122,7 @@ class McapFile(Storage):
     def _entries(self, start: int) -> Iterator[tuple[int, int]]:
         """Times and offsets in the index of one channel's messages in one chunk."""
         content = self._content(self._file, start)
-        return struct.iter_unpack("<QQ", content[6:])
+        return struct.iter_unpack("<QQ", content[6 : 6 + (len(content) - 6) // 16 * 16])
 
     def _scan(self) -> None:
         """Go through the whole file, as far as it is there."""
@@ -132,7 +134,7 @@ class McapFile(Storage):
             if kind != _CHUNK:
                 self._see(kind, self._file, start, length, -1)
                 continue
-            with contextlib.suppress(ValueError):  # a damaged chunk; others follow
+            with contextlib.suppress(*_DAMAGE):  # others follow
                 content = self._decompressed(self._content(self._file, start))
                 for inner, offset, size in _records(io.BytesIO(content), 0, len(content)):
                     if offset + _HEAD.size + size <= len(content):
@@ -145,21 +147,25 @@ class McapFile(Storage):
         if kind not in (_SCHEMA, _CHANNEL, _MESSAGE) or (chunk < 0 and start + _HEAD.size + length > self._length):
             return
         stream.seek(start + _HEAD.size)
-        if kind == _MESSAGE:
-            channel, _, time_ns, _ = _MESSAGE_HEAD.unpack(stream.read(_MESSAGE_HEAD.size))
-            self._scanned.append(Place(time_ns, channel, self._number, chunk, start))
-        elif kind == _SCHEMA:
-            schema = self._Schema.read(ReadDataStream(stream))
-            self._schemas[schema.id] = schema.name
-        else:
-            channel = self._Channel.read(ReadDataStream(stream))
-            self._note(channel.id, channel.schema_id, channel.topic, channel.message_encoding)
+        with contextlib.suppress(*_DAMAGE):  # others follow
+            if kind == _MESSAGE:
+                channel, _, time_ns, _ = _MESSAGE_HEAD.unpack(stream.read(_MESSAGE_HEAD.size))
+                self._scanned.append(Place(time_ns, channel, self._number, chunk, start))
+            elif kind == _SCHEMA:
+                schema = self._Schema.read(ReadDataStream(stream))
+                self._schemas[schema.id] = schema.name
+            else:
+                channel = self._Channel.read(ReadDataStream(stream))
+                self._note(channel.id, channel.schema_id, channel.topic, channel.message_encoding)
 
-    @staticmethod
-    def _content(stream: BinaryIO, start: int) -> bytes:
+    def _content(self, stream: BinaryIO, start: int) -> bytes:
+        """The content of the record there; of one that breaks off, the beginning."""
+        left = (self._length if stream is self._file else stream.seek(0, os.SEEK_END)) - start - _HEAD.size
+        if left < 0:
+            raise SourceError("its index leads beyond its end")
         stream.seek(start)
         _, length = _HEAD.unpack(stream.read(_HEAD.size))
-        return stream.read(length)
+        return stream.read(min(length, left))
 
     @staticmethod
     def _decompressed(content: bytes) -> bytes:

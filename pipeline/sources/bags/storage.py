@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 from dockpose.sources.frames import SourceError
 
+_MOST_BYTES = 256_000_000  # of a chunk; recorders make them of a few MB
+
 NEEDS = "needs the packages that read bags: pip install 'dockpose[ros]'"
 
 
@@ -114,7 +116,7 @@ def expanded(compression: str, data: bytes) -> bytes:
     compression : str
         "zstd", "lz4" or "bz2".
     data : bytes
-        The compressed chunk.
+        The compressed chunk; at most 256 MB come of it.
 
     Raises
     ------
@@ -125,13 +127,14 @@ def expanded(compression: str, data: bytes) -> bytes:
         if compression == "zstd":
             import zstandard
 
-            return zstandard.ZstdDecompressor().decompressobj().decompress(data)
+            with zstandard.ZstdDecompressor().stream_reader(data) as reader:
+                return reader.read(_MOST_BYTES)
         if compression == "lz4":
             import lz4.frame
 
-            return lz4.frame.LZ4FrameDecompressor().decompress(data)
+            return lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=_MOST_BYTES)
         if compression == "bz2":
-            return bz2.BZ2Decompressor().decompress(data)
+            return bz2.BZ2Decompressor().decompress(data, max_length=_MOST_BYTES)
     except Exception as error:  # each library has its own
         raise ValueError(f"a chunk is damaged: {error}") from error
     raise ValueError(f"is compressed by {compression!r}; zstd, lz4 and bz2 are read")

@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank connection policy,tests/browser/test_$(part).py)
 
-.PHONY: run report test test-page test-oldest resolve lint bench samples screenshots clean
+.PHONY: run report test test-page test-oldest resolve lint bench fuzz samples screenshots clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -48,6 +48,11 @@ lint: $(VENV)/.test $(VENV)/.lint
 
 bench: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py'
+
+# A million inputs that nobody would make on purpose; atheris has no wheel for every Python.
+fuzz: $(VENV)/.test
+	-$(PIP) atheris
+	$(BIN)/python -m tests.fuzz --inputs 1000000 --guided 20000
 
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed

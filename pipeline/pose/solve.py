@@ -57,22 +57,30 @@ def find_poses(
     Raises
     ------
     NoEllipseError
-        If no ellipse passes through the points.
+        If no ellipse passes through the points, or they are such that the numbers of a pose would not be finite.
     """
     points = np.ascontiguousarray(as_points("points_px", points_px, 2))
     if FEWEST <= len(points) < MIN_POINTS and dock.lights is not None:
-        choice = poses_from_few_lights(points, camera, dock)
+        choice = _finite(poses_from_few_lights(points, camera, dock))
         return _ellipse_of(choice.candidates[0], camera, dock), choice
     if _scatter_about_line_px(points) < _ON_A_LINE_PX:
         raise NoEllipseError("the points lie on a line")
     if camera.port is None:
         ellipse = ellipse or fit_ellipse(camera.undistort(points))
         poses = circle_poses(ellipse, camera, dock.diameter)
-        return ellipse, choose_by_spacing(poses, points, camera, dock, labels)
+        return ellipse, _finite(choose_by_spacing(poses, points, camera, dock, labels))
     poses = _poses_behind_port(points, camera, dock)
-    choice = choose_by_spacing(poses, points, camera, dock, labels)
+    choice = _finite(choose_by_spacing(poses, points, camera, dock, labels))
     chosen = choice.candidates[choice.selected]
     return fit_ellipse(camera.virtual_pixels(points, _depths(points, camera, chosen))), choice
+
+
+def _finite(choice: Choice) -> Choice:
+    """The choice, unless a number of its poses is not finite."""
+    for pose in choice.candidates:
+        if not math.isfinite(sum(pose.position_m.tolist()) + sum(pose.normal.tolist()) + sum(pose.centre_px.tolist())):
+            raise NoEllipseError("no pose explains them within rounding errors")
+    return choice
 
 
 @compiled

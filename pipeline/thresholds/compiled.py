@@ -12,6 +12,7 @@ from typing import Any
 from numba import njit
 from numba.core import config, event
 
+_HOW = {"error_model": "numpy"}  # division by zero gives infinity, not an exception
 _FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
 
 
@@ -22,7 +23,7 @@ def compiled(loop: Callable[..., Any]) -> Any:
     installation and no home, in a temporary folder that belongs to the user alone; failing that, it is not kept.
     """
     try:
-        return njit(cache=True)(loop)
+        return njit(cache=True, **_HOW)(loop)
     except RuntimeError:  # numba found no folder that can be written
         return _compiled_elsewhere(loop)
 
@@ -35,13 +36,13 @@ def on_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:
 def _compiled_elsewhere(loop: Callable[..., Any]) -> Any:
     folder = _temporary_folder()
     if folder is None:
-        return njit(loop)
+        return njit(**_HOW)(loop)
     before: str = getattr(config, _FOLDER)
     setattr(config, _FOLDER, str(folder))
     try:
-        return njit(cache=True)(loop)
+        return njit(cache=True, **_HOW)(loop)
     except RuntimeError:
-        return njit(loop)
+        return njit(**_HOW)(loop)
     finally:
         setattr(config, _FOLDER, before)
 

@@ -1,0 +1,51 @@
+"""Inputs that coverage guides, by atheris: ``python -m tests.fuzz.guided camera --inputs 20000 --counted FILE``.
+
+What reaches code that none reached before is changed further. Atheris ends the process itself, at the first escape or
+after so many inputs, so that how many there were is kept in a file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import atheris
+
+with atheris.instrument_imports(include=["dockpose", "yaml"], enable_loader_override=False):
+    from tests.fuzz.run import corpus_of, judge
+    from tests.fuzz.targets import TARGETS
+
+
+class EscapedError(Exception):
+    """What a target made of an input was no refusal."""
+
+
+def main() -> None:
+    """Run one target; the exit status is not 0 where an input escaped."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("target", choices=TARGETS)
+    parser.add_argument("--inputs", type=int, required=True)
+    parser.add_argument("--counted", type=Path, required=True, help="file for the number of inputs")
+    arguments = parser.parse_args()
+    target, count = TARGETS[arguments.target], 0
+
+    def take(data: bytes) -> None:
+        nonlocal count
+        count += 1
+        if count % 100 == 0 or count == arguments.inputs:
+            arguments.counted.write_text(str(count))
+        wrong = judge(target, data) or judge(target, data)  # what is compiled on first use is slow once
+        if wrong:
+            raise EscapedError(wrong)
+
+    with tempfile.TemporaryDirectory() as folder:
+        for number, data in enumerate([*target.seeds(), *(path.read_bytes() for path in corpus_of(arguments.target))]):
+            (Path(folder) / str(number)).write_bytes(data)
+        atheris.Setup([sys.argv[0], f"-runs={arguments.inputs}", "-max_len=20000", "-seed=1", folder], take)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()

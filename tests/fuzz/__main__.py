@@ -32,9 +32,7 @@ def main() -> int:
     parser.add_argument("--only", choices=TARGETS, help="one target alone, with all of the inputs")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn (default: %(default)s)")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once (default: %(default)s)")
-    parser.add_argument(
-        "--guided", type=int, default=0, help="more inputs of each reader, guided by coverage (atheris)"
-    )
+    parser.add_argument("--guided", type=int, default=0, help="inputs of each reader, guided by coverage")
     parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.worker is not None:
@@ -83,7 +81,7 @@ def _guided(name: str, inputs: int) -> Outcome:
         outcome = Outcome(inputs=int(counted.read_text()) if counted.exists() else 0)
         if done.returncode != 0:
             told = [line for line in done.stderr.splitlines() if "Error" in line] or done.stderr.splitlines()[-1:]
-            outcome.escapes[f"guided by coverage: {told[-1] if told else done.returncode}"] = "crash-* in this folder"
+            outcome.escapes[f"guided by coverage: {told[-1] if told else done.returncode}"] = f"{FOUND}/crash-*"
         return outcome
 
 

@@ -7,15 +7,30 @@ after so many inputs, so that how many there were is kept in a file.
 from __future__ import annotations
 
 import argparse
+import inspect
+import re
 import sys
 import tempfile
 from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["dockpose", "yaml"], enable_loader_override=False):
+with atheris.instrument_imports(include=["yaml"]):
     from tests.fuzz.run import corpus_of, judge
     from tests.fuzz.targets import TARGETS
+
+# Of our own modules those that read; what numba compiles must stay as it is.
+_READERS = re.compile(
+    r"dockpose\.(checks|dock|camera\.(camera|files|yaml_file)|app\.(inputs|experiment|export\.(bundle|data|rows))\b)"
+)
+
+
+def _instrument_readers() -> None:
+    for name, module in list(sys.modules.items()):
+        if _READERS.match(name):
+            for each in vars(module).values():
+                if inspect.isfunction(each) and each.__module__ == name:
+                    atheris.instrument_func(each)
 
 
 class EscapedError(Exception):
@@ -29,6 +44,7 @@ def main() -> None:
     parser.add_argument("--inputs", type=int, required=True)
     parser.add_argument("--counted", type=Path, required=True, help="file for the number of inputs")
     arguments = parser.parse_args()
+    _instrument_readers()
     target, count = TARGETS[arguments.target], 0
 
     def take(data: bytes) -> None:
@@ -40,10 +56,21 @@ def main() -> None:
         if wrong:
             raise EscapedError(wrong)
 
+    Path("build/fuzz").mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         for number, data in enumerate([*target.seeds(), *(path.read_bytes() for path in corpus_of(arguments.target))]):
             (Path(folder) / str(number)).write_bytes(data)
-        atheris.Setup([sys.argv[0], f"-runs={arguments.inputs}", "-max_len=20000", "-seed=1", folder], take)
+        atheris.Setup(
+            [
+                sys.argv[0],
+                f"-runs={arguments.inputs}",
+                "-max_len=20000",
+                "-seed=1",
+                "-artifact_prefix=build/fuzz/",
+                folder,
+            ],
+            take,
+        )
         atheris.Fuzz()
 
 

@@ -231,9 +231,8 @@ def estimate(
     start = time.perf_counter()
     settings = settings or Settings()
     whole = np.asarray(image)
-    if whole.ndim < 2 or region is None:
-        image, part = whole, None
-    else:
+    image, part = whole, None
+    if whole.ndim >= 2 and region is not None:
         part = part_of(region, whole.shape[1], whole.shape[0])
         image = crop(whole, part)
     # Compiled code is for arrays without gaps that may be written to, and would be compiled anew for others.

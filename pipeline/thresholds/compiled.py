@@ -12,7 +12,7 @@ from typing import Any
 from numba import njit
 from numba.core import config, event
 
-_HOW = {"error_model": "numpy"}  # division by zero gives infinity, not an exception
+_HOW: dict[str, Any] = {"error_model": "numpy"}  # division by zero gives infinity, not an exception
 _FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
 
 

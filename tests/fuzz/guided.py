@@ -7,13 +7,15 @@ after so many inputs, so that how many there were is kept in a file.
 from __future__ import annotations
 
 import argparse
+import importlib
 import inspect
 import re
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
-import atheris
+atheris: Any = importlib.import_module("atheris")  # there is none for every Python
 
 with atheris.instrument_imports(include=["yaml"]):
     from tests.fuzz.run import corpus_of, judge

@@ -202,8 +202,8 @@ def array(data: bytes) -> None:
 def _drawn_camera(rng: np.random.Generator, some: Iterator[float]) -> Camera:
     port = FlatPort(next(some), next(some), 1 + next(some), 1 + next(some)) if rng.random() < 0.3 else None
     distortion = tuple(next(some) / 100 for _ in range(int(rng.choice((0, 0, 4, 5, 8)))))
-    size = rng.integers(1, 5000, 2).tolist()
-    return Camera(next(some), next(some), next(some), next(some), *size, distortion, port)
+    width, height = rng.integers(1, 5000, 2).tolist()
+    return Camera(next(some), next(some), next(some), next(some), width, height, distortion, port)
 
 
 def numbers(data: bytes) -> None:

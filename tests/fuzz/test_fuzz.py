@@ -27,14 +27,14 @@ def test_a_few_inputs_of_each_target(name):
     for number in range(FEW):
         data = mutated(rng, seeds)
         wrong = judge(TARGETS[name], data)
-        assert not wrong or wrong.startswith("took"), f"input {number}: {wrong}"
+        assert not wrong, f"input {number}: {wrong}"
 
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_the_seeds_are_taken(name):
     for data in TARGETS[name].seeds():
         wrong = judge(TARGETS[name], data)
-        assert wrong is None or wrong.startswith("took") or name in ("array", "numbers", "search settings"), wrong
+        assert wrong is None or name in ("array", "numbers", "search settings"), wrong
 
 
 def raising(error):

@@ -64,18 +64,20 @@ def breaks_off(path: Path) -> bool:
 def _boxes(file: BinaryIO) -> tuple[int, bool]:
     """Where the last whole box ends, or the file where that is within frames; and whether the file breaks off."""
     length = file.seek(0, os.SEEK_END)
-    start = 0
+    start, kind = 0, b""
     while start < length:
         file.seek(start)
         head = file.read(16)
         size = int.from_bytes(head[:4], "big")
+        if len(head) < (16 if size == 1 else 8):
+            return start, True
         if size == 1:  # the size follows in 64 bits
             size = int.from_bytes(head[8:16], "big")
         if size == 0:  # as far as the file goes
             return length, False
-        if len(head) < 8 or size < 8:
+        if size < 8:
             return start, True
         if start + size > length:
             return (length if head[4:8] == b"mdat" else start), True
-        start += size
-    return length, False
+        start, kind = start + size, head[4:8]
+    return length, kind == b"moof"  # the head of a fragment, whose frames would follow

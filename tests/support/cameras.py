@@ -29,12 +29,13 @@ class V4l2Camera:
         controls: dict[int, tuple[int, int]] | None = None,
         is_there: bool = True,
         on_end: Callable[[], object] = lambda: None,
+        again: Callable[[], bool] = lambda: False,
     ) -> None:
         self.pictures, self.formats, self.sizes, self.rates_hz = pictures, formats, sizes, rates_hz
         # Control and its lowest and highest value; a camera without exposure or gain lacks them.
         self.ranges = controls if controls is not None else {cv2.CAP_PROP_EXPOSURE: (3, 117), cv2.CAP_PROP_GAIN: (0, 4)}
         self.controls = {control: low for control, (low, _) in self.ranges.items()}
-        self.on_end = on_end
+        self.on_end, self.again = on_end, again  # what happens at the end, and whether to begin anew instead
         self.is_there, self.format, self.size, self.rate_hz = is_there, formats[0], (640, 480), rates_hz[-1]
         self.is_streaming, self.interruptions = False, 0
         self.is_auto, self.converts, self.asked_width = True, True, None
@@ -101,7 +102,10 @@ class V4l2Camera:
 
     def grab(self) -> bool:
         if self.grabbed + 1 >= len(self.pictures):
-            self.on_end()
+            if self.again():
+                self.grabbed = -1
+            else:
+                self.on_end()
         time.sleep(1 / self.rate_hz)
         self.grabbed += 1
         self.is_streaming = True

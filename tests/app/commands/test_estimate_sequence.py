@@ -203,10 +203,20 @@ def test_progress_tells_rate_and_time_left_in_plain_lines(monkeypatch, capsys):
     assert told.err.splitlines()[0].endswith("90 s left")
 
 
-def run_camera(monkeypatch, pictures, *words, **more):
-    """Exit status of ``dockpose estimate 0`` with a camera that gives these pictures, and then Ctrl+C."""
+def run_camera(monkeypatch, pictures, *words, lines=0, **more):
+    """Exit status of ``dockpose estimate 0`` with a camera that gives these pictures, and then Ctrl+C.
+
+    They are given again until there are so many ``lines``, however late a busy machine comes to them.
+    """
     at_end = partial(signal.raise_signal, signal.SIGINT)
-    camera = V4l2Camera.make(pictures, sizes=((320, 240), (640, 480)), on_end=at_end, rates_hz=(20.0,), **more)
+    camera = V4l2Camera.make(
+        pictures,
+        sizes=((320, 240), (640, 480)),
+        on_end=at_end,
+        rates_hz=(20.0,),
+        again=lambda: sys.stdout.getvalue().count("\n") < lines,  # pyright: ignore[reportAttributeAccessIssue]
+        **more,
+    )
     monkeypatch.setattr(cv2, "VideoCapture", camera)
     return main(["estimate", "0", *words, *KNOWN])
 
@@ -214,10 +224,10 @@ def run_camera(monkeypatch, pictures, *words, **more):
 def test_a_camera_gives_the_size_of_its_file_and_says_what_it_took(here, capsys, monkeypatch):
     pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((here / "pictures").iterdir())]
     words = ["--camera", "camera.yaml", "--json", "-", "--exposure", "120", "--gain", "2", "--format", "MJPG"]
-    assert run_camera(monkeypatch, pictures, *words) == 130
+    assert run_camera(monkeypatch, pictures, *words, lines=2) == 130
     told = capsys.readouterr()
     lines = lines_of(told.out)
-    assert 2 <= len(lines) <= FRAMES
+    assert len(lines) >= 2
     assert all(line["status"] == "ok" and line["image"]["width"] == 320 for line in lines)
     assert all(abs(time.time() - line["time_unix_s"]) < 60 for line in lines)
     said = "dockpose: camera 0: 320 x 240 MJPG at 20 frames/s; exposure 120 asked, 117 set; gain 2 asked, 2 set"
@@ -257,7 +267,7 @@ def test_a_recorded_camera_gives_the_same_results_and_times_again(here, capsys, 
 def test_where_a_recording_cannot_be_the_estimation_goes_on(here, capsys, monkeypatch, tmp_path):
     pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((here / "pictures").iterdir())]
     words = ["--camera", "camera.yaml", "--json", "-", "--record", str(tmp_path / "no" / "tank.mkv")]
-    assert run_camera(monkeypatch, pictures, *words) == 130
+    assert run_camera(monkeypatch, pictures, *words, lines=3) == 130
     told = capsys.readouterr()
     assert len(lines_of(told.out)) > 2
     assert told.err.count("it is not recorded, and all else goes on") == 1
@@ -286,7 +296,7 @@ def test_a_recording_that_makes_no_sense_is_refused(here, capsys, tmp_path, monk
 def test_a_saturated_camera_is_told_once_what_to_do(here, capsys, monkeypatch):
     pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((here / "pictures").iterdir())]
     bright = [np.clip(12.0 * picture, 0, 255).astype(np.uint8) for picture in pictures] * 3
-    assert run_camera(monkeypatch, bright, "--camera", "camera.yaml", "--json", "-") == 130
+    assert run_camera(monkeypatch, bright, "--camera", "camera.yaml", "--json", "-", lines=3) == 130
     told = capsys.readouterr().err.splitlines()
     assert [line for line in told if "saturated: " in line and line.startswith("dockpose: camera 0: ")] != []
     assert sum("saturated" in line for line in told) == 1

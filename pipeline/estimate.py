@@ -298,7 +298,10 @@ def _search_with(
     if reason is not None:
         return "not_a_ring", reason, stages
     stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(chance)}
-    return "ok", found_in_words(ring, choice), stages
+    message = found_in_words(ring, choice)
+    if dock.offsets_m and len(points_px) < MIN_POINTS:
+        message += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
+    return "ok", message, stages
 
 
 def _find_lights(

@@ -156,7 +156,9 @@ def _corners(grey: np.ndarray, inner: tuple[int, int], thorough: bool) -> np.nda
     looks = [(grey, scale, _NORMALISED), (even, scale / 2 if scale == 1 else scale, _EXHAUSTIVE)]
     if thorough:
         full = min(1.0, _LONGEST_PX / longest)
-        looks += [(even, full, _EXHAUSTIVE), (grey, full, _ACCURATE), (even, scale / 2, _EXHAUSTIVE)]
+        looks += [(even, full, _EXHAUSTIVE), (grey, full, _ACCURATE)]
+        if scale < 1:
+            looks.append((even, scale / 2, _EXHAUSTIVE))
         if longest <= _FINE_PX:
             looks.append((even, 2.0, _EXHAUSTIVE))
     for image, size, flags in looks:

@@ -10,7 +10,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, PoseErrors
-from dockpose.pose.offsets import refine_with_offsets
+from dockpose.pose.offsets import offsets_of, refine_with_offsets
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
 from dockpose.pose.spacing import Placement, place
 from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
@@ -96,14 +96,14 @@ def choose_by_spacing(
     fit = refine(R, t, placement.angles_rad, dock.radius, rays)
     if dock.offsets_m:
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
-    fit = _apart(fit, R, t, placement, dock.radius, rays)
+    fit = _apart(fit, R, t, placement, dock, rays)
     squares = _judged(fit.squares_px2.tolist(), placement.fits)
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
     return choice_of(fit, [first, 1 - first], placement, by, camera)
 
 
-def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, radius_m: float, rays: LightRays) -> Fit:
+def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
     """If refinement brought both candidates to the same pose, put the one that moved farther back where it was.
 
     In that case only one pose explains the spacing, and its twin is the other one that the ellipse alone would allow.
@@ -115,7 +115,8 @@ def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, radius_
     back = int(np.argmax(turned))
     rotations, positions, squares = fit.rotations.copy(), fit.positions_m.copy(), fit.squares_px2.copy()
     rotations[back], positions[back] = R[back], t[back]
-    squares[back] = squares_at(R[back], t[back], placement.angles_rad[back], radius_m, rays)
+    offsets = offsets_of(dock, placement.lights[back], placement.rolls_rad[back]) if dock.offsets_m else None
+    squares[back] = squares_at(R[back], t[back], placement.angles_rad[back], dock.radius, rays, offsets)
     return Fit(rotations, positions, squares, fit.covariances, fit.numbers, fit.points)
 
 

@@ -96,7 +96,12 @@ def on_planes(rays: LightRays, rotations: np.ndarray, positions_m: np.ndarray) -
 
 
 def refine(
-    rotations: np.ndarray, positions_m: np.ndarray, angles_rad: np.ndarray | None, radius_m: float, rays: LightRays
+    rotations: np.ndarray,
+    positions_m: np.ndarray,
+    angles_rad: np.ndarray | None,
+    radius_m: float,
+    rays: LightRays,
+    offsets_m: np.ndarray | None = None,
 ) -> Fit:
     """Minimise the reprojection error of the lights, for K starting poses at once, by Gauss-Newton steps.
 
@@ -113,6 +118,9 @@ def refine(
         Radius of the circle.
     rays : LightRays
         Rays of the N lights.
+    offsets_m : (K, N, 3) float array, metres, optional
+        How far each light is from its place on the circle, in its dock's own frame; None where all are in place, or the
+        spacing is not known.
 
     Returns
     -------
@@ -129,19 +137,28 @@ def refine(
     angles, free = angles_rad, angles_rad is None
     if angles is None:
         angles = angles_on_planes(rays, rotations, positions_m)
+    if offsets_m is None:
+        offsets_m = np.zeros((*angles.shape, 3))
     tangents, starts, slopes = _as_arrays(rays)
-    fitted = _minimised(rotations, positions_m, angles, free, radius_m, tangents, starts, slopes)
+    fitted = _minimised(rotations, positions_m, angles, offsets_m, free, radius_m, tangents, starts, slopes)
     points = len(rays.tangents)
     R, t, squares, covariances = fitted
     return Fit(R, t, squares, covariances, points if free else 2 * points, points)
 
 
 def squares_at(
-    rotation: np.ndarray, position_m: np.ndarray, angles_rad: np.ndarray, radius_m: float, rays: LightRays
+    rotation: np.ndarray,
+    position_m: np.ndarray,
+    angles_rad: np.ndarray,
+    radius_m: float,
+    rays: LightRays,
+    offsets_m: np.ndarray | None = None,
 ) -> float:
     """Sum of the squared reprojection errors, in pixels squared, of lights at angles (N,) on one dock."""
     products = np.empty((7, 7))
-    _sum_products(products, rotation, position_m, angles_rad, False, radius_m, *_as_arrays(rays))
+    if offsets_m is None:
+        offsets_m = np.zeros((len(angles_rad), 3))
+    _sum_products(products, rotation, position_m, angles_rad, offsets_m, False, radius_m, *_as_arrays(rays))
     return float(products[6, 6])
 
 
@@ -169,6 +186,7 @@ def _minimised(
     rotations: np.ndarray,
     positions: np.ndarray,
     angles: np.ndarray,
+    offsets: np.ndarray,
     free: bool,
     radius: float,
     tangents: np.ndarray,
@@ -186,7 +204,7 @@ def _minimised(
         for k in range(count):
             if free and round_ > 0:
                 _move_along(angles[k], R[k], t[k], tangents, starts)
-            _sum_products(products, R[k], t[k], angles[k], free, radius, tangents, starts, slopes)
+            _sum_products(products, R[k], t[k], angles[k], offsets[k], free, radius, tangents, starts, slopes)
             for number in range(6):
                 products[number, number] *= 1 + _DAMPING
             if free:
@@ -224,6 +242,7 @@ def _sum_products(
     R: np.ndarray,
     t: np.ndarray,
     angles: np.ndarray,
+    offsets: np.ndarray,
     free: bool,
     radius: float,
     tangents: np.ndarray,
@@ -234,10 +253,12 @@ def _sum_products(
     products[:] = 0.0
     J = np.zeros((2, 7))
     for light in range(len(angles)):
-        x, y = radius * np.cos(angles[light]), radius * np.sin(angles[light])
-        X = R[0, 0] * x + R[0, 1] * y + t[0]
-        Y = R[1, 0] * x + R[1, 1] * y + t[1]
-        Z = R[2, 0] * x + R[2, 1] * y + t[2]
+        x = radius * np.cos(angles[light]) + offsets[light, 0]
+        y = radius * np.sin(angles[light]) + offsets[light, 1]
+        z = offsets[light, 2]
+        X = R[0, 0] * x + R[0, 1] * y + R[0, 2] * z + t[0]
+        Y = R[1, 0] * x + R[1, 1] * y + R[1, 2] * z + t[1]
+        Z = R[2, 0] * x + R[2, 1] * y + R[2, 2] * z + t[2]
         u, v = tangents[light, 0], tangents[light, 1]
         shift = starts[light] / Z
         slope = slopes[min(light, len(slopes) - 1)]
@@ -248,7 +269,8 @@ def _sum_products(
             along_x = a * R[0, 0] + b * R[1, 0] + c * R[2, 0]
             along_y = a * R[0, 1] + b * R[1, 1] + c * R[2, 1]
             along_z = a * R[0, 2] + b * R[1, 2] + c * R[2, 2]
-            J[row, 3], J[row, 4], J[row, 5] = y * along_z, -x * along_z, x * along_y - y * along_x
+            J[row, 3], J[row, 4] = y * along_z - z * along_y, z * along_x - x * along_z
+            J[row, 5] = x * along_y - y * along_x
             J[row, 6] = slope[row, 0] * (u * (1 - shift) - X / Z) + slope[row, 1] * (v * (1 - shift) - Y / Z)
         rows = 2
         if free:

@@ -226,3 +226,12 @@ def test_all_groups_that_are_seen_are_counted():
     assert found.markers is not None
     assert found.markers.seen == len(range(10, 470, 11)) * len(range(10, 630, 11))
     assert f"400 largest of {found.markers.seen} groups repeat as in a lattice" in found.message
+
+
+@pytest.mark.parametrize(("lights", "is_said"), [(4, True), (6, False)])
+def test_poses_from_few_lights_say_that_offsets_are_not_used(lights, is_said):
+    dock = Dock(0.30, lights, offsets_m=((0.001, 0.0, 0.001),) * lights)
+    image, _ = render(random_scene(2, dock=dock))
+    found = estimate(image, CAMERA, dock)
+    assert found.status == "ok"
+    assert ("the dock file's offsets are not used" in found.message) is is_said

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 from collections.abc import Iterator
+from pathlib import Path
 
 from dockpose.checks import InputError
 
@@ -55,3 +56,23 @@ def why(error: OSError) -> str:
     if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
         return "it may not be written to (read-only, or open in another program)"
     return error.strerror or str(error)
+
+
+def check_place(path: Path, option: str, read: object = None) -> None:
+    """Raise a UserError where a file cannot be put there, before work is done whose result would be lost.
+
+    Parameters
+    ----------
+    path : Path
+        Where the file is to be.
+    option : str
+        That names it, as ``--out``.
+    read : path-like, optional
+        A file that the result depends on, and that it must not take the place of.
+    """
+    if not path.parent.is_dir():
+        raise UserError(f"{option} {path}: cannot be written, there is no folder {path.parent}")
+    if path.is_dir():
+        raise UserError(f"{option} {path}: is a folder; name a file in it")
+    if read is not None and path.exists() and Path(str(read)).exists() and path.samefile(str(read)):
+        raise UserError(f"{option} {path}: would overwrite the file that is read; give another name")

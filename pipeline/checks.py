@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from typing import Any
 
 import msgspec
@@ -107,6 +108,7 @@ def _as_float(value: Any) -> float:
         return math.inf
 
 
+@lru_cache(maxsize=256)
 def _most(name: str) -> float:
     """The largest plausible value of what has that name, such as "position_m x" or "distortion[2]"."""
     stem = re.sub(r"( [xyz]|\[\d+\])$", "", name)

@@ -125,15 +125,15 @@ def _blocks(
 ) -> tuple[float, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
     """Sum of squares; and for each board residuals, derivatives by the shared numbers and by its pose."""
     camera, blocks = shared.camera_of(numbers), []
+    around = [[shared.camera_of(numbers + sign * step) for sign in (1, -1)] for step in np.diag(shared.steps)]
     for sighting, pose in zip(sightings, poses, strict=True):
-
-        def by_numbers(each: np.ndarray, sighting: Sighting = sighting, pose: np.ndarray = pose) -> np.ndarray:
-            return residuals(shared.camera_of(each), sighting, pose)
+        changes = [residuals(more, sighting, pose) - residuals(less, sighting, pose) for more, less in around]
+        J = np.column_stack([change.ravel() for change in changes]) / (2 * shared.steps)
 
         def by_pose(each: np.ndarray, sighting: Sighting = sighting) -> np.ndarray:
             return residuals(camera, sighting, each)
 
-        J, P = slopes(by_numbers, numbers, shared.steps), slopes(by_pose, pose, np.full(6, STEP))
+        P = slopes(by_pose, pose, np.full(6, STEP))
         blocks.append((np.nan_to_num(by_pose(pose).ravel()), np.nan_to_num(J), np.nan_to_num(P)))
     return sum(float(off @ off) for off, _, _ in blocks), blocks
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -92,6 +93,7 @@ def _polynomial(theta: np.ndarray, coefficients: tuple[float, ...]) -> tuple[np.
     return theta * value, slope
 
 
+@lru_cache(maxsize=64)
 def widest_rad(coefficients: tuple[float, ...]) -> float:
     """Angle off the axis, at most pi, up to which the polynomial of a fisheye lens grows."""
     falling = [(2 * power + 1) * k for power, k in enumerate((1.0, *coefficients))]

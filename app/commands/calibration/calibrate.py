@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from dockpose.app.commands.arguments import Commands
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, say
-from dockpose.app.errors import UserError, blaming, writing
+from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.calibration import MEDIA, camera_lines, outcome, port_lines
 from dockpose.app.inputs.pictures import expand
 from dockpose.app.processing.calibration import Looked, gather
@@ -67,6 +67,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose calibrate``; returns the exit status. A line a picture and the outcome go to standard output."""
     board, typed = _board(arguments), " ".join(arguments.sources)
+    check_place(arguments.out, "--out", arguments.camera)
     if arguments.camera is not None:
         return _run_port(arguments, board)
     gathering, looked = gathered(arguments.sources, board)

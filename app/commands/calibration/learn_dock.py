@@ -10,7 +10,7 @@ import numpy as np
 from dockpose import Estimate
 from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, say
-from dockpose.app.errors import UserError, writing
+from dockpose.app.errors import UserError, check_place, writing
 from dockpose.app.inputs.dock_file import save_dock
 from dockpose.app.inputs.sequences import typed
 from dockpose.app.inputs.sidecar import known
@@ -38,6 +38,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose learn-dock``; returns the exit status. The lights' offsets go to standard output."""
+    check_place(arguments.out, "--out", arguments.camera)
     kind = kind_of(arguments.source)
     paths = list_pictures(arguments.source) if kind in (Kind.PICTURE, Kind.FOLDER, Kind.GLOB) else ()
     source = typed(arguments.source, camera_of(arguments), dock_of(arguments), paths)

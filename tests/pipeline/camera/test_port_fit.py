@@ -10,7 +10,7 @@ from tests.support.boards import TRUE, sightings
 @pytest.mark.parametrize("gap_m", [0.01, 0.05])
 def test_the_air_gap_is_found_within_its_error(gap_m):
     true = replace(TRUE, port=FlatPort(gap_m, 0.010))
-    found = fit_port(sightings(true, 0, count=8), TRUE)
+    found = fit_port(sightings(true, 0, count=6), TRUE)
     port, sigma = found.camera.port, found.sigmas.values["air_gap"]
     assert port is not None
     assert abs(port.air_gap_m - gap_m) < 3 * sigma
@@ -34,12 +34,12 @@ def test_glass_cannot_be_told_from_the_gap_and_is_left_as_given():
 def test_far_boards_do_not_tell_the_gap():
     far = replace(TRUE, fx=3000.0, fy=3000.0)
     with pytest.raises(CalibrationError, match="cannot tell the port's air gap"):
-        fit_port(sightings(replace(far, port=FlatPort(0.03, 0.01)), 0, count=6, ranges_m=(4, 5)), far)
+        fit_port(sightings(replace(far, port=FlatPort(0.03, 0.01)), 0, count=3, ranges_m=(4, 5)), far)
 
 
 def test_pictures_in_air_have_no_port():
     with pytest.raises(CalibrationError, match=r"no flat port explains|cannot tell"):
-        fit_port(sightings(TRUE, 0, count=4), replace(TRUE, fx=700.0, distortion=()))
+        fit_port(sightings(TRUE, 0, count=3), replace(TRUE, fx=700.0, distortion=()))
 
 
 def test_too_few_boards_are_refused():

@@ -34,7 +34,7 @@ def test_a_folder_becomes_a_camera_file(folder, tmp_path, capsys):
 def test_the_file_can_be_for_ros(folder, tmp_path):
     out = tmp_path / "ros.yaml"
     words = ["calibrate", str(folder), "--board", "10x7", "--square", "0.024", "--out", str(out), "--format", "ros"]
-    assert main(words) == 0
+    assert main([*words, "--lens", "k2"]) == 0
     assert "distortion_model: plumb_bob" in out.read_text(encoding="utf-8")
 
 
@@ -44,21 +44,25 @@ def test_the_file_can_be_for_ros(folder, tmp_path):
         (["--board", "10by7", "--square", "0.024"], "--board 10by7: must be columns x rows"),
         (["--board", "10x7", "--square", "0"], "square_m is 0.0"),
         (["--board", "10x7", "--square", "0.024", "--charuco", "DICT_9"], "dictionary is 'DICT_9'"),
-        (["--board", "5x4", "--square", "0.024"], "a board of 5 x 4 squares was found in"),
-        (["--board", "21x17", "--square", "0.024"], "a board of 21 x 17 squares was found in 0 of 7 pictures"),
-        (["--board", "10x7", "--square", "0.024", "--out", "/nowhere/c.yaml"], "--out /nowhere/c.yaml: cannot be"),
+        (["--board", "5x4", "--square", "0.024"], "a board of 5 x 4 squares was found in 0 of 2 pictures"),
+        (["--board", "21x17", "--square", "0.024"], "a board of 21 x 17 squares was found in 0 of 2 pictures"),
+        (
+            ["--board", "10x7", "--square", "0.024", "--out", "/nowhere/c.yaml"],
+            "c.yaml: cannot be written, there is no",
+        ),
+        (["--board", "10x7", "--square", "0.024", "--out", "."], "--out .: is a folder"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_sentence(folder, words, message, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(["calibrate", str(folder), *words]) == 2
+    assert main(["calibrate", str(folder / "board0.png"), str(folder / "wall.png"), *words]) == 2
     assert message in capsys.readouterr().err
 
 
 def test_a_broken_picture_is_told_and_the_rest_is_done(folder, tmp_path, capsys):
     (tmp_path / "broken.png").write_bytes(b"no picture")
     words = ["calibrate", str(folder), str(tmp_path / "broken.png"), "--board", "10x7", "--square", "0.024"]
-    assert main([*words, "--out", str(tmp_path / "c.yaml")]) == 1
+    assert main([*words, "--lens", "k2", "--out", str(tmp_path / "c.yaml")]) == 1
     assert "broken.png  dropped: it cannot be read as a picture" in capsys.readouterr().out
 
 
@@ -69,7 +73,7 @@ def test_a_video_becomes_a_camera_file(tmp_path, capsys):
             video.write(picture)
     video.release()
     words = ["calibrate", str(tmp_path / "run.avi"), "--board", "10x7", "--square", "0.024", "--in", "water"]
-    assert main([*words, "--out", str(tmp_path / "c.yaml")]) == 0
+    assert main([*words, "--lens", "k2", "--out", str(tmp_path / "c.yaml")]) == 0
     assert load_camera(tmp_path / "c.yaml").fx == pytest.approx(TRUE.fx, rel=0.02)
     text = capsys.readouterr().out
     assert "12 frames looked at: 6 used, 6 were like others." in text
@@ -86,7 +90,7 @@ def test_a_video_is_calibrated_alone(tmp_path, capsys):
 def test_the_port_is_found_from_pictures_under_water(tmp_path, capsys):
     air = Camera(520, 515, 322, 236, 640, 480)
     save_camera(air, tmp_path / "air.yaml")
-    for name, picture in pictures(CHESSBOARD, replace(air, port=FlatPort(0.03, 0.01)), 5, farther=1.4):
+    for name, picture in pictures(CHESSBOARD, replace(air, port=FlatPort(0.03, 0.01)), 4, farther=1.4):
         cv2.imwrite(str(tmp_path / name), picture)
     words = ["calibrate", str(tmp_path), "--board", "10x7", "--square", "0.024", "--camera", str(tmp_path / "air.yaml")]
     assert main([*words, "--in", "water", "--out", str(tmp_path / "water.yaml")]) == 0
@@ -94,7 +98,10 @@ def test_the_port_is_found_from_pictures_under_water(tmp_path, capsys):
     assert port is not None
     assert port.air_gap_m == pytest.approx(0.03, abs=0.005)
     text = capsys.readouterr().out
-    assert "mm (one sigma, from the camera's centre of projection to the window); 5 boards" in text
+    assert "mm (one sigma, from the camera's centre of projection to the window); 4 boards" in text
     assert "Glass taken to be 10.0 mm: the pictures cannot tell it from the gap" in text
     assert main(words) == 2
     assert "say --in water" in capsys.readouterr().err
+    assert main([*words, "--in", "water", "--out", str(tmp_path / "air.yaml")]) == 2
+    assert "would overwrite the file that is read" in capsys.readouterr().err
+    assert load_camera(tmp_path / "air.yaml").port is None

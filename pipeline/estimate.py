@@ -298,10 +298,7 @@ def _search_with(
     if reason is not None:
         return "not_a_ring", reason, stages
     stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(chance)}
-    message = found_in_words(ring, choice)
-    if dock.offsets_m and len(points_px) < MIN_POINTS:
-        message += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
-    return "ok", message, stages
+    return "ok", found_in_words(ring, choice, dock), stages
 
 
 def _find_lights(

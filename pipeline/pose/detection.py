@@ -7,7 +7,7 @@ import math
 import numpy as np
 from dockpose.dock import Dock
 from dockpose.lights.chance import ACCEPTED, NUMBERS, log_chance_rings, neighbours
-from dockpose.lights.ellipse import Ellipse
+from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring, light_diameter_px, tolerance_px
 from dockpose.pose.choice import Choice
@@ -103,8 +103,18 @@ def few_in_words(markers: Markers, lights: int) -> str:
     return f"Only {lights} group{'' if lights == 1 else 's'} of bright pixels"
 
 
-def found_in_words(ring: Ring, choice: Choice) -> str:
-    """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is."""
+def found_in_words(ring: Ring, choice: Choice, dock: Dock) -> str:
+    """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is.
+
+    A second one says where the dock's offsets were not used.
+    """
+    words = _found_in_words(ring, choice)
+    if dock.offsets_m and ring.on_ring.sum() < MIN_POINTS:
+        words += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
+    return words
+
+
+def _found_in_words(ring: Ring, choice: Choice) -> str:
     pose = choice.candidates[choice.selected]
     distance = f"{int(ring.on_ring.sum())} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
     if ring.rivals:

@@ -119,8 +119,7 @@ def refine(
     rays : LightRays
         Rays of the N lights.
     offsets_m : (K, N, 3) float array, metres, optional
-        How far each light is from its place on the circle, in its dock's own frame; None where all are in place, or the
-        spacing is not known.
+        How far each light is from its place, in its dock's frame; None where all are in place, or angles are not known.
 
     Returns
     -------
@@ -137,28 +136,21 @@ def refine(
     angles, free = angles_rad, angles_rad is None
     if angles is None:
         angles = angles_on_planes(rays, rotations, positions_m)
-    if offsets_m is None:
-        offsets_m = np.zeros((*angles.shape, 3))
+    offsets = np.zeros((*angles.shape, 3)) if offsets_m is None else offsets_m
     tangents, starts, slopes = _as_arrays(rays)
-    fitted = _minimised(rotations, positions_m, angles, offsets_m, free, radius_m, tangents, starts, slopes)
+    fitted = _minimised(rotations, positions_m, angles, offsets, free, radius_m, tangents, starts, slopes)
     points = len(rays.tangents)
     R, t, squares, covariances = fitted
     return Fit(R, t, squares, covariances, points if free else 2 * points, points)
 
 
 def squares_at(
-    rotation: np.ndarray,
-    position_m: np.ndarray,
-    angles_rad: np.ndarray,
-    radius_m: float,
-    rays: LightRays,
-    offsets_m: np.ndarray | None = None,
+    R: np.ndarray, t: np.ndarray, angles_rad: np.ndarray, radius_m: float, rays: LightRays, offsets_m: np.ndarray | None
 ) -> float:
-    """Sum of the squared reprojection errors, in pixels squared, of lights at angles (N,) on one dock."""
+    """Sum of the squared reprojection errors, in pixels squared, of lights at angles (N,) on one dock at R and t."""
     products = np.empty((7, 7))
-    if offsets_m is None:
-        offsets_m = np.zeros((len(angles_rad), 3))
-    _sum_products(products, rotation, position_m, angles_rad, offsets_m, False, radius_m, *_as_arrays(rays))
+    offsets = np.zeros((len(angles_rad), 3)) if offsets_m is None else offsets_m
+    _sum_products(products, R, t, angles_rad, offsets, False, radius_m, *_as_arrays(rays))
     return float(products[6, 6])
 
 

@@ -218,7 +218,11 @@ def run_camera(monkeypatch, pictures, *words, lines=0, **more):
         **more,
     )
     monkeypatch.setattr(cv2, "VideoCapture", camera)
-    return main(["estimate", "0", *words, *KNOWN])
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores Ctrl+C
+    try:
+        return main(["estimate", "0", *words, *KNOWN])
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_camera_gives_the_size_of_its_file_and_says_what_it_took(here, capsys, monkeypatch):
@@ -295,7 +299,7 @@ def test_a_recording_that_makes_no_sense_is_refused(here, capsys, tmp_path, monk
 
 def test_a_saturated_camera_is_told_once_what_to_do(here, capsys, monkeypatch):
     pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted((here / "pictures").iterdir())]
-    bright = [np.clip(12.0 * picture, 0, 255).astype(np.uint8) for picture in pictures] * 3
+    bright = [np.clip(12.0 * np.asarray(picture), 0, 255).astype(np.uint8) for picture in pictures] * 3
     assert run_camera(monkeypatch, bright, "--camera", "camera.yaml", "--json", "-", lines=3) == 130
     told = capsys.readouterr().err.splitlines()
     assert [line for line in told if "saturated: " in line and line.startswith("dockpose: camera 0: ")] != []

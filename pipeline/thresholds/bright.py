@@ -94,15 +94,14 @@ class BrightPixels:
 
 def bright_pixels(levels: np.ndarray, floor: int) -> BrightPixels:
     """Pixels of a (H, W) uint8 picture at or above ``floor``."""
-    index, level = _at_least(levels.ravel(), floor)
-    if levels.size <= np.iinfo(np.int32).max:
-        index = index.astype(np.int32)
+    index_type = np.int32 if levels.size <= np.iinfo(np.int32).max else np.int64
+    index, level = _at_least(levels.ravel(), floor, np.empty(0, index_type))
     return BrightPixels(floor, levels.shape[1], index, level)
 
 
 @compiled
-def _at_least(flat: np.ndarray, floor: int) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n,) of the pixels at or above ``floor``, and their levels (n,)."""
+def _at_least(flat: np.ndarray, floor: int, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n,) of the pixels at or above ``floor``, of the type of ``index``, and their levels (n,)."""
     # The brightest of a run is found in a few instructions, and most runs hold no bright pixel.
     runs = -(-len(flat) // _RUN)
     has_bright, most = np.zeros(runs, np.bool_), 0
@@ -112,12 +111,13 @@ def _at_least(flat: np.ndarray, floor: int) -> tuple[np.ndarray, np.ndarray]:
             brightest = max(brightest, level)
         if brightest >= floor:
             has_bright[run] = True
-            most += _RUN
-    index, levels, count = np.empty(most, np.int64), np.empty(most, np.int32), 0
+            for level in flat[run * _RUN : (run + 1) * _RUN]:
+                most += level >= floor
+    index, levels, count = np.empty(most, index.dtype), np.empty(most, np.int32), 0
     for run in range(runs):
         if has_bright[run]:
             for place in range(run * _RUN, min(len(flat), (run + 1) * _RUN)):
                 if flat[place] >= floor:
                     index[count], levels[count] = place, flat[place]
                     count += 1
-    return index[:count].copy(), levels[:count].copy()
+    return index, levels

@@ -70,6 +70,29 @@ def logged(arguments: argparse.Namespace) -> Iterator[None]:
             handler.close()
 
 
+@contextlib.contextmanager
+def warned() -> Iterator[None]:
+    """Write warnings of the page's server, and those of libraries, to standard error while the context lasts.
+
+    Where ``--log-level`` puts events there anyway, nothing changes.
+    """
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setLevel(logging.WARNING)
+    handler.setFormatter(OneLine("dockpose: %(message)s"))
+    handler.handleError = lambda record: None
+    is_there = any(type(one) is logging.StreamHandler for one in logging.getLogger("dockpose").handlers)
+    loggers = [logging.getLogger(name) for name in ("py.warnings", *([] if is_there else ["dockpose.server"]))]
+    for logger in loggers:
+        logger.addHandler(handler)
+    logging.captureWarnings(True)
+    try:
+        yield
+    finally:
+        logging.captureWarnings(False)
+        for logger in loggers:
+            logger.removeHandler(handler)
+
+
 class OneLine(logging.Formatter):
     """An event as one line: time of day (UTC), level, logger, text; control characters are spelt out."""
 
@@ -77,8 +100,8 @@ class OneLine(logging.Formatter):
     default_time_format = "%Y-%m-%dT%H:%M:%S"
     default_msec_format = "%s.%03dZ"
 
-    def __init__(self) -> None:
-        super().__init__("%(asctime)s %(levelname)s %(name)s: %(message)s")
+    def __init__(self, form: str = "%(asctime)s %(levelname)s %(name)s: %(message)s") -> None:
+        super().__init__(form)
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of an event, a traceback included, without its end."""

@@ -18,6 +18,7 @@ from dockpose.app.commands.arguments import (
     wishes_of,
 )
 from dockpose.app.commands.console import EXIT_ALL_READ, say
+from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import sample_source
 from dockpose.app.web.server.options import DEFAULTS, SESSIONS_FOLDER, Options
@@ -75,7 +76,8 @@ def run(arguments: argparse.Namespace) -> int:
     if not 0 <= arguments.port <= 65535:
         raise UserError(f"--port is {arguments.port}; it must be 0 to 65535")
     options = _options(arguments)
-    serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port, options=options)
+    with warned():
+        serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port, options=options)
     return EXIT_ALL_READ
 
 

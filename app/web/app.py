@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -27,6 +26,7 @@ from dockpose.app.web.pacing import UpdatePacing
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import Guard
+from dockpose.app.web.server.journal import LOG
 from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
 from dockpose.app.web.server.start import icons_from_one_archive, open_server, reachable_hosts, silence
 from dockpose.app.web.server.token import token_for
@@ -227,6 +227,7 @@ class App:
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Set up what a new browser has to itself, and tell the others of it."""
+        LOG.info("browser %d opened the page", client.client_id)
         self._scene.open_to(client)
         self._layout.strip.count_browsers(len(self._server.get_clients()))
         uploads = self._uploads.attach(client)
@@ -236,6 +237,7 @@ class App:
 
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""
+        LOG.info("browser %d left", client.client_id)
         self._uploads.detach(client)
         self._notices.forget(client)
         self._layout.settings.forget(client)
@@ -322,14 +324,10 @@ class App:
 
     def fail(self, error: Exception) -> None:
         """Report an unexpected error in the terminal and in all browsers."""
-        _tell(f"dockpose: {type(error).__name__}: {error}")
+        LOG.error("%s: %s", type(error).__name__, error)
         self.notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
 
     def notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
         """Show a notification in one browser, or in all."""
         for one in [client] if client is not None else self._server.get_clients().values():
             self._notices.show(title, sentence, colour, one)
-
-
-def _tell(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)

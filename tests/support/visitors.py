@@ -30,9 +30,9 @@ def cookie_of(address):
     return f"dockpose_{parts.port}={parse_qs(parts.query)['token'][0]}"
 
 
-def asked(port, request, timeout_s=5.0):
+def asked(port, request, timeout_s=5.0, source="127.0.0.1"):
     """The first line of the answer to bytes that need not be a request; empty where it is closed without one."""
-    with contextlib.closing(socket.create_connection(("127.0.0.1", port), timeout_s)) as raw:
+    with contextlib.closing(socket.create_connection(("127.0.0.1", port), timeout_s, (source, 0))) as raw:
         raw.sendall(request)
         answer = b""
         with contextlib.suppress(ConnectionResetError):
@@ -44,11 +44,12 @@ def asked(port, request, timeout_s=5.0):
 class Visitor:
     """A browser with the token that keeps the values of controls it is told; ``reads=False`` never reads."""
 
-    def __init__(self, address, *, reads=True, host="127.0.0.1"):
-        port = urlsplit(address).port
+    def __init__(self, address, *, reads=True, source="127.0.0.1"):
+        host = urlsplit(address).netloc
         self.socket = connect(
-            f"ws://{host}:{port}",
-            origin=Origin(f"http://{host}:{port}"),
+            f"ws://{host}",
+            sock=socket.create_connection(("127.0.0.1", urlsplit(address).port), 10, (source, 0)),
+            origin=Origin(f"http://{host}"),
             additional_headers={"Cookie": cookie_of(address)},
             subprotocols=[SUBPROTOCOL],
             max_size=None,

@@ -10,6 +10,7 @@ from typing import Any
 
 LOG = logging.getLogger("dockpose.server")
 SOCKETS_LOG = logging.getLogger("dockpose.server.sockets")  # what websockets itself has to say
+SOCKETS_LOG.setLevel(logging.WARNING)  # below that are headers, with their cookies
 _EVERY_S = 1.0
 _MOST_CLIENTS = 1000
 _LONGEST = 300  # characters
@@ -61,7 +62,7 @@ class OneLine(logging.Filter):
         """Pass what has no exception on; write the others here."""
         error = record.exc_info[1] if record.exc_info else None
         if error is None:
-            return record.levelno > logging.INFO
+            return True
         cause = error.__cause__ or error
         self._journal.note("a client", f"{record.getMessage()}: {type(cause).__name__}: {cause}")
         return False

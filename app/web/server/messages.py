@@ -17,7 +17,7 @@ from msgspec import Meta
 
 LARGEST_BYTES = 64 * 2**10  # of a message that holds neither a part of a file nor a picture
 LARGEST_PART_BYTES = 4 * 2**20  # viser's page sends parts of 512 KiB
-LARGEST_FRAME_BYTES = 32 * 2**20  # a rendered picture of a 4K window
+LARGEST_FRAME_BYTES = 16 * 2**20  # a rendered picture of a 4K window
 MOST_LETTERS = 10_000
 _MOST_PIXELS = 50_000_000  # of a rendered picture
 _PNG = b"\x89PNG\r\n\x1a\n"

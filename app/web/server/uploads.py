@@ -142,6 +142,7 @@ class ClientUploads:
             return
         content = b"".join(parts[index] for index in range(transfer["part_count"]))
         self._being_read[transfer_uuid] = len(content)
+        LOG.info("browser %d: took the file %s of %d bytes", self._client.client_id, one_line(name), len(content))
         reading = self._client.gui._thread_executor.submit(receiver, content, name)
         reading.add_done_callback(lambda _: self._being_read.pop(transfer_uuid, None))
         reading.add_done_callback(log_failure)

@@ -1,0 +1,217 @@
+"""Requests and WebSocket frames that no browser with the token would send."""
+
+import os
+import socket
+import time
+
+from tests.support.visitors import SUBPROTOCOL, asked, cookie_of
+
+FORBIDDEN = "403 Forbidden"
+
+
+def http(program, source, *lines, path="/", host=None, cookie=False):
+    """The status of a request, each character a byte."""
+    own = [] if host == "" else [f"Host: {host or f'127.0.0.1:{program.port}'}"]
+    own += [f"Cookie: {cookie_of(program.address)}"] if cookie else []
+    text = "\r\n".join([f"GET {path} HTTP/1.1", *own, *lines, "", ""])
+    return asked(program.port, text.encode("latin-1"), source=source).removeprefix("HTTP/1.1 ")
+
+
+def upgrade(program, source, *lines, origin=None, **keywords):
+    own = f"http://127.0.0.1:{program.port}"
+    key = "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
+    asks = ["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", key]
+    return http(program, source, *asks, f"Origin: {origin or own}", *lines, **keywords)
+
+
+def refused(*answers):
+    assert set(answers) == {FORBIDDEN}, answers
+    return "403"
+
+
+def both(program, source, *lines, **keywords):
+    """Refused as a page and as a WebSocket."""
+    return refused(http(program, source, *lines, **keywords), upgrade(program, source, *lines, **keywords))
+
+
+def no_token(program, source):
+    return both(program, source)
+
+
+def wrong_token(program, source):
+    wrong = "x" * len(program.token)
+    cookie = f"Cookie: dockpose_{program.port}={wrong}"
+    return refused(http(program, source, path=f"/?token={wrong}"), upgrade(program, source, cookie))
+
+
+def token_in_the_wrong_place(program, source):
+    token = program.token
+    return refused(
+        http(program, source, f"X-Token: {token}"),
+        http(program, source, f"Authorization: Bearer {token}"),
+        http(program, source, f"Cookie: token={token}"),
+        http(program, source, f"Cookie: dockpose_1={token}"),
+        http(program, source, path=f"/{token}"),
+        http(program, source, path=f"/?tokens={token}"),
+        upgrade(program, source, path=f"/?token={token}"),
+    )
+
+
+def rebound_host(program, source):
+    names = (
+        "evil.example",
+        f"evil.example:{program.port}",
+        f"127.0.0.1.evil.example:{program.port}",
+        "192.168.0.9",
+        "",
+    )
+    return refused(*(http(program, source, host=name, cookie=True) for name in names))
+
+
+def malformed_host(program, source):
+    twice = http(program, source, "Host: localhost", cookie=True)
+    return refused(twice, *(http(program, source, host=name, cookie=True) for name in ("[", "[::1", "a]", "\xe9")))
+
+
+def foreign_origin(program, source):
+    port = program.port
+    names = ("http://evil.example", f"http://evil.example:{port}", f"http://localhost:{port}.evil.example")
+    answers = [http(program, source, f"Origin: {name}", cookie=True) for name in names]
+    return refused(*answers, *(upgrade(program, source, origin=name, cookie=True) for name in names))
+
+
+def null_origin(program, source):
+    answer = http(program, source, "Origin: null", cookie=True)
+    return refused(answer, upgrade(program, source, origin="null", cookie=True))
+
+
+def other_port(program, source):
+    name = f"http://127.0.0.1:{program.port + 1}"
+    answer = http(program, source, f"Origin: {name}", cookie=True)
+    return refused(answer, upgrade(program, source, origin=name, cookie=True))
+
+
+def malformed_origin(program, source):
+    return refused(*(http(program, source, f"Origin: {name}", cookie=True) for name in ("http://[", "[", "\xff", "")))
+
+
+def two_upgrades(program, source):
+    answers = [
+        http(program, source, "Upgrade: websocket", f"Upgrade: {two}", cookie=True) for two in ("websocket", "x")
+    ]
+    return refused(*answers)
+
+
+def bytes_that_are_no_ascii(program, source):
+    wrong = [http(program, source, path=path) for path in ("/?token=\xe9", "/?token=%ff", "/\xe9?token=x")]
+    assert http(program, source, "Cookie: other=caf\xe9", cookie=True) == "200 OK"
+    return refused(*wrong) + "; in another program's cookie 200"
+
+
+def long_path(program, source):
+    assert http(program, source, path="/" + "a" * 20_000, cookie=True) == ""
+    return refused(*(http(program, source, path="/" + "a" * size, cookie=True) for size in (256, 4000)))
+
+
+def traversal(program, source):
+    paths = ("/../pyproject.toml", "/%2e%2e/%2e%2e/etc/passwd", "/..%5c..%5cetc%5cpasswd", "//etc/passwd", "/./../x")
+    answers = {http(program, source, path=path, cookie=True) for path in paths}
+    assert answers <= {"404 NOT FOUND", FORBIDDEN}, answers
+    return "404, and 403 without the token" if refused(http(program, source, path=paths[1])) else ""
+
+
+def no_http(program, source):
+    for raw in (
+        b"\x00" * 3000 + b"\r\n\r\n",
+        b"GET\r\n\r\n",
+        b"POST / HTTP/1.1\r\n\r\n",
+        b"GET / HTTP/1.1\r\n\xff: x\r\n\r\n",
+    ):
+        assert asked(program.port, raw, source=source) == ""
+    many = "".join(f"X-{number}: x\r\n" for number in range(500))
+    assert asked(program.port, f"GET / HTTP/1.1\r\n{many}\r\n".encode(), source=source) == ""
+    return "closed"
+
+
+def never_ending_request(program, source):
+    """A hundred connections that send a byte a second and no end."""
+    open_ones = [socket.create_connection(("127.0.0.1", program.port), 5, (source, 0)) for _ in range(100)]
+    end_s = time.monotonic() + 15
+    for one in open_ones:
+        one.sendall(b"GET / HTTP/1.1\r\nX: ")
+        one.setblocking(False)
+    while open_ones and time.monotonic() < end_s:
+        time.sleep(0.5)
+        open_ones = [one for one in open_ones if _is_open(one)]
+    assert not open_ones, f"{len(open_ones)} stay open"
+    return "closed after 10 s"
+
+
+def _is_open(one):
+    try:
+        one.sendall(b"a")
+        return one.recv(10) != b""
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+
+
+def frame(payload, first=0x82, length=None, masked=True):
+    size = len(payload) if length is None else length
+    mark = 0x80 if masked else 0
+    head = bytes([first, mark | 127]) + size.to_bytes(8, "big")
+    return head + (b"\0\0\0\0" if masked else b"") + payload
+
+
+def malformed_frames(program, source):
+    """Frames that break the protocol, or say that they are larger than they may be."""
+    text = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{program.port}\r\nOrigin: http://127.0.0.1:{program.port}\r\n"
+    text += "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    text += f"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Protocol: {SUBPROTOCOL}\r\n"
+    text += f"Cookie: {cookie_of(program.address)}\r\n\r\n"
+    bad = [
+        frame(b"x", masked=False),
+        frame(b"x", first=0xF2),
+        frame(b"x", first=0x8F),
+        frame(b"", length=2**40),
+        frame(b"", length=2**63 + 5),
+        frame(b"\xff\xfe", first=0x81),
+        frame(b"x" * 126, first=0x89),
+        frame(b"\x00", first=0x88),
+        frame(b"x", first=0x80),
+        os.urandom(500),
+    ]
+    for raw in bad:
+        with socket.create_connection(("127.0.0.1", program.port), 5, (source, 0)) as one:
+            one.sendall(text.encode())
+            assert one.recv(12) == b"HTTP/1.1 101"
+            one.sendall(raw)
+            one.settimeout(5)
+            end_s = time.monotonic() + 15
+            try:
+                while one.recv(2**20):
+                    assert time.monotonic() < end_s, "it stays open"
+            except ConnectionError:
+                pass
+    return "closed"
+
+
+ATTACKS = {
+    "No token": no_token,
+    "A wrong token": wrong_token,
+    "The token in a header, a path, another cookie, a WebSocket's address": token_in_the_wrong_place,
+    "A name that was rebound to this machine (Host)": rebound_host,
+    "A malformed Host, or two": malformed_host,
+    "A page of another origin, with the cookie": foreign_origin,
+    "Origin null, with the cookie": null_origin,
+    "A page of another port of this machine, with the cookie": other_port,
+    "A malformed Origin": malformed_origin,
+    "Two Upgrade headers": two_upgrades,
+    "Bytes that are no ASCII in token, path, cookie": bytes_that_are_no_ascii,
+    "Paths of 256 to 20,000 characters": long_path,
+    "Paths that lead out of the page's folder": traversal,
+    "Bytes that are no HTTP; 500 headers": no_http,
+    "100 requests that never end": never_ending_request,
+    "Malformed WebSocket frames; one of 1 TB": malformed_frames,
+}

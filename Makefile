@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank connection policy,tests/browser/test_$(part).py)
 
-.PHONY: run report test test-page test-oldest resolve lint bench fuzz samples screenshots clean
+.PHONY: run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -53,6 +53,15 @@ bench: $(VENV)/.test $(VENV)/.chromium
 fuzz: $(VENV)/.test
 	-$(PIP) atheris
 	$(BIN)/python -m tests.fuzz --inputs 1000000 --guided 20000
+
+# Attacks a running page over the loopback, and writes what came of it into SECURITY.md: three minutes, on Linux.
+security: $(VENV)/.test
+	$(BIN)/python -m tests.attack
+
+# Twenty browsers, some of which never read or are stopped, for so many minutes; on Linux.
+MINUTES ?= 30
+soak: $(VENV)/.test
+	$(BIN)/python -m tests.attack.soak --minutes $(MINUTES)
 
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed

@@ -57,6 +57,11 @@ def tried(program, bystanders, number, name, attack):
     answer_s = bystanders.slowest_s()
     lines = [line for line in program.lines()[before_lines:] if " WARNING " in line or " ERROR " in line]
     grown = settled(program, before_bytes) - before_bytes
+    for _ in range(3):
+        if grown > MOST_MEMORY_BYTES and not faults:  # what was loaded or made once stays; what leaks grows again
+            before_bytes = program.memory_bytes
+            attack(program, source)
+            grown = settled(program, before_bytes) - before_bytes
     if answer_s > LONGEST_ANSWER_S:
         faults.append("slow for others")
     if not lines and name not in QUIET:

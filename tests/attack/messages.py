@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import math
+import socket
 import time
 from pathlib import Path
 
@@ -219,7 +220,7 @@ def links_out_of_the_folder(program, source):
 def five_hundred_visits(program, source):
     """Browsers that come and go at once, without a word."""
     for _ in range(500):
-        Visitor(program.address, reads=False, source=source).socket.socket.close()
+        Visitor(program.address, reads=False, source=source).socket.socket.shutdown(socket.SHUT_RDWR)
     time.sleep(2)
     return "all let go of"
 

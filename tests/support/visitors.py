@@ -46,9 +46,11 @@ class Visitor:
 
     def __init__(self, address, *, reads=True, source="127.0.0.1"):
         host = urlsplit(address).netloc
+        to_server = socket.create_connection(("127.0.0.1", urlsplit(address).port), 10, (source, 0))
+        to_server.settimeout(None)
         self.socket = connect(
             f"ws://{host}",
-            sock=socket.create_connection(("127.0.0.1", urlsplit(address).port), 10, (source, 0)),
+            sock=to_server,
             origin=Origin(f"http://{host}"),
             additional_headers={"Cookie": cookie_of(address)},
             subprotocols=[SUBPROTOCOL],

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 import viser
-from dockpose.app.web.server.journal import Journal
+from dockpose.app.web.server.journal import Journal, client_of
 from dockpose.app.web.server.messages import GuiUpdateMessage, RefusedError, check_message
 from viser import _messages as messages
 
@@ -74,7 +74,7 @@ class _Inbox:
     def __init__(self, gate: Gate, connection: Any, *, only_views: bool) -> None:
         self._gate, self._connection, self._only_views = gate, connection, only_views
         self._receive = connection.recv
-        self._client = str((connection.remote_address or ("somebody",))[0])
+        self._client = client_of(connection)
         self._tokens, self._at_s = _BURST, time.monotonic()
         self._to_send_back: dict[str, asyncio.TimerHandle] = {}
 
@@ -83,20 +83,25 @@ class _Inbox:
         while True:
             raw = await self._receive(*arguments, **keywords)
             await self._pay(len(raw))
-            if raw == self._gate.probe:
-                self._gate.is_reached.set()
-                continue
-            try:
-                message = self._gate.check(raw, only_views=self._only_views)
-            except RefusedError as refusal:
-                if not self._only_views:  # the page of a viewer sends what it always does
-                    self._gate.journal.note(self._client, f"refused {refusal}")
-                if refusal.control is not None:
-                    self._plan(refusal.control)
-                continue
-            if isinstance(message, GuiUpdateMessage) and (planned := self._to_send_back.pop(message.uuid, None)):
-                planned.cancel()
-            return raw
+            if self._passes(raw):
+                return raw
+            raw = b""  # not kept while the next one is waited for
+
+    def _passes(self, raw: bytes | str) -> bool:
+        if raw == self._gate.probe:
+            self._gate.is_reached.set()
+            return False
+        try:
+            message = self._gate.check(raw, only_views=self._only_views)
+        except RefusedError as refusal:
+            if not self._only_views:  # the page of a viewer sends what it always does
+                self._gate.journal.note(self._client, f"refused {refusal}")
+            if refusal.control is not None:
+                self._plan(refusal.control)
+            return False
+        if isinstance(message, GuiUpdateMessage) and (planned := self._to_send_back.pop(message.uuid, None)):
+            planned.cancel()
+        return True
 
     async def _pay(self, size: int) -> None:
         """Wait where messages come too fast; then no more of them are read, and the sender must wait too."""

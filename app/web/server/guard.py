@@ -15,7 +15,7 @@ from urllib.parse import SplitResult, parse_qs, urlsplit
 
 import websockets.asyncio.server as websocket_server
 from dockpose.app.web.server.gate import Gate
-from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine
+from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine, client_of
 from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
 from dockpose.app.web.server.pages import FOR_VIEWERS, Page
 from websockets import Headers
@@ -159,7 +159,7 @@ def _answer(
     if response is None:
         reason = str(reason)
         response = _response(403, "Forbidden", Page("text/plain; charset=utf-8", reason.encode()))
-        gate.journal.note(_client_of(connection), f"refused a request: {_why(reason, headers)}")
+        gate.journal.note(client_of(connection), f"refused a request: {_why(reason, headers)}")
     for name, value in _HEADERS.items():
         response.headers[name] = value
     return response
@@ -183,10 +183,6 @@ def _why(reason: str, headers: Headers) -> str:
     """The reason for the journal, with the names that were asked for or from; without anything that holds a token."""
     named = [f"{name} {value[:80]!r}" for name in ("Host", "Origin") for value in headers.get_all(name)]
     return f"{reason} {', '.join(named)}"
-
-
-def _client_of(connection: Any) -> str:
-    return str((connection.remote_address or ("somebody",))[0])
 
 
 def _response(status: int, phrase: str, page: Page) -> Response:

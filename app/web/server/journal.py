@@ -64,8 +64,15 @@ class OneLine(logging.Filter):
         if error is None:
             return True
         cause = error.__cause__ or error
-        self._journal.note("a client", f"{record.getMessage()}: {type(cause).__name__}: {cause}")
+        self._journal.note(
+            client_of(getattr(record, "websocket", None)), f"{record.getMessage()}: {type(cause).__name__}: {cause}"
+        )
         return False
+
+
+def client_of(connection: Any) -> str:
+    """The address of the machine at the other end of a connection."""
+    return str((getattr(connection, "remote_address", None) or ("somebody",))[0])
 
 
 def one_line(text: str) -> str:

@@ -162,7 +162,7 @@ def check_message(
     try:
         message = decoder.decode(raw)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, OverflowError, MemoryError) as error:
-        raise RefusedError(f"a message of {len(raw)} bytes that is none of the page's ({error})") from error
+        raise RefusedError(f"a message of {len(raw)} bytes that is none of the page's ({_short(error)})") from error
     if isinstance(message, ViewerCameraMessage):
         _check_viewpoint(message)
     elif isinstance(message, GuiUpdateMessage):
@@ -217,6 +217,11 @@ def _check_viewpoint(message: ViewerCameraMessage) -> None:
     numbers = (*message.wxyz, *message.position, *message.look_at, *message.up_direction)
     if not all(map(math.isfinite, (*numbers, message.fov, message.near, message.far))):
         raise RefusedError("a viewpoint that is not finite")
+
+
+def _short(error: Exception) -> str:
+    """What is wrong, cut, for it may name what was sent."""
+    return "".join(letter if letter.isprintable() else " " for letter in str(error)[:100])
 
 
 def _check_picture(payload: bytes) -> None:

@@ -2,6 +2,8 @@
 
 import contextlib
 import functools
+from collections.abc import Mapping
+from typing import Any
 
 import msgspec
 import viser
@@ -14,7 +16,7 @@ from tests.support.visitors import VIEWPOINT, packed
 
 
 @functools.cache
-def page() -> tuple[viser.ViserServer, dict[str, viser.GuiInputHandle]]:
+def page() -> tuple[viser.ViserServer, Mapping[str, Any]]:
     """A server with a control of each kind, and those that can be set by their ids."""
     server = start.open_server("127.0.0.1", 0, Guard("127.0.0.1"), {})
     gui = server.gui

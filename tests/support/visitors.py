@@ -4,6 +4,7 @@ import contextlib
 import socket
 import threading
 import time
+from collections.abc import Callable
 from importlib.metadata import version
 from urllib.parse import parse_qs, urlsplit
 
@@ -59,6 +60,7 @@ class Visitor:
             close_timeout=1,
             ping_interval=None,
         )
+        self.hears: Callable[..., object] = lambda message: None  # may be replaced
         self.values, self.ids, self.buttons, self.notices = {}, {}, {}, []
         self.bytes_read, self.messages_read = 0, 0
         self.is_replayed, self.changed = threading.Event(), threading.Condition()
@@ -113,6 +115,7 @@ class Visitor:
 
     def _take(self, message):
         self.messages_read += 1
+        self.hears(message)
         kind = message["type"]
         if kind == "GuiUpdateMessage":
             if "value" in message["updates"]:

@@ -16,6 +16,7 @@ from viser import _messages as messages
 
 _RATE_HZ, _BURST = 400.0, 800.0  # messages that one browser may send
 _BYTES_PER_TOKEN = 256 * 2**10  # a large message counts for several
+_OPENED_HZ, _OPENED_AT_ONCE = 20.0, 20.0  # pages that all browsers together may open
 _SEND_BACK_S = 1.5  # a pause in typing: what is typed on the way to a number, as the 8 of 812, stays meanwhile
 
 
@@ -36,6 +37,7 @@ class Gate:
         self.journal = journal
         self.probe, self.is_reached = secrets.token_bytes(32), threading.Event()
         self._server: viser.ViserServer | None = None
+        self._openings = _Bucket(_OPENED_HZ, _OPENED_AT_ONCE)
 
     def serve(self, server: viser.ViserServer) -> None:
         """Let messages through to this server; before that, none pass."""
@@ -46,6 +48,10 @@ class Gate:
         """Take the place of a WebSocket's ``recv``, before anything was read from it."""
         inbox = _Inbox(self, connection, only_views=only_views)
         connection.recv = inbox.receive
+
+    async def wait_to_open(self) -> None:
+        """Wait where pages are opened too fast, for each is sent all that there is to see."""
+        await self._openings.pay(1)
 
     def check(self, raw: bytes | str, *, only_views: bool = False) -> Any:
         """Return the message; raises RefusedError where viser must not see it."""
@@ -68,6 +74,22 @@ class Gate:
                 state.message_buffer.push(messages.GuiUpdateMessage(control, {"value": handle._impl.value}))
 
 
+class _Bucket:
+    """Lets so many things a second through, and some at once after a rest."""
+
+    def __init__(self, rate_hz: float, at_once: float) -> None:
+        self._rate_hz, self._at_once = rate_hz, at_once
+        self._left, self._at_s = at_once, time.monotonic()
+
+    async def pay(self, count: int) -> None:
+        """Wait until it is the turn of these."""
+        now_s = time.monotonic()
+        self._left = min(self._at_once, self._left + self._rate_hz * (now_s - self._at_s)) - count
+        self._at_s = now_s
+        if self._left < 0:
+            await asyncio.sleep(-self._left / self._rate_hz)
+
+
 class _Inbox:
     """What one browser sends."""
 
@@ -75,14 +97,14 @@ class _Inbox:
         self._gate, self._connection, self._only_views = gate, connection, only_views
         self._receive = connection.recv
         self._client = client_of(connection)
-        self._tokens, self._at_s = _BURST, time.monotonic()
+        self._messages = _Bucket(_RATE_HZ, _BURST)
         self._to_send_back: dict[str, asyncio.TimerHandle] = {}
 
     async def receive(self, *arguments: Any, **keywords: Any) -> bytes:
         """The next message that may pass; the others are left out, and written to the journal."""
         while True:
             raw = await self._receive(*arguments, **keywords)
-            await self._pay(len(raw))
+            await self._messages.pay(1 + len(raw) // _BYTES_PER_TOKEN)  # then no more are read: the sender waits
             if self._passes(raw):
                 return raw
             raw = b""  # not kept while the next one is waited for
@@ -102,14 +124,6 @@ class _Inbox:
         if isinstance(message, GuiUpdateMessage) and (planned := self._to_send_back.pop(message.uuid, None)):
             planned.cancel()
         return True
-
-    async def _pay(self, size: int) -> None:
-        """Wait where messages come too fast; then no more of them are read, and the sender must wait too."""
-        now_s = time.monotonic()
-        self._tokens = min(_BURST, self._tokens + _RATE_HZ * (now_s - self._at_s)) - 1 - size // _BYTES_PER_TOKEN
-        self._at_s = now_s
-        if self._tokens < 0:
-            await asyncio.sleep(-self._tokens / _RATE_HZ)
 
     def _plan(self, control: str) -> None:
         if planned := self._to_send_back.pop(control, None):

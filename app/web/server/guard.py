@@ -127,8 +127,11 @@ def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> Iterator[Non
     real = websocket_server.serve
 
     def serve(*arguments: Any, process_request: Any, **keywords: Any) -> Any:
-        def check(connection: Any, request: Request) -> Response | None:
-            return _answer(guard, gate, pages, connection, request, process_request)
+        async def check(connection: Any, request: Request) -> Response | None:
+            answer = _answer(guard, gate, pages, connection, request, process_request)
+            if answer is None:  # it opens its WebSocket
+                await gate.wait_to_open()
+            return answer
 
         SOCKETS_LOG.filters = [OneLine(gate.journal)]
         keywords |= {"max_size": LARGEST_FRAME_BYTES, "logger": SOCKETS_LOG}

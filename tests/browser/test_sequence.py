@@ -205,6 +205,7 @@ def test_video_is_uploaded_and_one_without_a_dock_is_a_result(page, tmp_path):
     chooser.value.set_files({"name": "tank.avi", "mimeType": "video/avi", "buffer": video(tmp_path)})
     page.until(lambda: "tank.avi, frame 1 of 4" in page.status)
     assert "No pose" in page.status
+    page.tab("Play")
     page.until(lambda: "The dock is lost" in words(page))
     page.choose("Sequence", NONE_CHOSEN)
 
@@ -241,4 +242,5 @@ def test_a_bag_is_uploaded_and_played(page, tmp_path):
         page.page.get_by_role("button", name="Upload a video").click()
     chooser.value.set_files({"name": "run.mcap", "mimeType": "", "buffer": data})
     page.until(lambda: "run.mcap, frame 1 of 3" in page.status)
+    page.tab("Play")
     page.choose("Sequence", NONE_CHOSEN)

@@ -136,11 +136,15 @@ def jpeg_of(picture: np.ndarray) -> bytes:
 
 
 class Opener:
-    """Takes the place of ``cv2.VideoCapture``; ``last`` is the camera that was opened last."""
+    """Takes the place of ``cv2.VideoCapture``; ``last`` is the camera that was opened last.
+
+    Once ``is_unplugged``, no other one can be opened.
+    """
 
     def __init__(self, make: Callable[[], V4l2Camera]) -> None:
-        self._make = make
+        self._make, self.is_unplugged = make, False
 
     def __call__(self, number: int, backend: int = 0) -> V4l2Camera:
         self.last = self._make()
+        self.last.is_there = self.last.is_there and not self.is_unplugged
         return self.last

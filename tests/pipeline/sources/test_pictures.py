@@ -12,8 +12,8 @@ NOON_S = datetime(2026, 7, 1, 12, 0, 0, tzinfo=UTC).timestamp()
 def picture(kind="JPEG", **tags):
     """A picture's bytes with EXIF tags by their names."""
     image, exif = Image.new("L", (8, 6)), Image.Exif()
-    for name, value in tags.items():
-        exif.get_ifd(ExifTags.IFD.Exif)[ExifTags.Base[name]] = value
+    # Set as a whole: older versions of Pillow forget what is added to a part that is not there yet.
+    exif[ExifTags.IFD.Exif] = {int(ExifTags.Base[name]): value for name, value in tags.items()}
     out = io.BytesIO()
     image.save(out, kind, exif=exif)
     return out.getvalue()

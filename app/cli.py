@@ -133,7 +133,7 @@ def _parser() -> argparse.ArgumentParser:
         "Without a command the page in the browser is opened on a sample scene.",
     )
     parser.add_argument("--version", action="version", version=f"dockpose {version('dockpose')}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command", title="commands")
     for name, command in COMMANDS.items():
         command.add_parser(commands)
         add_logging(commands.choices[name])

@@ -12,9 +12,10 @@ from dockpose.camera.port_fit import FittedPort
 
 MEDIA = ("air", "water")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
+_PORT_BY = "calibrate once more with --in water --camera and the file of the air"
 
 
-def camera_lines(done: Calibration, medium: str = "air") -> Iterator[str]:
+def camera_lines(done: Calibration, medium: str = "air", *, is_on_page: bool = False) -> Iterator[str]:
     """Sentences on a calibration, the most important first.
 
     Parameters
@@ -23,6 +24,8 @@ def camera_lines(done: Calibration, medium: str = "air") -> Iterator[str]:
         The calibration.
     medium : {"air", "water"}
         Where the pictures were taken.
+    is_on_page : bool
+        Whether they are read on the page, where no options of the command line help.
     """
     across, down = np.degrees(done.camera.field_of_view_rad)
     used = len(done.used)
@@ -38,15 +41,16 @@ def camera_lines(done: Calibration, medium: str = "air") -> Iterator[str]:
     yield from lens_lines(done)
     near, far = done.distances_m
     if medium == "air":
+        how = "tick Flat port in the tab Tank" if is_on_page else f"show it the board there, and {_PORT_BY}"
         yield (
-            f"Calibrated in air, with the board at {near:.2f} to {far:.2f} m. Behind a flat port under water "
-            "the camera file needs the port too: calibrate --in water --camera with this file finds it."
+            f"Calibrated in air, with the board at {near:.2f} to {far:.2f} m. Behind a flat port under water that is "
+            f"not enough: {how}."
         )
     else:
+        how = "tick Flat port in the tab Tank" if is_on_page else _PORT_BY
         yield (
             f"Calibrated in water, with the board at {near:.2f} to {far:.2f} m: behind a flat port this camera "
-            "holds at these distances only, behind a dome at all. For all distances calibrate in air, then "
-            "--in water --camera AIR.yaml."
+            f"holds at these distances only, behind a dome at all. For all distances calibrate in air, then {how}."
         )
     if done.counted_as == "corners":
         yield "The board's numbers were taken to count its inner corners, since no board of so many squares was found."

@@ -221,7 +221,7 @@ class CalibrationPanel(Panel):
                 tell_refusal(error, self._notify, client)
                 return
             self._done = done
-            self._result.content = result_html(list(camera_lines(done, str(self._medium.value))))
+            self._result.content = result_html(list(camera_lines(done, str(self._medium.value), is_on_page=True)))
             self._table.content = pictures_html(done.views)
             self._use.visible = self._save.visible = True
 

@@ -28,6 +28,9 @@ def test_each_number_has_its_sigma(done):
 
 def test_air_and_water_are_told_apart(done):
     assert "Calibrated in air" in " ".join(camera_lines(done, "air"))
+    assert "--in water --camera" in " ".join(camera_lines(done, "air"))
+    for medium in ("air", "water"):  # a page has no options
+        assert "--" not in " ".join(camera_lines(done, medium, is_on_page=True))
     assert "holds at these distances only" in " ".join(camera_lines(done, "water"))
 
 

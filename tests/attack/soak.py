@@ -94,7 +94,7 @@ def soak(minutes: float) -> int:
             memory = watched(program, stopped, deaf, minutes)
             if not all(one.is_open for one in (mover, *drains)):
                 faults.append("a browser that reads was closed")
-            frames = mover.messages_read
+            heard = f"{mover.messages_read} messages, {mover.bytes_read / 1e6:.0f} MB"
             is_over.set()
             stopped.terminate()
             stopped.wait(10)
@@ -105,7 +105,7 @@ def soak(minutes: float) -> int:
     settled = [size for at_s, size in memory if SETTLED_S <= at_s < SETTLED_S + WINDOW_S]
     last = [size for at_s, size in memory if at_s >= memory[-1][0] - WINDOW_S]
     growth = median(last) / median(settled) - 1
-    print(f"{minutes:g} minutes, {READERS + DEAF + 1} browsers, {frames} messages to one of them")
+    print(f"{minutes:g} minutes, {READERS + DEAF + 1} browsers, {heard} to one of them")
     print(
         f"memory: {median(settled) / 1e6:.0f} MB after a minute, {median(last) / 1e6:.0f} MB at the end ({growth:+.1%})"
     )

@@ -13,10 +13,14 @@ import viser
 from dockpose.app.web.server.journal import Journal, client_of
 from dockpose.app.web.server.messages import GuiUpdateMessage, RefusedError, check_message
 from viser import _messages as messages
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 
 _RATE_HZ, _BURST = 400.0, 800.0  # messages that one browser may send
 _BYTES_PER_TOKEN = 256 * 2**10  # a large message counts for several
-_OPENED_HZ, _OPENED_AT_ONCE = 20.0, 20.0  # pages that all browsers together may open
+# Why websockets closes a connection whose frames are no frames, no text, or too large.
+_OUR_REASONS = (CloseCode.PROTOCOL_ERROR, CloseCode.INVALID_DATA, CloseCode.MESSAGE_TOO_BIG)
+_OPENED_HZ, _OPENED_AT_ONCE = 10.0, 5.0  # pages that all browsers together may open
 _SEND_BACK_S = 1.5  # a pause in typing: what is typed on the way to a number, as the 8 of 812, stays meanwhile
 
 
@@ -103,7 +107,12 @@ class _Inbox:
     async def receive(self, *arguments: Any, **keywords: Any) -> bytes:
         """The next message that may pass; the others are left out, and written to the journal."""
         while True:
-            raw = await self._receive(*arguments, **keywords)
+            try:
+                raw = await self._receive(*arguments, **keywords)
+            except ConnectionClosed as closed:
+                if closed.sent is not None and closed.sent.code in _OUR_REASONS and not closed.rcvd_then_sent:
+                    self._gate.journal.note(self._client, f"closed its connection: {closed.sent.reason}")
+                raise
             await self._messages.pay(1 + len(raw) // _BYTES_PER_TOKEN)  # then no more are read: the sender waits
             if self._passes(raw):
                 return raw

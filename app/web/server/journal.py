@@ -76,9 +76,9 @@ def client_of(connection: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """A text from outside, cut, without what would break the line or steer a terminal."""
-    short = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
-    return "".join(letter if letter.isprintable() else " " for letter in short)
+    """A text from outside, cut, with a blank for what would break the line or steer a terminal."""
+    plain = " ".join("".join(letter if letter.isprintable() else " " for letter in text[: 10 * _LONGEST]).split())
+    return plain if len(plain) <= _LONGEST else f"{plain[:_LONGEST]}…"
 
 
 def log_failure(future: Future[Any]) -> None:

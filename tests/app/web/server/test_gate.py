@@ -109,7 +109,22 @@ def test_a_journal_counts_what_it_leaves_out(caplog):
         journal._told = {client: (at_s - 2, count) for client, (at_s, count) in journal._told.items()}
         journal.note("10.0.0.1", "refused again")
     assert [record.getMessage() for record in caplog.records] == [
-        "10.0.0.1: refused 0 and  [31m more",
+        "10.0.0.1: refused 0 and [31m more",
         "10.0.0.2: refused",
         "10.0.0.1: refused again (and 4 more before)",
     ]
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"), [(b"\xf2\x80\0\0\0\0", "reserved"), (b"\x82\xff\0\0\1\0\0\0\0\0", "exceeds limit")]
+)
+def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, caplog, raw, words):
+    time.sleep(1.1)  # since the last line
+    with Visitor(app.address) as visitor, caplog.at_level(logging.WARNING):
+        assert visitor.is_replayed.wait(5)
+        visitor.socket.socket.sendall(raw)
+        assert not visitor.until(lambda page: False, 5)
+        assert not visitor.is_open
+    told = [record.getMessage() for record in caplog.records]
+    (line,) = [one for one in told if "127.0.0.1: closed its connection: " in one]
+    assert words in line

@@ -41,10 +41,15 @@ def writing(target: object) -> Iterator[None]:
         raise unwritable(target, error) from error
 
 
-def unwritable(target: object, error: OSError) -> UserError:
-    """The error to raise for what could not be written."""
-    kind = OutputError if error.errno in _DISK else UserError
-    return kind(f"{target}: cannot be written ({why(error)})")
+def unwritable(target: object, error: OSError, what: str = "cannot be written", kept: str = "") -> UserError:
+    """The error to raise for what could not be written; ``kept`` says what there is of it all the same."""
+    kind = OutputError if is_of_disk(error) else UserError
+    return kind(f"{target}: {what} ({why(error)}){kept}")
+
+
+def is_of_disk(error: OSError) -> bool:
+    """Whether a disk is full or broken, rather than the wrong thing asked for."""
+    return error.errno in _DISK
 
 
 def why(error: OSError) -> str:

@@ -22,6 +22,7 @@ NOT_YET_NUMPYDOC: set[str] = set()
 # Test files that are named after what several files do together.
 OF_SEVERAL = {
     "app/commands/test_bags.py",
+    "app/commands/test_faults.py",
     "app/experiment/test_session_faults.py",
     "app/export/test_formats.py",
     "pipeline/paper/test_paper.py",

@@ -19,8 +19,8 @@ from dockpose.app.commands.arguments import (
     dock_of,
     masks_of,
 )
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, say
-from dockpose.app.commands.output import PictureFolder, open_text, write_line
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
+from dockpose.app.commands.output import PictureFolder, open_lines, write_line
 from dockpose.app.drawing.montage import montage
 from dockpose.app.drawing.numbers import chance, number, pose_cells
 from dockpose.app.errors import UserError
@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
         return compare(picture.image, picture.camera, picture.dock, settings)
 
     with contextlib.ExitStack() as files:
-        json_file = open_text(arguments.json, files)
+        json_file = open_lines(arguments.json, files)
         montages = None if arguments.montage is None else PictureFolder(arguments.montage, paths)
 
         def write(picture: Picture, found: Mapping[str, Estimate], frame: int = 0, label: str = "") -> None:
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
             if montages is not None:
                 montages.write(label or picture.path.stem, montage(picture.image, found, truth))
             if json_file is None and montages is None:
-                print(table(f"{picture.path}{label and f' {label}'}", found, truth))
+                put(table(f"{picture.path}{label and f' {label}'}", found, truth))
 
         for picture, found in batch.run(work):
             write(picture, found)

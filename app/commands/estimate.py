@@ -38,6 +38,7 @@ from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.analysis import headline_of, trust_of
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
+from dockpose.checks import as_text
 from dockpose.thresholds import METHODS
 from dockpose.tracking import NO_TRACK
 
@@ -200,7 +201,7 @@ def _estimate_pictures(
     batch: Batch, settings: Settings, how: How, results: ResultWriter, files: contextlib.ExitStack
 ) -> None:
     to = results.to.annotate
-    recordings = Recordings(results.to, str(batch.files[0].path) if batch.files else "", files, say)
+    recordings = Recordings(results.to, as_text(str(batch.files[0].path)) if batch.files else "", files, say)
     folder = None if to is None else PictureFolder(to, [file.path for file in batch.files])
     auto_masks = AutoMasks(settings, say)
 
@@ -213,8 +214,8 @@ def _estimate_pictures(
             if folder is not None:
                 folder.write(path.stem, annotate(read(), found, headline=headline_of(trust)))
 
-        results.write(found.to_dict(str(path), 0, None, sha256, taken_s) | NO_TRACK, str(path), trust, draw)
-        seen = Seen(str(path), results.frames - 1, found, trust)
+        results.write(found.to_dict(as_text(str(path)), 0, None, sha256, taken_s) | NO_TRACK, str(path), trust, draw)
+        seen = Seen(as_text(str(path)), results.frames - 1, found, trust)
         recordings.write(seen, (None, taken_s), read, lambda: annotate(read(), found, headline=headline_of(trust)))
 
     if how.is_split:

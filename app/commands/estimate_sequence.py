@@ -15,7 +15,7 @@ from dockpose import Estimate, Settings
 from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import Destinations, HeldLines, PictureFolder, Recordings, ResultWriter
 from dockpose.app.drawing.annotated import annotate
-from dockpose.app.export.recording import record
+from dockpose.app.export.recording import Recording, record
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.sequences import FrameSource
@@ -103,8 +103,9 @@ def estimate_sequence(
         is_grey = source.dock is None or not source.dock.colours
         frames = files.enter_context(source.open(progress.tell, grey=is_grey))
         progress.total = frames.count
+        recording = None
         if isinstance(frames, Live):
-            _begin_live(frames, how, progress.tell, files)
+            recording = _begin_live(frames, how, progress.tell, files)
         elif how.record is not None:
             progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
         run = _Run(source, frames, settings, how, progress.tell)
@@ -130,16 +131,19 @@ def estimate_sequence(
             times_s, original = (found.time_s, found.time_unix_s), functools.partial(run.picture, found.index)
             recordings.write(Seen(found.name, found.index, told, trust, tracked.track), times_s, original, drawn)
             progress.step(frames.dropped)
+        if recording is not None and recording.has_failed:
+            return False
         return frames.is_live or not (run.skipped or frames.is_cut_short)
 
 
-def _begin_live(frames: Live, how: How, tell: Tell, files: contextlib.ExitStack) -> None:
+def _begin_live(frames: Live, how: How, tell: Tell, files: contextlib.ExitStack) -> Recording | None:
     """Say what a live source gives, and record it where that is wished."""
     if frames.about:
         tell(f"{frames.source}: {frames.about}")
     recording = None if how.record is None else record(frames, how.record, tell)
     if recording is not None:
         files.callback(recording.close)
+    return recording
 
 
 def _with_selection(tracked: Tracked) -> Estimate:

@@ -8,14 +8,14 @@ from pathlib import Path
 
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ
+from dockpose.app.commands.console import EXIT_ALL_READ, put
 from dockpose.app.drawing.overlay import LAYERS, check_layers
-from dockpose.app.errors import UserError, blaming
+from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment import read_session
-from dockpose.app.experiment.durable_files import why, write_whole
 from dockpose.app.experiment.record import is_session
 from dockpose.app.inputs.samples import sample_source
 from dockpose.app.inputs.sidecar import camera_and_dock
+from dockpose.camera.durable_files import write_whole
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 
@@ -82,17 +82,15 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
     from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
 
     files = _files(source, camera, dock, chosen)
-    try:
-        if not out.suffix or out.is_dir():
+    if not out.suffix or out.is_dir():
+        with writing(f"--out {out}"):
             out.mkdir(parents=True, exist_ok=True)
-            for name, make in files.items():
-                _write(out / name, make(), source)
-        elif out.suffix.lower() == ".zip":
-            _write(out, to_zip(files), source)
-        else:
-            _write(out, files[_first(files, out)](), source)
-    except OSError as error:
-        raise UserError(f"--out {out}: cannot be written: {why(error)}") from error
+        for name, make in files.items():
+            _write(out / name, make(), source)
+    elif out.suffix.lower() == ".zip":
+        _write(out, to_zip(files), source)
+    else:
+        _write(out, files[_first(files, out)](), source)
     return EXIT_ALL_READ
 
 
@@ -127,5 +125,6 @@ def _first(files: Collection[str], out: Path) -> str:
 def _write(path: Path, content: bytes, source: Path) -> None:
     if path.resolve() == source.resolve():
         raise UserError(f"--out {path}: is the source itself, which is not overwritten")
-    write_whole(path, content)
-    print(path)
+    with writing(f"--out {path}"):
+        write_whole(path, content)
+    put(str(path))

@@ -6,23 +6,27 @@ import contextlib
 import csv
 import dataclasses
 import json
-import sys
+import os
+import stat
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, TextIO
+from typing import IO, Any, Protocol
 
 import cv2
 import msgspec
 import numpy as np
-from dockpose.app.errors import UserError, writing
+from dockpose.app.commands.console import put, put_text
+from dockpose.app.errors import unwritable, writing
 from dockpose.app.export.recordings.mcap_file import PoseFile
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import RerunFile
 from dockpose.app.export.rows import CSV_COLUMNS, to_row
 from dockpose.app.export.video import is_video_file
 from dockpose.app.state.trust import NO_POSE, Trust
+from dockpose.camera.durable_files import write_whole
+from dockpose.checks import as_text
 
 
 @dataclass(frozen=True)
@@ -82,12 +86,11 @@ class ResultWriter:
         self, to: Destinations, files: contextlib.ExitStack, before_each: Callable[[], None] = lambda: None
     ) -> None:
         self.to, self._before_each = to, before_each
-        self._json = open_text(to.json, files)
-        self._csv = open_text(to.csv, files)
-        self._table = None if self._csv is None else csv.DictWriter(self._csv, CSV_COLUMNS)
-        if self._table is not None and self._csv is not None:
+        self._json = open_lines(to.json, files)
+        csv_file = open_lines(to.csv, files)
+        self._table = None if csv_file is None else csv.DictWriter(csv_file, CSV_COLUMNS)
+        if self._table is not None:
             self._table.writeheader()
-            self._csv.flush()
         self.frames = 0
 
     def write(
@@ -120,20 +123,19 @@ class ResultWriter:
             held.add(line)
         if self.to.annotate is not None:
             draw()
-        elif self._json is None and self._csv is None:
+        elif self._json is None and self._table is None:
             trusted = "" if trust.verdict == NO_POSE else f" {trust.sentence}"
             is_open = line["status"] == "not_a_ring" and line["dock"]["lights"] is None
             hint = " Give --lights N if you know how many the dock has." if is_open else ""
-            print(f"{label}: {line['message']}{trusted}{hint}", flush=True)
+            put(f"{label}: {line['message']}{trusted}{hint}")
         self.frames += 1
 
     def record(self, line: dict[str, Any]) -> None:
         """Write a frame's JSON object and row."""
         if self._json is not None:
             write_line(self._json, line)
-        if self._table is not None and self._csv is not None:
+        if self._table is not None:
             self._table.writerow(to_row(line))
-            self._csv.flush()
 
 
 class Recordings:
@@ -186,41 +188,122 @@ class Recordings:
 class HeldLines:
     """JSON objects that cannot be written yet, in a temporary file, since a recording may have very many."""
 
+    _name = f"a file in {tempfile.gettempdir()}"
+
     def __init__(self) -> None:
-        self._file: IO[bytes] = tempfile.TemporaryFile(prefix="dockpose-")  # noqa: SIM115  # closed when read
+        with writing(self._name):
+            self._file: IO[bytes] = tempfile.TemporaryFile(prefix="dockpose-", buffering=0)  # noqa: SIM115  # till read
+        self._end = 0  # of the last whole line
 
     def add(self, line: dict[str, Any]) -> None:
         """Keep one more."""
-        self._file.write(to_json(line).encode() + b"\n")
+        with writing(self._name):
+            self._end += write_all(self._file, to_json(line).encode() + b"\n")
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """Yield them in order, once."""
-        self._file.seek(0)
         with self._file:
+            self._file.truncate(self._end)
+            self._file.seek(0)
             yield from map(json.loads, self._file)
 
 
-def open_text(target: str | None, files: contextlib.ExitStack) -> TextIO | None:
-    """Open a file to write, to be closed with ``files``; "-" is standard output, None nothing."""
-    if target is None or target == "-":
-        return sys.stdout if target else None
-    with writing(target):
-        return files.enter_context(open(target, "w", encoding="utf-8", newline=""))
+class Lines(Protocol):
+    """What lines are written to, each of which is there at once."""
+
+    def write(self, text: str, /) -> Any:
+        """Write whole lines."""
 
 
-def write_line(file: TextIO, line: dict[str, Any]) -> None:
+class StandardOutput:
+    """Standard output, for lines."""
+
+    def write(self, text: str) -> None:
+        """Write whole lines. Raises UserError where that cannot be done."""
+        put_text(text)
+
+
+class LineFile:
+    """A file that has whole lines only, each on it as soon as it is written.
+
+    Parameters
+    ----------
+    path : str
+        Of the file, which is replaced.
+    name : str, optional
+        What messages call it; the default is the path.
+
+    Raises
+    ------
+    UserError
+        If it cannot be written.
+    """
+
+    def __init__(self, path: str, name: str | None = None) -> None:
+        self._path, self._count, self._end = name or path, 0, 0
+        with writing(self._path):
+            self._file = open(path, "wb", buffering=0)  # noqa: SIM115  # closed by close()
+        self._is_regular = stat.S_ISREG(os.fstat(self._file.fileno()).st_mode)
+
+    def write(self, text: str) -> None:
+        """Write a line with its end; where that cannot be done, the file keeps those before it, and it is told."""
+        try:
+            self._end += write_all(self._file, as_text(text).encode())
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            kept = ""
+            if self._is_regular:
+                os.ftruncate(self._file.fileno(), self._end)
+                kept = f"; what was written before is kept (lines: {self._count})"
+            raise unwritable(self._path, error, kept=kept) from error
+        self._count += 1
+
+    def close(self) -> None:
+        """Close the file."""
+        with writing(self._path):
+            self._file.close()
+
+
+def write_all(file: IO[bytes], data: bytes) -> int:
+    """Write all of the data to an unbuffered file, which may take it in pieces; return its length."""
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) :]
+    return len(data)
+
+
+def open_lines(target: str | None, files: contextlib.ExitStack) -> LineFile | StandardOutput | None:
+    """Open a file for lines, to be closed with ``files``; "-" is standard output, None nothing."""
+    if target is None:
+        return None
+    if target == "-":
+        return StandardOutput()
+    file = LineFile(target)
+    files.callback(file.close)
+    return file
+
+
+def write_line(file: Lines, line: dict[str, Any]) -> None:
     """Write one JSON object as one line, at once, in plain ASCII, which every terminal can show."""
     file.write(to_json(line) + "\n")
-    file.flush()
 
 
 def to_json(line: dict[str, Any]) -> str:
-    """JSON of an object in plain ASCII; NaN and infinity are null."""
+    """JSON of an object in plain ASCII, whose text is as :func:`as_text` gives it; NaN and infinity are null."""
     try:
         text = msgspec.json.encode(line)  # in a twentieth of the standard library's time
     except UnicodeEncodeError:  # a file's name need not be text
-        return json.dumps(line, allow_nan=False)
+        text = msgspec.json.encode(_with_text(line))
     return text.decode() if text.isascii() else json.dumps(msgspec.json.decode(text))
+
+
+def _with_text(value: Any) -> Any:
+    if isinstance(value, str):
+        return as_text(value)
+    if isinstance(value, dict):
+        return {key: _with_text(one) for key, one in value.items()}
+    return [_with_text(one) for one in value] if isinstance(value, (list, tuple)) else value
 
 
 class PictureFolder:
@@ -238,7 +321,7 @@ class PictureFolder:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise UserError(f"{folder}: cannot be made ({error.strerror or error})") from error
+            raise unwritable(folder, error, "cannot be made") from error
         self._folder = folder
         self._taken = {path.resolve() for path in originals}
 
@@ -250,4 +333,4 @@ class PictureFolder:
             path = self._folder / f"{name}-{number}.png"
         self._taken.add(path.resolve())
         with writing(path):
-            path.write_bytes(cv2.imencode(".png", picture)[1].tobytes())
+            write_whole(path, cv2.imencode(".png", picture)[1].tobytes())

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.experiment.versions import versions
@@ -65,9 +65,9 @@ def replay_session(folder: Path) -> int:
             continue
         if sentence:
             changed += 1
-            print(f"row {row.number}: {sentence}")
+            put(f"row {row.number}: {sentence}")
     same = len(record.rows) - changed - unreadable
-    print(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{_rest(changed, unreadable)}.")
+    put(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{_rest(changed, unreadable)}.")
     return EXIT_SOME_UNREADABLE if unreadable else EXIT_ALL_READ
 
 

@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import csv
 import re
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
@@ -15,7 +14,8 @@ from typing import Any
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.app.commands.arguments import Commands
-from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar
+from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, say
+from dockpose.app.commands.output import LineFile
 from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.pose.circle import CirclePose
@@ -65,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
         for frame in _with_progress(film(sequence, _estimator(sequence.scene.dock)), sequence.frames):
             target.add(frame)
     pictures = "1 picture" if sequence.frames == 1 else f"{sequence.frames} pictures"
-    print(f"{pictures} in {out}, the truth in {target.table}", file=sys.stderr)
+    say(f"{pictures} in {out}, the truth in {target.table}")
     return EXIT_ALL_READ
 
 
@@ -106,8 +106,9 @@ class _Target:
         self._files = contextlib.ExitStack()
 
     def __enter__(self) -> Any:
-        self._file = self._files.enter_context(open(self.table, "w", encoding="utf-8", newline=""))
-        self._rows = csv.DictWriter(self._file, TRUTH_COLUMNS)
+        table = LineFile(str(self.table), f"--out {self.table}")
+        self._files.callback(table.close)
+        self._rows = csv.DictWriter(table, TRUTH_COLUMNS)
         self._rows.writeheader()
         return self
 
@@ -118,7 +119,6 @@ class _Target:
         """Write one picture, then its truth."""
         self._write(frame)
         self._rows.writerow(truth_row(frame))
-        self._file.flush()
 
     def _write(self, frame: RenderedFrame) -> None:
         raise NotImplementedError

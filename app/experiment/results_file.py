@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from dockpose.app.experiment.durable_files import sync_folder, write_whole
 from dockpose.app.experiment.record import RESULTS
 from dockpose.app.experiment.row import COLUMNS, Row, row_to_csv, to_csv_line
+from dockpose.camera.durable_files import sync_folder, write_whole
 from dockpose.camera.yaml_file import FileError
 
 EMPTY = to_csv_line(COLUMNS).encode()

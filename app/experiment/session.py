@@ -17,13 +17,14 @@ import msgspec
 import numpy as np
 import yaml
 from dockpose import Estimate
-from dockpose.app.experiment.durable_files import remove, remove_temporaries, sync_folder, why, write_whole
+from dockpose.app.errors import why
 from dockpose.app.experiment.lock import NAME as LOCK
 from dockpose.app.experiment.lock import FolderLock, InUseError
 from dockpose.app.experiment.record import FRAMES, INFO, RESULTS, SCHEMA, SessionRecord, is_session, read_session
 from dockpose.app.experiment.results_file import EMPTY, ResultsFile
 from dockpose.app.experiment.row import Measured, Row, checked_edit, clean_text, estimate_values, measured_values
 from dockpose.app.experiment.versions import versions, with_versions
+from dockpose.camera.durable_files import remove, remove_temporaries, sync_folder, write_whole
 from dockpose.camera.yaml_file import FileError
 
 _FRAME = re.compile(r"(\d+)\.(?:png|json)")

@@ -15,7 +15,7 @@ import numpy as np
 from av import VideoStream
 from av.container import OutputContainer
 from av.error import FFmpegError
-from dockpose.app.errors import UserError, writing
+from dockpose.app.errors import UserError, unwritable, writing
 
 # Encoder, its options, and the formats of grey, deep grey and colour pictures.
 _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]
@@ -43,11 +43,18 @@ def is_video_file(path: Path) -> bool:
     return path.suffix.lower() in _CODECS
 
 
-class MicrosecondMatroska:
-    """A file that FFmpeg writes Matroska into, with a clock of microseconds.
+class MuxedFile:
+    """A file that FFmpeg writes into, and that keeps the error where it cannot: FFmpeg itself may not tell of it.
 
-    Matroska's header says how long a tick is (TimestampScale, RFC 9559, section 5.1.2.9), but FFmpeg's muxer knows
-    milliseconds only. So it is given microseconds as if they were milliseconds, and what it writes of it is put right.
+    Parameters
+    ----------
+    path : Path
+        Of the file, which is replaced.
+
+    Attributes
+    ----------
+    error : OSError or None
+        Why something could not be written; nothing more is then.
 
     Raises
     ------
@@ -56,19 +63,37 @@ class MicrosecondMatroska:
     """
 
     def __init__(self, path: Path) -> None:
+        self._path = path
         self._file = path.open("wb", buffering=0)
-        self._scale_at: int | None = None
+        self._whole_bytes = 0
+        self.error: OSError | None = None
 
     def write(self, data: bytes) -> int:
         """Write at once, for a crash to leave what there was."""
-        data = bytes(data)
-        if self._scale_at is None and (found := data.find(_MILLISECONDS)) >= 0:
-            self._scale_at = self._file.tell() + found
-            data = data.replace(_MILLISECONDS, _MICROSECONDS, 1)
         left = memoryview(data)
-        while left:
-            left = left[self._file.write(left) :]
+        try:
+            while left and self.error is None:
+                left = left[self._file.write(left) :]
+        except OSError as error:
+            self.error = error
         return len(data)
+
+    def check(self) -> None:
+        """Note that all is whole so far. Raises OSError if something could not be written."""
+        if self.error is not None:
+            raise self.error
+        self._whole_bytes = os.fstat(self._file.fileno()).st_size
+
+    def give_up(self) -> str:
+        """Close a file that could not be written, leave what is whole of it, and say what that is."""
+        self._file.close()
+        pictures = 0
+        if self._path.is_file():
+            os.truncate(self._path, self._whole_bytes)
+            pictures = _count(self._path)
+            if pictures == 0:
+                self._path.unlink()
+        return f"; what was written before is kept (pictures: {pictures})" if pictures else "; nothing of it is kept"
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Go to a place."""
@@ -79,11 +104,46 @@ class MicrosecondMatroska:
         return self._file.tell()
 
     def close(self) -> None:
+        """Close the file. Raises OSError if something could not be written."""
+        self._file.close()
+        if self.error is not None:
+            raise self.error
+
+
+class MicrosecondMatroska(MuxedFile):
+    """A file that FFmpeg writes Matroska into, with a clock of microseconds.
+
+    Matroska's header says how long a tick is (TimestampScale, RFC 9559, section 5.1.2.9), but FFmpeg's muxer knows
+    milliseconds only. So it is given microseconds as if they were milliseconds, and what it writes of it is put right.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._scale_at: int | None = None
+
+    def write(self, data: bytes) -> int:
+        """Write at once, with the header put right."""
+        data = bytes(data)
+        if self._scale_at is None and (found := data.find(_MILLISECONDS)) >= 0:
+            self._scale_at = self.tell() + found
+            data = data.replace(_MILLISECONDS, _MICROSECONDS, 1)
+        return super().write(data)
+
+    def close(self) -> None:
         """Finish the file; the muxer has written its header once more by now."""
-        with self._file:
-            if self._scale_at is not None:
-                self._file.seek(self._scale_at)
-                self._file.write(_MICROSECONDS)
+        if self._scale_at is not None:
+            self.seek(self._scale_at)
+            super().write(_MICROSECONDS)
+        super().close()
+
+
+def _count(path: Path) -> int:
+    """How many pictures can be read of a video that was cut short."""
+    try:
+        with av.open(str(path)) as container:
+            return sum(packet.size > 0 for packet in container.demux(video=0))
+    except FFmpegError:
+        return 0
 
 
 def create_matroska(path: Path, began_unix_s: float | None = None) -> tuple[OutputContainer, MicrosecondMatroska]:
@@ -145,7 +205,7 @@ class VideoFile:
         self._rate_hz = Fraction(rate_hz).limit_denominator(1001)
         self._began_unix_s = began_unix_s
         self._container: OutputContainer | None = None
-        self._file: MicrosecondMatroska | None = None
+        self._file: MuxedFile | None = None
         self._count = 0
         self._last = -1
 
@@ -174,17 +234,37 @@ class VideoFile:
             try:
                 self._write(picture, time_s)
             except FFmpegError as error:
+                self._give_up()
                 raise UserError(f"{self._path}: cannot be written as a video ({error.strerror})") from error
+            self._give_up()
+            if self._file is not None:
+                self._file.check()
 
     def close(self) -> None:
         """Finish the file."""
         container, self._container = self._container, None
-        if container is not None:
+        if container is None:
+            return
+        try:
+            assert self._file is not None
             with writing(self._path), contextlib.ExitStack() as files:  # closed the other way round, whatever fails
-                if self._file is not None:
-                    files.callback(self._file.close)
+                files.callback(self._file.close)
                 files.callback(container.close)
                 container.mux(self._stream.encode(None))
+        except UserError:
+            self._give_up()
+            raise
+
+    def _give_up(self) -> None:
+        """Raise UserError where the file could not be written; what is whole of it stays."""
+        file, container = self._file, self._container
+        if file is None or file.error is None:
+            return
+        self._container = None
+        if container is not None:
+            with contextlib.suppress(OSError):
+                container.close()
+        raise unwritable(self._path, file.error, kept=file.give_up()) from file.error
 
     def _write(self, picture: np.ndarray, time_s: float | None) -> None:
         source, wanted = self._formats(picture)
@@ -213,7 +293,9 @@ class VideoFile:
         if self._suffix == ".mkv":
             container, self._file = create_matroska(self._path, self._began_unix_s)
         else:
-            container = av.open(str(self._path), "w", container_options=_MP4 if self._suffix == ".mp4" else {})
+            self._file = MuxedFile(self._path)
+            options_of_file = _MP4 if self._suffix == ".mp4" else {}
+            container = av.open(self._file, "w", format=self._suffix[1:], container_options=options_of_file)
         self._container = container
         self._tick = 1 / self._rate_hz if self._suffix == ".avi" else _TICK
         self._named_tick = MILLISECOND if self._suffix == ".mkv" else self._tick

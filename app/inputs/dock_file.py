@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 from dockpose import Camera, Dock
+from dockpose.camera.durable_files import write_whole
 from dockpose.camera.yaml_file import FileError, read_yaml, to_yaml
 
 
@@ -36,4 +37,4 @@ def dock_from(content: Any, path: str | Path) -> Dock:
 def save_dock(dock: Dock, path: str | Path, camera: Camera | None = None) -> None:
     """Write a dock file that :func:`load_dock` reads back to the same numbers, with the camera where one is given."""
     content = {"dock": msgspec.to_builtins(dock)} | ({"camera": msgspec.to_builtins(camera)} if camera else {})
-    Path(path).write_text(to_yaml(content), encoding="utf-8")
+    write_whole(Path(path), to_yaml(content).encode())

@@ -9,6 +9,7 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.camera.durable_files import write_whole
 from dockpose.camera.yaml_file import FileError, read_yaml, to_yaml
 
 FORMATS = ("dockpose", "ros", "opencv")
@@ -98,10 +99,10 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
     if camera.port is not None and file_format != "dockpose":
         raise ValueError(f"file_format is {file_format!r}, which has no place for the port; use dockpose")
     if file_format == "opencv":
-        Path(path).write_text(_opencv_text(camera), encoding="utf-8")
+        write_whole(Path(path), _opencv_text(camera).encode())
         return
     content = {"camera": msgspec.to_builtins(camera)} if file_format == "dockpose" else _ros_content(camera)
-    Path(path).write_text(to_yaml(content), encoding="utf-8")
+    write_whole(Path(path), to_yaml(content).encode())
 
 
 def _from_calibration(file: _Calibration) -> Camera:

@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
+from dockpose.camera.durable_files import write_whole
 from dockpose.camera.yaml_file import FileError, read_yaml, to_yaml
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.render import render
@@ -94,15 +95,15 @@ def save_picture(
     """
     parameters = [] if compression is None else [cv2.IMWRITE_PNG_COMPRESSION, compression]
     encoded = cv2.imencode(".png", image, parameters)[1]
-    (Path(folder) / f"{name}.png").write_bytes(encoded.tobytes())
+    write_whole(Path(folder) / f"{name}.png", encoded.tobytes())
     content = msgspec.to_builtins(scene) | {"truth": truth_dict(scene, truth)}
-    (Path(folder) / f"{name}.yaml").write_text(to_yaml(content), encoding="utf-8")
+    write_whole(Path(folder) / f"{name}.yaml", to_yaml(content).encode())
 
 
 def save_sequence(sequence: FilmPlan, path: str | Path) -> None:
     """Write a scene file that :func:`load_sequence` reads back to the same numbers."""
     motion = {} if sequence.motion is None else {"motion": msgspec.to_builtins(sequence.motion)}
-    Path(path).write_text(to_yaml(msgspec.to_builtins(sequence.scene) | motion), encoding="utf-8")
+    write_whole(Path(path), to_yaml(msgspec.to_builtins(sequence.scene) | motion).encode())
 
 
 def truth_row(frame: RenderedFrame) -> dict[str, Any]:

@@ -7,6 +7,8 @@ import glob
 import re
 from pathlib import Path
 
+from dockpose.sources.frames import SourceError
+
 _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
 _SCENE_ENDINGS = (".yaml", ".yml")
@@ -87,6 +89,13 @@ def camera_number(source: str) -> int | None:
     return None if match is None else int(match[1])
 
 
+def check_regular(source: str | Path) -> None:
+    """Raise SourceError for a pipe or a device in place of a file, from which reading might never end."""
+    path = Path(source)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise SourceError(f"{source}: is no regular file, but a pipe or a device; only files are read")
+
+
 def is_rosbag2_file(path: Path) -> bool:
     """Whether a file's name is that of one of the files in a folder that rosbag2 writes."""
     return path.name.lower().removesuffix(".zstd").endswith((".mcap", ".db3"))
@@ -97,7 +106,8 @@ def _is_bag(folder: Path) -> bool:
     name, word = _BAG_METADATA
     try:
         if (folder / name).is_file():
-            return word in (folder / name).read_bytes()[:4096]
+            with (folder / name).open("rb") as file:
+                return word in file.read(4096)
         return any(map(is_rosbag2_file, folder.iterdir()))
     except OSError:
         return False

@@ -10,7 +10,7 @@ from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Camera, Wishes
 from dockpose.sources.frames import Frames, SourceError, Tell
 from dockpose.sources.live import Live
-from dockpose.sources.names import Kind, camera_number, kind_of
+from dockpose.sources.names import Kind, camera_number, check_regular, kind_of
 from dockpose.sources.pictures import Pictures, list_pictures
 from dockpose.sources.simulated import Simulated
 from dockpose.sources.stream import StreamCapture
@@ -73,6 +73,8 @@ def open_frames(
     [(0, 0.0, 'frame2.png'), (1, 0.1, 'frame10.png')]
     """
     kind = kind_of(source)
+    if kind not in (Kind.CAMERA, Kind.STREAM, Kind.FOLDER, Kind.GLOB):
+        check_regular(source)
     if kind is Kind.VIDEO:
         return Video(source, tell, grey=grey)
     if kind is Kind.BAG:

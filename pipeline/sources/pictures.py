@@ -11,7 +11,8 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-from dockpose.camera.image import ImageError, decode
+from dockpose.camera.image import ImageError, decode, read_picture_file
+from dockpose.checks import as_text
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from PIL import ExifTags, Image
 
@@ -55,7 +56,7 @@ class Pictures(Frames):
                 self._skip(str(error))
                 continue
             time_s = None if self.rate_hz is None else index / self.rate_hz
-            yield Frame(image, index, time_s, str(path), sha256, time_unix_s=taken_s)
+            yield Frame(image, index, time_s, as_text(str(path)), sha256, time_unix_s=taken_s)
 
 
 def read_picture(path: Path) -> tuple[np.ndarray, str]:
@@ -83,10 +84,7 @@ def read_picture(path: Path) -> tuple[np.ndarray, str]:
 
 def read_picture_and_time(path: Path) -> tuple[np.ndarray, str, float | None]:
     """Read a picture file as :func:`read_picture`, and when it was taken as :func:`taken_unix_s`."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise ImageError(f"{path}: cannot be read ({error.strerror or error})") from error
+    data = read_picture_file(path)
     return decode(data, str(path)), hashlib.sha256(data).hexdigest(), taken_unix_s(data)
 
 

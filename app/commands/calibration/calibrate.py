@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from dockpose.app.commands.arguments import Commands
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, put, say
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.calibration import MEDIA, camera_lines, outcome, port_lines
 from dockpose.app.inputs.pictures import expand
@@ -21,7 +21,7 @@ from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, Calibration, Gat
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.fitting import CalibrationError
-from dockpose.camera.image import decode, to_grey, to_levels
+from dockpose.camera.image import read, to_grey, to_levels
 from dockpose.camera.port_fit import fit_port
 from dockpose.sources import Kind, kind_of, open_frames
 from rich.console import Console
@@ -79,8 +79,8 @@ def run(arguments: argparse.Namespace) -> int:
     with writing(f"--out {arguments.out}"):
         save_camera(done.camera, arguments.out, arguments.format)
     for line in report(done, looked, arguments.medium):
-        print(line)
-    print(f"The camera is in {arguments.out}.")
+        put(line)
+    put(f"The camera is in {arguments.out}.")
     return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in done.views) else EXIT_ALL_READ
 
 
@@ -104,12 +104,12 @@ def _run_port(arguments: argparse.Namespace, board: Board) -> int:
     errors = {each.name: error for each, error in zip(gathering.sightings, found.errors_px.tolist(), strict=True)}
     width = max(map(len, gathering.views))
     for name, view in gathering.views.items():
-        print(f"{name:{width}}  {outcome(replace(view, error_px=errors.get(name)))}")
+        put(f"{name:{width}}  {outcome(replace(view, error_px=errors.get(name)))}")
     if looked is not None:
-        print(f"{looked.in_words(len(errors))}.")
+        put(f"{looked.in_words(len(errors))}.")
     for line in port_lines(found):
-        print(line)
-    print(f"The camera with its port is in {arguments.out}.")
+        put(line)
+    put(f"The camera with its port is in {arguments.out}.")
     unreadable = any(view.dropped == UNREADABLE for view in gathering.views.values())
     return EXIT_SOME_UNREADABLE if unreadable else EXIT_ALL_READ
 
@@ -175,6 +175,6 @@ def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:
     console = Console(file=sys.stderr)
     for path in track(paths, "Looking for the board", console=console, disable=not console.is_terminal):
         try:
-            yield path.name, to_levels(to_grey(decode(path.read_bytes(), str(path))))[0]
+            yield path.name, to_levels(to_grey(read(path)))[0]
         except (OSError, ValueError):
             yield path.name, None

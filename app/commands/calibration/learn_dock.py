@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, put, say
 from dockpose.app.errors import UserError, check_place, writing
 from dockpose.app.inputs.dock_file import save_dock
 from dockpose.app.inputs.sequences import typed
@@ -63,8 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
     with writing(f"--out {arguments.out}"):
         save_dock(learned.dock, arguments.out, learned.camera if arguments.fit_focal else None)
     for line in report(learned, len(views)):
-        print(line)
-    print(f"The dock is in {arguments.out}; estimate --dock {arguments.out} uses it.")
+        put(line)
+    put(f"The dock is in {arguments.out}; estimate --dock {arguments.out} uses it.")
     return EXIT_ALL_READ if all_read else EXIT_SOME_UNREADABLE
 
 

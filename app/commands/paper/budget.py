@@ -8,12 +8,11 @@ import csv
 import math
 import sys
 from collections.abc import Sequence
-from typing import TextIO
 
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ
-from dockpose.app.commands.output import open_text
+from dockpose.app.commands.console import EXIT_ALL_READ, put_text
+from dockpose.app.commands.output import Lines, open_lines
 from dockpose.app.drawing.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, set_up_words, usual_ranges_m
 from dockpose.app.errors import UserError, blaming
 from dockpose.study.budget import USUAL_NOISE_PX, Budget, budgets, simulated_budget
@@ -64,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     assert dock is not None
     ranges_m, tilts_deg = _numbers("--ranges", arguments.ranges), _numbers("--tilts", arguments.tilts)
     with contextlib.ExitStack() as files:
-        file = open_text(arguments.csv, files)
+        file = open_lines(arguments.csv, files)
         with blaming("no error budget: "):
             rows = _rows(camera, dock, ranges_m or usual_ranges_m(camera, dock), tilts_deg or TILTS_DEG, arguments)
         if file is not None:
@@ -85,7 +84,7 @@ def _rows(
     ]
 
 
-def _write(rows: Sequence[tuple[Budget, Budget]], file: TextIO) -> None:
+def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
     writer = csv.writer(file, lineterminator="\n")
     simulated = [f"simulated_{name}" for name in _COLUMNS]
     writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *_COLUMNS, *simulated])
@@ -106,14 +105,17 @@ def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], ar
     for number, (one, other) in enumerate(rows):
         is_last = number + 1 == len(rows) or rows[number + 1][0].range_m != one.range_m
         table.add_row(*budget_cells(one, other), end_section=is_last)
-    console.print(set_up_words(camera, dock, arguments.noise))
-    console.print(table)
-    for sentence in budget_sentences(camera, dock, arguments.noise):
-        console.print(sentence)
-    console.print(
-        f"By the covariance of the refined pose; in brackets, what came of {arguments.draws} simulated sets of lights. "
-        "Errors of the intrinsics and of the dock's diameter come on top: 1 % of either is 1 % of the range."
-    )
+    with console.capture() as captured:
+        console.print(set_up_words(camera, dock, arguments.noise))
+        console.print(table)
+        for sentence in budget_sentences(camera, dock, arguments.noise):
+            console.print(sentence)
+        console.print(
+            f"By the covariance of the refined pose; in brackets, what came of {arguments.draws} simulated sets of "
+            "lights. Errors of the intrinsics and of the dock's diameter come on top: 1 % of either is 1 % of the "
+            "range."
+        )
+    put_text(captured.get())
 
 
 def _numbers(option: str, text: str | None) -> list[float]:

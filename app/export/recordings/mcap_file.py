@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import numpy as np
-from dockpose.app.errors import UserError, writing
+from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.recordings.messages import TOPICS, Seen, messages_of
+from dockpose.camera.durable_files import GrowingFile
 
 ENDING = ".mcap"
 # So little is kept back that a frame with its picture is on the disk at once.
@@ -49,11 +51,14 @@ class PoseFile:
             raise UserError(f"--out {path}: needs the packages that write bags: pip install 'dockpose[ros]'") from error
         self._path, self._source, self._tell = path, source, tell
         with writing(path):
-            self._file = path.open("wb")
+            self._file = GrowingFile(path)
         self._store = get_typestore(Stores.ROS2_HUMBLE)
-        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
-        self._writer.start(profile="ros2", library=f"dockpose {version('dockpose')}")
+        # What is called here as a file needs no more than a file's write, tell and flush.
+        self._writer = Writer(cast("BinaryIO", self._file), chunk_size=_CHUNK_BYTES)
+        with self._writing():
+            self._writer.start(profile="ros2", library=f"dockpose {version('dockpose')}")
         self._channels = {topic: self._channel(topic, kind) for topic, kind in TOPICS.items()}
+        self._is_open = True
         self._begin_s: float | None = None  # of the clock of the stamps, at the frames' time 0
         self._clock = ""
         self._count = 0
@@ -82,19 +87,30 @@ class PoseFile:
             If it cannot be written.
         """
         stamp_s = self._stamp_s(time_s, time_unix_s)
-        with writing(self._path):
+        with self._writing():
             for topic, fields in messages_of(dataclasses.replace(seen, clock=self._clock), stamp_s):
                 data = bytes(self._store.serialize_cdr(built(self._store, TOPICS[topic], fields), TOPICS[topic]))
                 time_ns = round(1e9 * stamp_s)
                 self._writer.add_message(self._channels[topic], time_ns, data, time_ns, self._count)
-            self._file.flush()
+            self._file.mark()
         self._count += 1
 
     def close(self) -> None:
         """Finish the file."""
-        if not self._file.closed:
-            with writing(self._path), self._file:
+        if self._is_open:
+            with self._writing():
                 self._writer.finish()
+                self._file.close()
+            self._is_open = False
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Raise UserError where the file cannot be written, of which the frames until then stay."""
+        try:
+            yield
+        except OSError as error:
+            self._is_open = False
+            raise unwritable(self._path, error, kept=self._file.cut()) from error
 
     def _channel(self, topic: str, kind: str) -> int:
         definition, _ = self._store.generate_msgdef(kind, ros_version=2)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import base64
 import csv
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dockpose.app.drawing.figures import to_png, to_svg
+from dockpose.camera.durable_files import write_whole
 from markupsafe import Markup
 
 if TYPE_CHECKING:
@@ -137,10 +139,11 @@ class Part:
     def write(self, folder: Path) -> None:
         """Write each plot as PNG and SVG, and each table as CSV."""
         for plot in self.plots:
-            (folder / f"{plot.name}.png").write_bytes(plot.png)
-            (folder / f"{plot.name}.svg").write_bytes(plot.svg)
+            write_whole(folder / f"{plot.name}.png", plot.png)
+            write_whole(folder / f"{plot.name}.svg", plot.svg)
         for table in self.tables:
-            with open(folder / f"{table.name}.csv", "w", encoding="utf-8", newline="") as file:
-                writer = csv.writer(file)
-                writer.writerow(table.head)
-                writer.writerows([["" if cell is None else cell for cell in row] for row in table.rows])
+            text = io.StringIO(newline="")
+            writer = csv.writer(text)
+            writer.writerow(table.head)
+            writer.writerows([["" if cell is None else cell for cell in row] for row in table.rows])
+            write_whole(folder / f"{table.name}.csv", text.getvalue().encode())

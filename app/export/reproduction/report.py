@@ -15,6 +15,7 @@ from dockpose.app.experiment.versions import versions
 from dockpose.app.export.reproduction.part import Part
 from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import static_path
+from dockpose.camera.durable_files import write_whole
 
 # Key of each part, in the order of the report, and the module here whose function of that name makes it.
 PARTS: dict[str, str] = {
@@ -106,5 +107,5 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
             done(key)
     report = Reproduction(seed, [parts[key] for key in wanted])
     with writing(f"--out {out}"):
-        (out / "index.html").write_text(report.html(), encoding="utf-8")
+        write_whole(out / "index.html", report.html().encode())
     return report

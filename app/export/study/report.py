@@ -16,6 +16,7 @@ from dockpose.app.export.study.plots import against_plot, calibration_plot, cost
 from dockpose.app.export.study.words import advice_text, calibration_text, claim_text, factor_text
 from dockpose.app.processing.study import COST_CSV, STUDY_CSV
 from dockpose.app.resources import static_path
+from dockpose.camera.durable_files import write_whole
 from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
 from dockpose.study.scenes import ELAPSED
 from dockpose.study.summary import summary_of
@@ -33,12 +34,12 @@ def write_report(folder: Path) -> Path:
     summary = summary_of(columns)
     parts = parts_of(summary, cost)
     with writing(f"--out {folder}"):
-        (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+        write_whole(folder / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
         (folder / PLOTS).mkdir(exist_ok=True)
         for part in parts:
             part.write(folder / PLOTS)
-        (folder / "index.html").write_text(page_of(summary, parts), encoding="utf-8")
-        (folder / "advice.html").write_text(advice_html(summary, with_tables=False), encoding="utf-8")
+        write_whole(folder / "index.html", page_of(summary, parts).encode())
+        write_whole(folder / "advice.html", advice_html(summary, with_tables=False).encode())
     return folder / "index.html"
 
 

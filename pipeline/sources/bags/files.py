@@ -14,7 +14,7 @@ from dockpose.sources.bags.ros1_file import Ros1File
 from dockpose.sources.bags.sqlite_file import SqliteFile
 from dockpose.sources.bags.storage import NEEDS, Storage, expanded
 from dockpose.sources.frames import SourceError
-from dockpose.sources.names import is_rosbag2_file
+from dockpose.sources.names import check_regular, is_rosbag2_file
 from dockpose.sources.pictures import numeric
 
 METADATA = "metadata.yaml"
@@ -84,6 +84,7 @@ class BagFiles:
     def _open(self, path: Path, expand: Callable[[bytes], bytes] | None = None) -> None:
         number = len(self.storages)
         try:
+            check_regular(path)
             if path.stat().st_size == 0:
                 raise SourceError("the file is empty (0 bytes)")
             if path.suffix.lower() == _PACKED:

@@ -13,7 +13,7 @@ def test_a_line_is_plain_ascii_and_reads_back(line):
     write_line(file, line)
     assert file.getvalue().isascii()
     assert file.getvalue().count("\n") == 1
-    assert json.loads(file.getvalue()) == line
+    assert json.loads(file.getvalue()) == line | {"name": line.get("name", "").replace("\udcff", "\\xff")}
 
 
 @pytest.mark.parametrize("number", [0.1, 1e-7, 1e22, 123456.789, -0.0, 2**53])

@@ -159,7 +159,8 @@ def test_a_full_disk_ends_the_recording_with_one_sentence(tmp_path):
         time.sleep(0.01)
     kept.close()
     assert told[0].endswith(
-        "cannot be written (No space left on device); it is no longer recorded, and all else goes on"
+        "cannot be written (the disk is full); what was written before is kept (pictures: 19); "
+        "it is no longer recorded, and all else goes on"
     )
     assert len(told) == 2  # with how much there is
     assert [frame.index for frame in read(tmp_path / "tank.mkv")] == list(range(19))  # one was not yet written out

@@ -21,8 +21,14 @@ def write_whole(path: Path, data: bytes) -> None:
     """Write a file under a temporary name, flush it to the disk, and only then give it its name.
 
     An existing file is replaced in one step; :func:`sync_folder` then makes the new name durable. Raises OSError where
-    that fails, after removing the temporary file; an existing file is unchanged then.
+    that fails, after removing the temporary file; an existing file is unchanged then. What is no regular file, as
+    ``/dev/stdout``, is written to as it is, and a link leads to the file that is replaced.
     """
+    if path.is_symlink():
+        path = path.resolve()
+    if path.exists() and not path.is_file():
+        path.write_bytes(data)
+        return
     temporary = path.with_name(f".{path.name}{TEMPORARY_ENDING}")
     try:
         with open(temporary, "wb") as file:
@@ -33,6 +39,59 @@ def write_whole(path: Path, data: bytes) -> None:
     except BaseException:
         remove(temporary)
         raise
+
+
+class GrowingFile:
+    """A file that grows by whole pieces, and is cut back to the last of them where it cannot be written.
+
+    Parameters
+    ----------
+    path : Path
+        Of the file, which is replaced.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._whole_bytes = path, 0
+        self._file = path.open("wb", buffering=0)
+
+    def write(self, data: bytes) -> int:
+        """Write all of the data at once, and return its length. Raises OSError where that cannot be done."""
+        left = memoryview(data)
+        while left:
+            left = left[self._file.write(left) :]
+        return len(data)
+
+    def tell(self) -> int:
+        """Return the place."""
+        return self._file.tell()
+
+    def flush(self) -> None:
+        """Do nothing: all is written at once."""
+
+    def mark(self) -> None:
+        """What is written so far is whole."""
+        if self._path.is_file():
+            self._whole_bytes = self._file.tell()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def cut(self) -> str:
+        """Close the file, which could not be written; only what is whole stays. Returns what that is, in words."""
+        self._file.close()
+        if not self._path.is_file():
+            return ""
+        if self._whole_bytes == 0:
+            remove(self._path)
+            return "; nothing of it is kept"
+        os.truncate(self._path, self._whole_bytes)
+        return "; what was written before is kept"
 
 
 def sync_folder(folder: Path) -> None:
@@ -59,15 +118,6 @@ def remove_temporaries(folder: Path) -> None:
     """Remove the temporary files of a program that was stopped while writing."""
     for path in folder.glob(f".*{TEMPORARY_ENDING}"):
         remove(path)
-
-
-def why(error: OSError) -> str:
-    """The reason in words that people at a tank understand."""
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return "the disk is full"
-    if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
-        return "it may not be written to (read-only, or open in another program)"
-    return error.strerror or str(error)
 
 
 def _sync(descriptor: int) -> None:

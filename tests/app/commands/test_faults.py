@@ -117,7 +117,10 @@ def test_pipe_in_place_of_a_file_is_refused(tmp_path, name, capsys):
 
 def test_name_that_is_no_text_is_spelt_out_everywhere(tmp_path, capsys):
     for ending in (".png", ".yaml"):
-        shutil.copy(PLAIN.replace(".png", ending), os.path.join(os.fsencode(tmp_path), b"a\xff\x1b" + ending.encode()))
+        shutil.copy(
+            PLAIN.replace(".png", ending),
+            os.fsdecode(os.path.join(os.fsencode(tmp_path), b"a\xff\x1b" + ending.encode())),
+        )
     lines, table = tmp_path / "a.jsonl", tmp_path / "a.csv"
     assert main(["estimate", str(tmp_path), "--json", str(lines), "--csv", str(table)]) == 0
     assert json.loads(lines.read_text())["source"].endswith("a\\xff\x1b.png")

@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank connection policy,tests/browser/test_$(part).py)
 
-.PHONY: run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots clean
+.PHONY: licences release run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -78,6 +78,19 @@ report: $(VENV)/.installed
 # Takes the pictures of the page that the README shows.
 screenshots: $(VENV)/.chromium
 	$(BIN)/python -m tests.browser.screenshots
+
+# The licences of all that is brought along, and their versions for pip-audit.
+licences: $(VENV)/.installed
+	$(PIP) --editable ".[cluster,ros,rerun]" packaging
+	$(BIN)/python .ci/licences.py
+	mkdir -p build && $(BIN)/python -m pip freeze --exclude-editable > build/versions.txt
+
+# What is given out, and its checksums.
+release: $(VENV)/.installed
+	rm -rf build/release
+	$(PIP) build
+	$(BIN)/python -m build --outdir build/release
+	cd build/release && sha256sum * > SHA256SUMS
 
 clean:
 	rm -rf $(VENV) $(OLDEST) build .pytest_cache .ruff_cache .hypothesis

@@ -123,3 +123,16 @@ def test_files_that_the_readme_names_are_there():
     named = re.findall(r"(?:pipeline|app|static|tests)/[\w./-]*", text)
     assert len(named) > 10
     assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_each_dependency_is_imported_somewhere():
+    modules = {"opencv-python-headless": "cv2", "scikit-image": "skimage", "pyyaml": "yaml", "pillow": "PIL"}
+    modules |= {"rerun-sdk": "rerun"}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    needs = [*project["dependencies"], *extras["cluster"], *extras["ros"], *extras["rerun"]]
+    text = "\n".join(path.read_text(encoding="utf-8") for house in HOUSES for path in layout.files(house))
+    for need in needs:
+        name = re.split(r"[\[<>=!~ ]", need)[0]
+        module = modules.get(name, name)
+        assert re.search(rf"^\s*(import|from) {module}\b", text, re.MULTILINE), name

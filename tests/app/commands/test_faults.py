@@ -23,6 +23,12 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="has no such devices and
 PLAIN = sample_source("plain")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """What is compiled is kept in files, which the tests that follow have no room for."""
+    assert main(["estimate", PLAIN]) == 0
+
+
 @pytest.fixture(scope="module")
 def video(tmp_path_factory):
     path = tmp_path_factory.mktemp("faults") / "seq.mkv"

@@ -33,6 +33,7 @@ def compiled():
 def video(tmp_path_factory):
     path = tmp_path_factory.mktemp("faults") / "seq.mkv"
     assert main(["simulate", "--frames", "6", "--seed", "1", "--out", str(path)]) == 0
+    assert main(["estimate", str(path)]) == 0
     return path
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
 from collections.abc import Callable
@@ -23,9 +24,22 @@ def compiled(loop: Callable[..., Any]) -> Any:
     installation and no home, in a temporary folder that belongs to the user alone; failing that, it is not kept.
     """
     try:
-        return njit(cache=True, **_HOW)(loop)
+        return _kept(loop)
     except RuntimeError:  # numba found no folder that can be written
         return _compiled_elsewhere(loop)
+
+
+def _kept(loop: Callable[..., Any]) -> Any:
+    """Compile on the first call and keep the result, unless the disk is full then, which must not end the run."""
+    function = njit(cache=True, **_HOW)(loop)
+    keep = function._cache.save_overload
+
+    def keep_if_there_is_room(signature: Any, data: Any) -> None:
+        with contextlib.suppress(OSError):
+            keep(signature, data)
+
+    function._cache.save_overload = keep_if_there_is_room
+    return function
 
 
 def on_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:
@@ -40,7 +54,7 @@ def _compiled_elsewhere(loop: Callable[..., Any]) -> Any:
     before: str = getattr(config, _FOLDER)
     setattr(config, _FOLDER, str(folder))
     try:
-        return njit(cache=True, **_HOW)(loop)
+        return _kept(loop)
     except RuntimeError:
         return njit(**_HOW)(loop)
     finally:

@@ -16,7 +16,7 @@ from dockpose import Camera, Dock, estimate
 from dockpose.app.commands.arguments import Commands
 from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, say
 from dockpose.app.commands.output import LineFile
-from dockpose.app.errors import UserError, blaming, writing
+from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
@@ -94,6 +94,7 @@ def _with_progress(frames: Iterator[RenderedFrame], count: int) -> Iterator[Rend
 
 def _target(out: Path, sequence: FilmPlan) -> _Folder | _Video:
     if is_video_file(out):
+        check_place(out, "--out")
         return _Video(out, sequence)
     return _Folder(out, sequence)
 
@@ -158,7 +159,7 @@ class _Video(_Target):
             raise UserError(f"--out {path}: an MP4 needs an even width and height, the camera has {size} pixels")
 
     def __enter__(self) -> _Video:
-        super().__enter__()  # a folder that is not there is told by the table, before the video's writer complains
+        super().__enter__()
         save_sequence(self._sequence, self._path.with_suffix(".yaml"))
         motion = self._sequence.motion
         rate_hz = _STILL_RATE_HZ if motion is None else motion.rate_hz

@@ -31,7 +31,7 @@ def compiled(loop: Callable[..., Any]) -> Any:
 
 def _kept(loop: Callable[..., Any]) -> Any:
     """Compile on the first call and keep the result, unless the disk is full then, which must not end the run."""
-    function = njit(cache=True, **_HOW)(loop)
+    function: Any = njit(cache=True, **_HOW)(loop)
     keep = function._cache.save_overload
 
     def keep_if_there_is_room(signature: Any, data: Any) -> None:

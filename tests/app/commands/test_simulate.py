@@ -175,7 +175,7 @@ def test_a_wrong_scene_ends_with_2_and_one_sentence(desk, capsys, change, messag
         (["--out", "o", "--frames", "0"], "--frames is 0"),
         (["--out", "o", "--seed", "-1"], "--seed is -1"),
         (["--scene", "s.yaml", "--out", "s.yaml"], "--out s.yaml: cannot be written"),
-        (["--scene", "s.yaml", "--out", "no/such/v.mp4"], "--out no/such/v.csv: cannot be written"),
+        (["--scene", "s.yaml", "--out", "no/such/v.mp4"], "--out no/such/v.mp4: cannot be written, there is no folder"),
         (
             ["--scene", "deep.yaml", "--out", "v.mp4"],
             "--out v.mp4: stores 8 bits, the scene's sensor has 12; use NAME.mkv or a folder",

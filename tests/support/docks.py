@@ -24,7 +24,15 @@ def nominal(dock):
 
 
 def dock_views(
-    dock, seed, count=60, noise_px=0.1, camera=CAMERA, tilt_deg=35.0, ranges_m=(0.8, 2.0), aside=0.15, rolls=0.05
+    dock,
+    seed,
+    count=60,
+    noise_px=0.1,
+    camera=CAMERA,
+    tilt_deg=35.0,
+    ranges_m=(0.8, 2.0),
+    aside=0.15,
+    rolls: float | None = 0.05,
 ):
     """Views from all sides; ``rolls`` is the step of the roll between views of a video, None for single pictures."""
     rng, lights = np.random.default_rng(1000 + seed), dock.light_points()

@@ -14,7 +14,8 @@ def seen(dock, camera, seed, noise_px=0.0):
     """Lights in the picture, and the pose, of a dock anywhere in view."""
     rng = np.random.default_rng(seed)
     roll = float(rng.uniform(0, 2 * math.pi))
-    rotation = rotation_from_angles(*np.radians(rng.uniform(-30, 30, 2)).tolist(), roll)
+    theta_x, theta_y = np.radians(rng.uniform(-30, 30, 2)).tolist()
+    rotation = rotation_from_angles(theta_x, theta_y, roll)
     place = np.array([*rng.uniform(-0.2, 0.2, 2), rng.uniform(1, 2)])
     points_px = camera.project(dock.light_points() @ rotation.T + place)
     return points_px + rng.normal(0, noise_px, points_px.shape), rotation, place, roll

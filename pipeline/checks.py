@@ -52,8 +52,9 @@ def shown(value: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """Text for a message: what cannot be printed, such as a line break or an escape sequence, is spelt out."""
-    return printable(text) if len(text) <= _MOST_TEXT else f"{printable(text[:_MOST_TEXT])}..."
+    """Text for a message: what cannot be printed is spelt out; of a long one the middle, mostly a name, is left out."""
+    half = _MOST_TEXT // 2
+    return printable(text if len(text) <= _MOST_TEXT else f"{text[:half]}...{text[-half:]}")
 
 
 def printable(text: str) -> str:

@@ -61,10 +61,16 @@ class Gate:
         """Return the message; raises RefusedError where viser must not see it."""
         if self._server is None:
             raise RefusedError("the page is not ready yet")
-        gui = self._server.gui
-        return check_message(
-            raw, gui._gui_input_handle_from_uuid.get, gui._container_handle_from_uuid.get, only_views=only_views
-        )
+        # A card that one browser alone is shown is not among the controls of all.
+        guis = [self._server.gui, *(client.gui for client in self._server.get_clients().values())]
+
+        def find_control(uuid: str) -> Any:
+            return _first(uuid, [gui._gui_input_handle_from_uuid for gui in guis])
+
+        def find_form(uuid: str) -> Any:
+            return _first(uuid, [gui._container_handle_from_uuid for gui in guis])
+
+        return check_message(raw, find_control, find_form, only_views=only_views)
 
     def send_back(self, connection: Any, control: str) -> None:
         """Show a browser the value in force in place of one that was not taken."""
@@ -76,6 +82,10 @@ class Gate:
             state = sockets._client_state_from_id.get(client_id)
             if one is connection and state is not None and not state.message_buffer.done:
                 state.message_buffer.push(messages.GuiUpdateMessage(control, {"value": handle._impl.value}))
+
+
+def _first(uuid: str, tables: list[dict[str, Any]]) -> Any:
+    return next((table[uuid] for table in tables if uuid in table), None)
 
 
 class _Bucket:

@@ -72,16 +72,21 @@ class Gate:
 
         return check_message(raw, find_control, find_form, only_views=only_views)
 
-    def send_back(self, connection: Any, control: str) -> None:
-        """Show a browser the value in force in place of one that was not taken."""
-        handle = None if self._server is None else self._server.gui._gui_input_handle_from_uuid.get(control)
-        if handle is None or self._server is None:
+    def send_back(self, connection: Any, refusal: RefusedError) -> None:
+        """Show a browser the value in force in place of one that was not taken, and say why."""
+        if self._server is None or refusal.control is None:
             return
-        sockets = self._server._websock_server
-        for client_id, one in list(sockets._live_connections.items()):
-            state = sockets._client_state_from_id.get(client_id)
-            if one is connection and state is not None and not state.message_buffer.done:
-                state.message_buffer.push(messages.GuiUpdateMessage(control, {"value": handle._impl.value}))
+        handle = self._server.gui._gui_input_handle_from_uuid.get(refusal.control)
+        client_id = next((one for one, it in self._live() if it is connection), None)
+        client = None if client_id is None else self._server.get_clients().get(client_id)
+        state = None if client_id is None else self._server._websock_server._client_state_from_id.get(client_id)
+        if handle is None or client is None or state is None or state.message_buffer.done:
+            return
+        state.message_buffer.push(messages.GuiUpdateMessage(refusal.control, {"value": handle._impl.value}))
+        client.add_notification("Not taken", f"{handle._impl.props.label}: {refusal.reason}.", color="yellow")
+
+    def _live(self) -> list[tuple[int, Any]]:
+        return [] if self._server is None else list(self._server._websock_server._live_connections.items())
 
 
 def _first(uuid: str, tables: list[dict[str, Any]]) -> Any:
@@ -138,19 +143,19 @@ class _Inbox:
             if not self._only_views:  # the page of a viewer sends what it always does
                 self._gate.journal.note(self._client, f"refused {refusal}")
             if refusal.control is not None:
-                self._plan(refusal.control)
+                self._plan(refusal.control, refusal)
             return False
         if isinstance(message, GuiUpdateMessage) and (planned := self._to_send_back.pop(message.uuid, None)):
             planned.cancel()
         return True
 
-    def _plan(self, control: str) -> None:
+    def _plan(self, control: str, refusal: RefusedError) -> None:
         if planned := self._to_send_back.pop(control, None):
             planned.cancel()
 
         def send() -> None:
             self._to_send_back.pop(control, None)
-            self._gate.send_back(self._connection, control)
+            self._gate.send_back(self._connection, refusal)
 
         self._to_send_back[control] = asyncio.get_running_loop().call_later(_SEND_BACK_S, send)
 

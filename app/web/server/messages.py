@@ -32,12 +32,13 @@ _Three = tuple[float, float, float]
 class RefusedError(ValueError):
     """A message is refused; the text says why, without what was in it.
 
-    ``control`` is the id of the control that it would have set to a value that this control does not take.
+    ``control`` is the id of the control that it would have set to a value that this control does not take, and
+    ``reason`` says why it does not.
     """
 
     def __init__(self, reason: str, control: str | None = None) -> None:
-        super().__init__(reason)
-        self.control = control
+        super().__init__(reason if control is None else f"a value that is not taken: {reason}")
+        self.reason, self.control = reason, control
 
 
 class _Message(msgspec.Struct, tag=True, tag_field="type", forbid_unknown_fields=True, frozen=True):
@@ -167,9 +168,11 @@ def check_message(
         _check_viewpoint(message)
     elif isinstance(message, GuiUpdateMessage):
         control = find_control(message.uuid)
-        reason = "there is no such control" if control is None else why_not(control, message.updates.value)
+        if control is None:
+            raise RefusedError("a value for a control that does not exist")
+        reason = why_not(control, message.updates.value)
         if reason is not None:
-            raise RefusedError(f"a value that is not taken: {reason}", None if control is None else message.uuid)
+            raise RefusedError(reason, message.uuid)
     elif isinstance(message, GuiFormSubmitMessage | GuiFormDirtyMessage):
         if not isinstance(find_form(message.uuid), viser.GuiFormHandle):
             raise RefusedError("there is no such form")
@@ -209,7 +212,7 @@ def _out_of_range(value: Any, low: float | None, high: float | None, decimals: i
     low = -_MOST_WITHOUT_LIMITS if low is None else low
     high = _MOST_WITHOUT_LIMITS if high is None else high
     if not low - rounding <= value <= high + rounding:
-        return f"it is not from {low:g} to {high:g}"
+        return f"{value:.10g} is not from {low:g} to {high:g}"
     return None
 
 

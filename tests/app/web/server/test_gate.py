@@ -58,6 +58,18 @@ def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors):
     one.set("Number of lights", -7)
     assert not one.until(lambda page: page.values[number] != -7, 0.5)  # somebody may still be typing
     assert one.until(lambda page: page.values[number] == 10, 3)
+    assert one.until(
+        lambda page: "Number of lights: -7 is not from 0 to 60." in [one["body"] for one in page.notices], 1
+    )
+
+
+def test_a_control_that_one_browser_alone_is_shown_takes_its_values(app, visitors):
+    one, other = visitors
+    client = app._server.get_clients()[min(app._server.get_clients())]
+    box = client.gui.add_checkbox("Only here", False)
+    mine = one if one.until(lambda page: "Only here" in page.ids, 1) else other
+    mine.set("Only here", True)
+    assert mine.until(lambda page: box.value is True)
 
 
 def test_malformed_messages_close_nothing_and_make_few_lines(app, visitors, caplog):

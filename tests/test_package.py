@@ -15,6 +15,7 @@ from tests.support import layout
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = "import sys; from setuptools import build_meta; print(getattr(build_meta, sys.argv[1])(sys.argv[2]))"
+UNCOMPILED = {"NUMBA_DISABLE_JIT": "1"}  # compiling takes half a minute; installing the checkout has tried it
 PLAIN = str(ROOT / "sample_images" / "plain.png")
 
 
@@ -120,7 +121,7 @@ def test_the_wheel_estimates_its_own_sample_outside_the_checkout(unpacked, tmp_p
         "print(dockpose.app.cli.__file__, file=sys.stderr)\n"
         "sys.exit(dockpose.app.cli.main(['estimate', str(sample_path('plain')), '--json', '-']))"
     )
-    done = run([sys.executable, "-I", "-c", code], tmp_path)
+    done = run([sys.executable, "-I", "-c", code], tmp_path, **UNCOMPILED)
     assert done.returncode == 0, done.stderr
     assert str(unpacked) in done.stderr
     line = json.loads(done.stdout)
@@ -132,7 +133,7 @@ def test_the_wheel_estimates_its_own_sample_outside_the_checkout(unpacked, tmp_p
 def test_modules_of_a_lab_called_pipeline_and_app_are_left_alone(installed, unpacked, lab):
     path = [lab] if installed == "editable" else [lab, unpacked]
     program = [sys.executable, "-m", "dockpose.app.cli", "estimate", PLAIN, "--json", "-"]
-    done = run(program, lab, PYTHONPATH=os.pathsep.join(map(str, path)))
+    done = run(program, lab, PYTHONPATH=os.pathsep.join(map(str, path)), **UNCOMPILED)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["status"] == "ok"
     where = run([sys.executable, "-c", "import dockpose; print(dockpose.__file__)"], lab, PYTHONPATH=path[-1])

@@ -22,7 +22,10 @@ def compiled(loop: Callable[..., Any]) -> Any:
 
     It is kept beside the source file, or in the user's cache folder; where neither can be written, as with a read-only
     installation and no home, in a temporary folder that belongs to the user alone; failing that, it is not kept.
+    Where ``NUMBA_DISABLE_JIT`` is set, the function stays as it is, and a debugger can step through it.
     """
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return loop
     try:
         return _kept(loop)
     except RuntimeError:  # numba found no folder that can be written

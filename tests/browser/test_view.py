@@ -1,5 +1,6 @@
 """The picture and its histogram in a real browser: what is drawn where, and what each control changes."""
 
+import base64
 import json
 import math
 from itertools import pairwise
@@ -20,12 +21,7 @@ from dockpose.camera.image import to_grey
 pytestmark = pytest.mark.browser
 
 STAGE = "dockpose-picture .stage"
-# Pixels of the canvas as rows of red, green and blue.
-_PIXELS = """() => {
-  const canvas = document.querySelector("dockpose-picture canvas");
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  return [canvas.width, canvas.height, Array.from(data)];
-}"""
+_PIXELS = """() => document.querySelector("dockpose-picture canvas").toDataURL("image/png")"""
 
 
 def found_in(view) -> Any:
@@ -42,8 +38,9 @@ def press(page, name):
 
 
 def pixels(page):
-    width, height, data = page.page.evaluate(_PIXELS)
-    return np.array(data, np.uint8).reshape(height, width, 4)[:, :, :3]
+    """The canvas as rows of red, green and blue."""
+    file = base64.b64decode(page.page.evaluate(_PIXELS).split(",")[1])
+    return cv2.cvtColor(cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
 
 
 def on_screen(page, x, y):

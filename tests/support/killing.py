@@ -29,7 +29,7 @@ class Kills:
 def kill_often(folder: Path, kills: int, seed: int, longest_s: float = 0.2) -> Kills:
     """Start a program and kill it within so many seconds, again and again on the same few sessions."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["tests.taking"])
+    context.set_forkserver_preload(["tests.support.taking"])
     rng, told = np.random.default_rng(seed), Kills()
     confirmed: set[int] = set()
     for number in range(kills):

@@ -19,7 +19,7 @@ run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
 
 test: $(VENV)/.test $(VENV)/.chromium
-	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 2 --dist loadfile
+	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 3 --dist loadfile
 	@# One after the other: a browser without a graphics card takes all cores for itself, and a click may come too
 	@# late for the page, so that what fails is tried once more, and named as a rerun in the summary.
 	$(BIN)/python -m pytest --reruns 1 $(CORE_OF_PAGE)

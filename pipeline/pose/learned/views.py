@@ -10,8 +10,8 @@ from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.offsets import refine_with_offsets
-from dockpose.pose.refine import LightRays, angles_on_planes, light_rays, refine
-from dockpose.pose.spacing import place
+from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine
+from dockpose.pose.spacing import Placement, place
 
 FEWEST_LIGHTS = 5  # in a view; fewer leave too little beside its pose
 
@@ -73,14 +73,10 @@ class Placed:
 
 def place_view(view: DockView, camera: Camera, dock: Dock) -> Placed | None:
     """The view with the better of its poses refined, lights numbered from any; None where they do not fit the dock."""
-    if len(view.points_px) < FEWEST_LIGHTS:
+    fitted = _fitted(view, camera, dock)
+    if fitted is None:
         return None
-    rays = light_rays(view.points_px, camera, float(view.poses[0].position_m[2]))
-    R, t = np.array([pose.rotation for pose in view.poses]), np.array([pose.position_m for pose in view.poses])
-    placement = place(angles_on_planes(rays, R, t), dock)
-    if not any(placement.fits):
-        return None
-    fit = refine(R, t, placement.angles_rad, dock.radius, rays)
+    rays, placement, fit = fitted
     squares = np.where(placement.fits, fit.squares_px2, np.inf)
     if dock.offsets_m:
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
@@ -92,16 +88,22 @@ def place_view(view: DockView, camera: Camera, dock: Dock) -> Placed | None:
 
 def tells_roll(view: DockView, camera: Camera, dock: Dock) -> bool:
     """Whether the offsets of the dock's lights tell its roll over the whole turn in a view."""
-    if len(view.points_px) < FEWEST_LIGHTS:
+    fitted = _fitted(view, camera, dock)
+    if fitted is None:
         return False
+    rays, placement, fit = fitted
+    _, told = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
+    return told.period_rad > placement.period_rad
+
+
+def _fitted(view: DockView, camera: Camera, dock: Dock) -> tuple[LightRays, Placement, Fit] | None:
+    """Both poses of a view refined to the dock's lights, without their offsets; None where these do not fit."""
+    if len(view.points_px) < FEWEST_LIGHTS:
+        return None
     rays = light_rays(view.points_px, camera, float(view.poses[0].position_m[2]))
     R, t = np.array([pose.rotation for pose in view.poses]), np.array([pose.position_m for pose in view.poses])
     placement = place(angles_on_planes(rays, R, t), dock)
-    if not any(placement.fits):
-        return False
-    fit = refine(R, t, placement.angles_rad, dock.radius, rays)
-    _, told = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
-    return told.period_rad > placement.period_rad
+    return (rays, placement, refine(R, t, placement.angles_rad, dock.radius, rays)) if any(placement.fits) else None
 
 
 def about_z(angle: float) -> np.ndarray:

@@ -43,7 +43,7 @@ lint: $(VENV)/.test $(VENV)/.lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	@# Type checkers do not read the editable install's map of folders; links show them the package as it is installed.
-	mkdir -p $(VENV)/types/dockpose && ln -sfn $(CURDIR)/pipeline/* $(CURDIR)/app $(VENV)/types/dockpose/
+	rm -rf $(VENV)/types && mkdir -p $(VENV)/types/dockpose && ln -sfn $(CURDIR)/pipeline/* $(CURDIR)/app $(VENV)/types/dockpose/
 	$(BIN)/pyright
 
 bench: $(VENV)/.test $(VENV)/.chromium

@@ -1,0 +1,10 @@
+"""The flow chart, from a picture to its poses; and what was found, as an object that tells and draws itself.
+
+May import all that leads to the poses: `dockpose.camera`, `dockpose.thresholds`, `dockpose.lights`, `dockpose.pose`.
+"""
+
+from dockpose.estimate.flow import estimate
+from dockpose.estimate.result import SCHEMA, Estimate
+from dockpose.settings import Settings
+
+__all__ = ["SCHEMA", "Estimate", "Settings", "estimate"]

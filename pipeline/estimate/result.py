@@ -1,0 +1,149 @@
+"""What was found in one picture, and how it is told: as a JSON object, a table, a sentence and a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
+from dockpose.lights.ellipse import Ellipse
+from dockpose.lights.markers import Markers
+from dockpose.lights.region import Region
+from dockpose.lights.ring import Ring
+from dockpose.pose.choice import Choice
+from dockpose.pose.circle import CirclePose
+from dockpose.settings import Settings
+from dockpose.thresholds import Threshold
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Everything that was found in one picture, and how far the search came.
+
+    Attributes
+    ----------
+    status : str
+        "ok", "no_lights", "too_few_markers", "not_a_ring" or "no_ellipse".
+    message : str
+        One plain sentence.
+    width, height, bits : int
+        Of the picture.
+    camera, dock, settings : Camera, Dock, Settings
+        What it was searched with; the camera is already scaled to the picture.
+    threshold, markers, ring, ellipse, choice : Threshold, Markers, Ring, Ellipse, Choice or None
+        The stages; None where a stage was not reached.
+        The ellipse is in pixels of the undistorted picture.
+    detection : float or None
+        Probability that the ring is a dock at all; those of the candidates are given that it is.
+    elapsed_ms : float
+        How long it took.
+    region : Region or None
+        Which part of the picture was searched; None for all of it.
+    """
+
+    status: str
+    message: str
+    width: int
+    height: int
+    bits: int
+    camera: Camera
+    dock: Dock
+    settings: Settings
+    threshold: Threshold | None = None
+    markers: Markers | None = None
+    ring: Ring | None = None
+    ellipse: Ellipse | None = None
+    choice: Choice | None = None
+    detection: float | None = None
+    elapsed_ms: float = 0.0
+    region: Region | None = None
+
+    @property
+    def candidates(self) -> tuple[CirclePose, ...]:
+        """The two poses, the likelier first; empty where there are none."""
+        return () if self.choice is None else self.choice.candidates
+
+    @property
+    def selected(self) -> CirclePose | None:
+        """The chosen pose."""
+        return None if self.choice is None else self.choice.candidates[self.choice.selected]
+
+    @property
+    def lights_on_ring(self) -> int | None:
+        """How many groups are lights on the ring; None where the search did not come so far."""
+        return None if self.ring is None else int(self.ring.on_ring.sum())
+
+    def light_numbers(self) -> list[int | None]:
+        """For each marker the number of the light that it is; None where it is none, or cannot be told."""
+        if self.markers is None:
+            return []
+        numbers: list[int | None] = [None] * len(self.markers)
+        if self.ring is not None and self.choice is not None and self.choice.lights is not None:
+            markers = np.flatnonzero(self.ring.on_ring).tolist()
+            for marker, light in zip(markers, self.choice.lights.tolist(), strict=True):
+                numbers[marker] = light
+        return numbers
+
+    def to_dict(
+        self,
+        source: str | None = None,
+        frame: int | None = None,
+        time_s: float | None = None,
+        sha256: str | None = None,
+        time_unix_s: float | None = None,
+    ) -> dict[str, Any]:
+        """The estimate as one JSON object of schema 1; unknown values are None, never left out."""
+        return {
+            "schema": SCHEMA,
+            "source": source,
+            "frame": frame,
+            "time_s": time_s,
+            "time_unix_s": time_unix_s,
+            "sha256": sha256,
+            "status": self.status,
+            "message": self.message,
+            "image": {"width": self.width, "height": self.height, "bits": self.bits},
+            "camera": msgspec.to_builtins(self.camera) | {"distortion": list(self.camera.distortion)},
+            "dock": msgspec.json.decode(msgspec.json.encode(self.dock)),
+            "settings": msgspec.to_builtins(self.settings) | {"masks": [list(mask) for mask in self.settings.masks]},
+            "threshold": self._threshold_dict(),
+            "markers": self._marker_dicts(),
+            "ellipse": None if self.ellipse is None else self.ellipse.to_dict(),
+            "candidates": [pose.to_dict() for pose in self.candidates],
+            "selected": None if self.choice is None else self.choice.selected,
+            "selected_by": None if self.choice is None else self.choice.selected_by,
+            "chosen": None if self.selected is None else self.selected.summary(),
+            "detection": self.detection,
+            "rivals": [] if self.ring is None else [self._rival_dict(rival) for rival in self.ring.rivals],
+            "elapsed_ms": round(self.elapsed_ms, 3),
+        }
+
+    def _threshold_dict(self) -> dict[str, Any] | None:
+        if self.threshold is None:
+            return None
+        return {
+            "method": self.threshold.method,
+            "level": self.threshold.level,
+            "native_level": self.threshold.native_level,
+            "groups": None if self.markers is None else len(self.markers),
+        }
+
+    def _rival_dict(self, on_ring: np.ndarray) -> dict[str, Any]:
+        """Another ring in view: how many lights it has, and their middle."""
+        assert self.markers is not None
+        return {"lights": int(on_ring.sum()), "centre_px": self.markers.points_px[on_ring].mean(axis=0).tolist()}
+
+    def _marker_dicts(self) -> list[dict[str, Any]]:
+        if self.markers is None:
+            return []
+        on_ring = [None] * len(self.markers) if self.ring is None else self.ring.on_ring.tolist()
+        points_px, areas_px = self.markers.points_px.tolist(), self.markers.areas_px.tolist()
+        return [
+            {"x_px": x, "y_px": y, "area_px": area, "on_ring": on, "light": light}
+            for (x, y), area, on, light in zip(points_px, areas_px, on_ring, self.light_numbers(), strict=True)
+        ]

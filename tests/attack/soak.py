@@ -8,6 +8,7 @@ import argparse
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -27,6 +28,8 @@ from tests.support.visitors import Visitor
 READERS, DEAF, RATE_HZ = 14, 5, 10
 SETTLED_S, WINDOW_S, MOST_GROWTH = 60.0, 20.0, 0.05
 STOPPED_S = 15.0
+LEAST_RATE_HZ = 1.0  # frames shown; a page without a graphics card and twenty browsers share the cores
+_FRAME = re.compile(r'"at":(\d+)')
 
 
 def write_video(path: Path, seconds: float) -> None:
@@ -88,8 +91,9 @@ def soak(minutes: float) -> int:
             deaf = [Visitor(program.address, reads=False) for _ in range(DEAF)]
             command = [sys.executable, "-m", "tests.attack.soak", "--read", program.address]
             stopped = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-            play = json.dumps({"type": "play", "number": 1})
-            mover.set("Done on the page", play)
+            shown: set[int] = set()
+            mover.hears = lambda message: shown.update(frames_in(message))
+            mover.set("Done on the page", json.dumps({"do": "play", "number": 1}))
             threading.Thread(target=move_sliders, args=(mover, is_over), daemon=True).start()
             memory = watched(program, stopped, deaf, minutes)
             if not all(one.is_open for one in (mover, *drains)):
@@ -105,12 +109,13 @@ def soak(minutes: float) -> int:
     settled = [size for at_s, size in memory if SETTLED_S <= at_s < SETTLED_S + WINDOW_S]
     last = [size for at_s, size in memory if at_s >= memory[-1][0] - WINDOW_S]
     growth = median(last) / median(settled) - 1
-    print(f"{minutes:g} minutes, {READERS + DEAF + 1} browsers, {heard} to one of them")
+    print(f"{minutes:g} minutes, {READERS + DEAF + 1} browsers, {heard} to one of them, {len(shown)} frames shown")
     print(
         f"memory: {median(settled) / 1e6:.0f} MB after a minute, {median(last) / 1e6:.0f} MB at the end ({growth:+.1%})"
     )
     print(f"threads: {threads} before, {threads_left} after; open files: {handles} before, {handles_left} after")
     faults += [f"memory grew by {growth:.1%}"] * (growth > MOST_GROWTH)
+    faults += ["the video did not play"] * (len(shown) < 60 * minutes * LEAST_RATE_HZ)
     faults += ["threads stay"] * (threads_left > threads + 32)  # the library's pool has up to 32, whoever is there
     faults += ["open files stay"] * (handles_left > handles)
     faults += [f"{len(lines)} errors in the log, as {lines[0]}"] if lines else []
@@ -132,6 +137,12 @@ def watched(program, stopped, deaf, minutes) -> list[tuple[float, int]]:
         time.sleep(1)
     os.kill(stopped.pid, signal.SIGCONT)
     return memory
+
+
+def frames_in(message: dict) -> list[int]:
+    """Numbers of the frames of the video that a message to the page shows."""
+    content = str(message.get("updates", {}).get("content", ""))
+    return [int(number) for number in _FRAME.findall(content)]
 
 
 def came_back(program, threads, handles):

@@ -31,48 +31,50 @@ def add_sources(parser: argparse.ArgumentParser, nargs: str, text: str) -> None:
     )
 
 
-def add_camera_and_dock(parser: argparse.ArgumentParser) -> None:
+def add_camera_and_dock(parser: argparse._ActionsContainer) -> None:
     """Add ``--camera``, ``--dock-diameter``, ``--dock`` and ``--lights``."""
     parser.add_argument("--camera", metavar="C.yaml", help=f"camera file: ROS, OpenCV or dockpose ({_BESIDE})")
     parser.add_argument(
-        "--dock-diameter", metavar="M", help=f"of the ring of lights, in metres, or with its unit as 30cm ({_BESIDE})"
+        "--dock-diameter",
+        metavar="M",
+        help=f"diameter of the ring of lights in metres, or with a unit, as 30cm ({_BESIDE})",
     )
-    parser.add_argument("--dock", metavar="D.yaml", help="dock file, as learn-dock writes; in place of both of these")
-    parser.add_argument("--lights", type=int, metavar="N", help="how many lights, evenly spaced, where it is known")
+    parser.add_argument("--dock", metavar="D.yaml", help="dock file, as learn-dock writes it, with diameter and lights")
+    parser.add_argument("--lights", type=int, metavar="N", help="number of evenly spaced lights (default: not known)")
 
 
-def add_wishes(parser: argparse.ArgumentParser) -> None:
+def add_wishes(parser: argparse._ActionsContainer) -> None:
     """Add ``--exposure``, ``--gain``, ``--fps`` and ``--format``."""
     parser.add_argument(
         "--exposure",
         type=float,
         metavar="E",
-        help="of a camera, in its own unit, and no longer automatic: 0.1 ms on Linux, so that 120 is 12 ms; powers of "
-        "two of a second on Windows, so that -6 is 1/64 s",
+        help="fixed exposure time in the driver's unit: 0.1 ms on Linux, so 120 is 12 ms; a power of two of a second "
+        "on Windows, so -6 is 1/64 s (default: as the camera is set)",
     )
-    parser.add_argument("--gain", type=float, metavar="G", help="of a camera, in its own unit")
-    parser.add_argument("--fps", type=float, metavar="HZ", help="frames a second of a camera")
+    parser.add_argument("--gain", type=float, metavar="G", help="gain in the driver's unit")
+    parser.add_argument("--fps", type=float, metavar="HZ", help="frame rate to ask for")
     parser.add_argument(
-        "--format", metavar="FOUR", help="of a camera's pixels: MJPG, YUYV; GREY; Y16, which keeps its 16 bits"
+        "--format", metavar="FOUR", help="pixel format to ask for: MJPG, YUYV, GREY, or Y16, which keeps 16 bits"
     )
 
 
-def add_topic(parser: argparse.ArgumentParser) -> None:
+def add_topic(parser: argparse._ActionsContainer) -> None:
     """Add ``--topic``."""
     parser.add_argument(
-        "--topic", metavar="NAME", help="of a bag of ROS, as /camera/image_raw (default: the only one with pictures)"
+        "--topic", metavar="NAME", help="topic of a ROS bag, as /camera/image_raw (default: the only one with pictures)"
     )
 
 
-def add_masks(parser: argparse.ArgumentParser) -> None:
+def add_masks(parser: argparse._ActionsContainer) -> None:
     """Add ``--mask``."""
     parser.add_argument(
         "--mask",
         metavar="X,Y,W,H",
         action="append",
         default=[],
-        help="leave out a rectangle, as burnt-in text: left, top, width and height in pixels; may be given repeatedly "
-        "(--mask=-5,0,90,20 where it starts with a minus)",
+        help="ignore a rectangle, such as burnt-in text: left, top, width and height in pixels; may be repeated (write "
+        "--mask=-5,0,90,20 if it starts with a minus)",
     )
 
 

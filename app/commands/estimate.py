@@ -52,49 +52,66 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         "a picture, a folder of pictures, a glob, a video, a bag of ROS, a camera (0, /dev/video0), the address of a "
         "stream (http://, rtsp://), or a scene file to simulate",
     )
-    add_camera_and_dock(parser)
-    parser.add_argument("--method", choices=[*METHODS], help="threshold (default: hats)")
-    parser.add_argument("--level", type=int, help="a fixed level, 0..255, in place of a method")
-    parser.add_argument(
+    add_camera_and_dock(parser.add_argument_group("camera and dock"))
+    _add_detection(parser.add_argument_group("detection"))
+    _add_outputs(parser.add_argument_group("output"))
+    _add_sequences(parser.add_argument_group("sequences and bags"))
+    add_wishes(parser.add_argument_group("live cameras"))
+    add_session_argument(parser.add_argument_group("experiment log"))
+    parser.set_defaults(run=run, parser=parser)
+
+
+def _add_detection(group: argparse._ArgumentGroup) -> None:
+    group.add_argument("--method", choices=[*METHODS], help="threshold method (default: hats)")
+    group.add_argument("--level", type=int, help="threshold at this grey level, 0 to 255, instead of by a method")
+    group.add_argument(
         "--min-area",
         type=int,
         metavar="PX",
-        help=f"take groups of fewer bright pixels for noise (default: {Settings().min_area_px})",
+        help=f"ignore groups of fewer bright pixels (default: {Settings().min_area_px})",
     )
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
-    parser.add_argument("--csv", metavar="FILE", help="write a table, a row a frame")
-    parser.add_argument(
-        "--annotate", metavar="DIR", type=Path, help="write annotated pictures into a folder; of a sequence, X.mp4"
+    add_masks(group)
+
+
+def _add_outputs(group: argparse._ArgumentGroup) -> None:
+    group.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
+    group.add_argument("--csv", metavar="FILE", help="write a table, one row a frame")
+    group.add_argument(
+        "--annotate",
+        metavar="DIR",
+        type=Path,
+        help="write annotated pictures into this folder, or one annotated MP4 for a sequence",
     )
-    parser.add_argument(
-        "--rate", type=float, metavar="HZ", help="take pictures in their order as a sequence of so many a second"
-    )
-    parser.add_argument(
+    group.add_argument(
         "--out",
         metavar="FILE.mcap",
         type=Path,
-        help="write messages of ROS 2, for Foxglove: poses with covariances, /tf, annotated pictures, diagnostics",
+        help="write ROS 2 messages, for Foxglove: poses with covariances, /tf, annotated pictures, diagnostics",
     )
-    parser.add_argument("--rerun", metavar="FILE.rrd", type=Path, help="write a recording for the viewer Rerun")
-    add_topic(parser)
-    parser.add_argument(
+    group.add_argument("--rerun", metavar="FILE.rrd", type=Path, help="write a recording for the Rerun viewer")
+    group.add_argument(
         "--record",
         metavar="FILE.mkv",
         type=Path,
-        help="keep every frame of a camera or stream meanwhile: as it was sent, or without any loss",
+        help="keep every frame of a camera or stream, as it was sent or losslessly compressed",
     )
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes for recordings (default: 1)")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="do recordings on a Dask cluster, as tcp://host:8786")
-    parser.add_argument(
+
+
+def _add_sequences(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--rate", type=float, metavar="HZ", help="treat the pictures, in their order, as a sequence at this frame rate"
+    )
+    group.add_argument(
         "--smooth",
         action="store_true",
-        help="smooth the poses of a sequence over all its frames; its JSON lines and rows are then written at its end, "
-        "or when it is stopped by Ctrl+C",
+        help="smooth the poses of a sequence over all its frames; JSON lines and rows are written at its end, or when "
+        "Ctrl+C stops it",
     )
-    add_wishes(parser)
-    add_masks(parser)
-    add_session_argument(parser)
-    parser.set_defaults(run=run, parser=parser)
+    add_topic(group)
+    group.add_argument("--jobs", type=int, default=1, metavar="N", help="worker processes (default: 1)")
+    group.add_argument(
+        "--scheduler", metavar="ADDRESS", help="work on the Dask cluster at this address, as tcp://host:8786"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -18,7 +18,7 @@ _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mas
 _MOST_NUMBERS = 4  # of a row that are told one by one
 
 
-def add_session_argument(parser: argparse.ArgumentParser) -> None:
+def add_session_argument(parser: argparse._ActionsContainer) -> None:
     """Add ``--session``."""
     parser.add_argument(
         "--session",

@@ -49,7 +49,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         default="auto",
         choices=LENS_CHOICES,
         help="distortion: none, k1, k2 (k1 and k2), tangential (p1 and p2 too), k3 (that too), fisheye or rational "
-        "(default: the simplest that the pictures do not speak against)",
+        "(default: auto, the simplest that fits the pictures)",
     )
     parser.add_argument(
         "--in", dest="medium", default="air", choices=MEDIA, help="where the pictures were taken (default: %(default)s)"

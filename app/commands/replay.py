@@ -24,7 +24,7 @@ def add_session_argument(parser: argparse._ActionsContainer) -> None:
         "--session",
         metavar="FOLDER",
         type=Path,
-        help="in place of SOURCE: estimate a session's frames again, and tell which numbers differ and why",
+        help="instead of SOURCE: estimate a session's frames again, and say which numbers differ and why",
     )
 
 

@@ -50,17 +50,21 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="FOLDER",
         type=Path,
         default=SESSIONS_FOLDER,
-        help="where the page keeps experiments; made with the first one (default: %(default)s)",
+        help="folder of the experiments, made when the first one begins (default: %(default)s)",
     )
     parser.add_argument(
-        "--upload-limit-mb", type=float, default=200, metavar="MB", help="of all pictures sent to it (default: 200)"
+        "--upload-limit-mb",
+        type=float,
+        default=200,
+        metavar="MB",
+        help="limit for all uploads together (default: 200)",
     )
     parser.add_argument(
         "--allow-host",
         metavar="NAME",
         action="append",
         default=[],
-        help="another name by which browsers may call it, as a reverse proxy's; may be given repeatedly",
+        help="accept this host name too, for example a reverse proxy's; may be repeated",
     )
     parser.add_argument(
         "--view-token",

@@ -45,8 +45,8 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command ``simulate``."""
     parser = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
     parser.add_argument("--scene", metavar="S.yaml", help="scene file (default: an approach from 20 m to 1 m)")
-    parser.add_argument("--seed", type=int, metavar="N", help="of all that is random (default: the scene file's)")
-    parser.add_argument("--frames", type=int, metavar="N", help="how many pictures (default: as the scene file says)")
+    parser.add_argument("--seed", type=int, metavar="N", help="random seed (default: the scene file's)")
+    parser.add_argument("--frames", type=int, metavar="N", help="number of frames (default: as the scene file says)")
     parser.add_argument(
         "--out",
         required=True,

@@ -40,7 +40,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         help="folder, pictures or glob; or a video; or a live camera's number or a stream's address, until the views "
         "are enough or Ctrl+C",
     )
-    parser.add_argument("--board", required=True, metavar="10x7", help="how many squares the board has")
+    parser.add_argument("--board", required=True, metavar="10x7", help="columns and rows of squares on the board")
     parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, in metres")
     parser.add_argument("--charuco", metavar="DICT", help="dictionary of a ChArUco board, as DICT_4X4_50")
     parser.add_argument("--marker", type=float, metavar="M", help="side of its markers (default: 3/4 of a square)")
@@ -59,8 +59,10 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="AIR.yaml",
         help="with --in water: the camera as calibrated in air, of which the flat port is to be found",
     )
-    parser.add_argument("--format", default="dockpose", choices=FORMATS, help="of the file (default: %(default)s)")
-    parser.add_argument("--out", default="camera.yaml", metavar="C.yaml", type=Path, help="default: %(default)s")
+    parser.add_argument("--format", default="dockpose", choices=FORMATS, help="file format (default: %(default)s)")
+    parser.add_argument(
+        "--out", default="camera.yaml", metavar="C.yaml", type=Path, help="camera file (default: %(default)s)"
+    )
     parser.set_defaults(run=run)
 
 

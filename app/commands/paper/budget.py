@@ -31,27 +31,29 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         "--dock-diameter",
         metavar="M",
         required=True,
-        help="of the ring of lights, in metres, or with its unit as 30cm",
+        help="diameter of the ring in metres, or with a unit, as 30cm",
     )
-    parser.add_argument("--lights", type=int, metavar="N", required=True, help="how many lights, evenly spaced")
+    parser.add_argument("--lights", type=int, metavar="N", required=True, help="number of evenly spaced lights")
     parser.add_argument(
         "--noise",
         type=float,
         metavar="PX",
         default=USUAL_NOISE_PX,
-        help=f"of a light's centre, in pixels: 0.1 for bright, sharp lights, 1 in turbid water "
+        help=f"noise of a light's centre in pixels: 0.1 for bright, sharp lights, 1 in turbid water "
         f"(default: {USUAL_NOISE_PX:g})",
     )
     parser.add_argument(
-        "--ranges", metavar="M,M,...", help="in metres (default: from filling the picture to lights run together)"
+        "--ranges",
+        metavar="M,M,...",
+        help="ranges in metres (default: from a full picture to merged lights)",
     )
     parser.add_argument(
         "--tilts",
         metavar="DEG,DEG,...",
-        help=f"in degrees, 0 is square on (default: {','.join(f'{tilt:g}' for tilt in TILTS_DEG)})",
+        help=f"tilts in degrees; 0 is square on (default: {','.join(f'{tilt:g}' for tilt in TILTS_DEG)})",
     )
     parser.add_argument("--draws", type=int, metavar="N", default=200, help="simulated for each row (default: 200)")
-    parser.add_argument("--seed", type=int, metavar="N", default=0, help="of the simulation (default: 0)")
+    parser.add_argument("--seed", type=int, metavar="N", default=0, help="random seed (default: 0)")
     parser.add_argument("--csv", metavar="FILE", help="write the table in full; - for standard output")
     parser.set_defaults(run=run, dock=None)  # the budget is of lights that are evenly spaced
 

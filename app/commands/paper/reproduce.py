@@ -26,7 +26,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         default=Path("reproduction"),
         help="folder for index.html and the PNG, SVG and CSV of each part (default: reproduction)",
     )
-    parser.add_argument("--seed", type=int, metavar="N", default=SEED, help=f"of all that is random (default: {SEED})")
+    parser.add_argument("--seed", type=int, metavar="N", default=SEED, help=f"random seed (default: {SEED})")
     parser.add_argument(
         "--jobs", type=int, metavar="N", default=os.cpu_count() or 1, help="processes (default: one a core)"
     )

@@ -20,13 +20,15 @@ _EVERY_S = 10.0  # between two lines where there is no terminal
 def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command ``study``."""
     parser = commands.add_parser("study", help="try all methods on simulated scenes drawn at random, and compare them")
-    parser.add_argument("--scenes", type=int, metavar="N", required=True, help="how many")
-    parser.add_argument("--seed", type=int, metavar="S", required=True, help="of all that is random")
+    parser.add_argument("--scenes", type=int, metavar="N", required=True, help="number of scenes")
+    parser.add_argument("--seed", type=int, metavar="S", required=True, help="random seed")
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--jobs", type=int, metavar="N", default=os.cpu_count() or 1, help="processes (default: one a core)"
     )
-    where.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, as tcp://127.0.0.1:8786")
+    where.add_argument(
+        "--scheduler", metavar="ADDRESS", help="work on the Dask cluster at this address, as tcp://127.0.0.1:8786"
+    )
     parser.add_argument(
         "--out",
         metavar="DIR",

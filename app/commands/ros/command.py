@@ -15,7 +15,10 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command ``ros``."""
     parser = commands.add_parser("ros", help="publish the dock's pose as a node of ROS 2 (where rclpy is there)")
     parser.add_argument(
-        "--topic", metavar="NAME", default="/camera/image_raw", help="of the pictures (default: %(default)s)"
+        "--topic",
+        metavar="NAME",
+        default="/camera/image_raw",
+        help="image topic (default: %(default)s)",
     )
     add_camera_and_dock(parser)
     parser.add_argument("--method", choices=[*METHODS], default="hats", help="threshold (default: hats)")

@@ -60,9 +60,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         help="with --in water: the camera as calibrated in air, of which the flat port is to be found",
     )
     parser.add_argument("--format", default="dockpose", choices=FORMATS, help="file format (default: %(default)s)")
-    parser.add_argument(
-        "--out", default="camera.yaml", metavar="C.yaml", type=Path, help="camera file (default: %(default)s)"
-    )
+    parser.add_argument("--out", default="camera.yaml", metavar="C.yaml", type=Path, help="default: %(default)s")
     parser.set_defaults(run=run)
 
 

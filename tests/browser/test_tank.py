@@ -168,7 +168,7 @@ def test_box_never_keeps_a_number_that_was_not_taken(page):
     fx = page.box("fx (px)")
     in_force = fx.input_value()
     fx.fill("99999")
-    page.page.get_by_text("fx (px): 99999 is not from 128 to 3200.").wait_for()
+    page.page.get_by_text("fx (px): 99999 is outside 128 to 3200.").wait_for()
     page.until(lambda: fx.input_value() == in_force)
     page.page.keyboard.press("Control+a")
     page.page.keyboard.type("812", delay=150)  # an 8 on the way to 812 is no number that was refused

@@ -212,7 +212,7 @@ def _out_of_range(value: Any, low: float | None, high: float | None, decimals: i
     low = -_MOST_WITHOUT_LIMITS if low is None else low
     high = _MOST_WITHOUT_LIMITS if high is None else high
     if not low - rounding <= value <= high + rounding:
-        return f"{value:.10g} is not from {low:g} to {high:g}"
+        return f"{value:.10g} is outside {low:g} to {high:g}"
     return None
 
 

@@ -59,7 +59,7 @@ def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors):
     assert not one.until(lambda page: page.values[number] != -7, 0.5)  # somebody may still be typing
     assert one.until(lambda page: page.values[number] == 10, 3)
     assert one.until(
-        lambda page: "Number of lights: -7 is not from 0 to 60." in [one["body"] for one in page.notices], 1
+        lambda page: "Number of lights: -7 is outside 0 to 60." in [one["body"] for one in page.notices], 1
     )
 
 

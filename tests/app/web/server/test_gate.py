@@ -133,9 +133,9 @@ def test_a_journal_counts_what_it_leaves_out(caplog):
 def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, caplog, raw, words):
     time.sleep(1.1)  # since the last line
     with Visitor(app.address) as visitor, caplog.at_level(logging.WARNING):
-        assert visitor.is_replayed.wait(5)
+        assert visitor.is_replayed.wait(20)
         visitor.socket.socket.sendall(raw)
-        assert not visitor.until(lambda page: False, 5)
+        assert not visitor.until(lambda page: False, 20)
         assert not visitor.is_open
     told = [record.getMessage() for record in caplog.records]
     (line,) = [one for one in told if "127.0.0.1: closed its connection: " in one]

@@ -31,6 +31,7 @@ from dockpose.app.commands.ros import command as ros
 from dockpose.app.errors import OutputError, UserError
 from dockpose.app.inputs.samples import sample_source
 from dockpose.checks import printable
+from dockpose.thresholds import METHODS
 from dockpose.thresholds.compiled import on_compiling
 
 COMMANDS = {
@@ -59,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         Its exit status: 0 all read, 1 some source could not be read or a disk is full, 2 bad arguments, 130 stopped by
         Ctrl+C, 143 by SIGTERM.
     """
-    with forgiving_output(), ended_by_sigterm():
+    with forgiving_output(), ended_by_sigterm(), METHODS.telling(_warn):
         try:
             arguments = _parser().parse_args(_with_command(list(sys.argv[1:] if argv is None else argv)))
             with logged(arguments):
@@ -71,6 +72,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             return EXIT_TERMINATED
         except KeyboardInterrupt:
             return EXIT_STOPPED
+
+
+def _warn(text: str) -> None:
+    say(text, logging.WARNING)
 
 
 def _run(arguments: argparse.Namespace) -> int:

@@ -7,6 +7,7 @@ from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, Settings, estimate
 from dockpose.sources.opening import open_frames
+from dockpose.thresholds import register_threshold
 from dockpose.tracking.tracker import Track, Tracked, Tracker
 
 __version__ = "0.2.0"
@@ -22,4 +23,5 @@ __all__ = [
     "__version__",
     "estimate",
     "open_frames",
+    "register_threshold",
 ]

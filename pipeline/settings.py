@@ -15,7 +15,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Parameters
     ----------
     method : str
-        Name of the threshold method, one of ``METHODS``.
+        Name of the threshold method, one of ``METHODS`` or one that was registered.
     level : int, optional
         Grey level for the method "fixed", 0..255.
     min_area_px : int, pixels
@@ -57,7 +57,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         make_plain(self)
-        _check_one_of("method", self.method, tuple(METHODS))
+        if self.method not in METHODS:
+            raise ValueError(f"method is {self.method!r}; it must be one of {', '.join(METHODS)}")
         _check_one_of("centroid", self.centroid, CENTROIDS)
         check_whole("min_area_px", self.min_area_px, least=1)
         if self.level is not None:

@@ -23,6 +23,7 @@ NOT_YET_NUMPYDOC: set[str] = set()
 OF_SEVERAL = {
     "app/commands/test_bags.py",
     "app/commands/test_faults.py",
+    "app/commands/test_packaged_methods.py",
     "app/experiment/test_session_faults.py",
     "app/export/test_formats.py",
     "pipeline/paper/test_paper.py",

@@ -17,6 +17,7 @@ from dockpose.app.inputs.wishes import wishes_from
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sources import Kind, Wishes, kind_of
+from dockpose.thresholds import METHODS
 
 Commands = argparse._SubParsersAction  # what add_subparsers() returns has no public name
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
@@ -56,6 +57,17 @@ def add_wishes(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--fps", type=float, metavar="HZ", help="frame rate to ask for")
     parser.add_argument(
         "--format", metavar="FOUR", help="pixel format to ask for: MJPG, YUYV, GREY, or Y16, which keeps 16 bits"
+    )
+
+
+def add_method(parser: argparse._ActionsContainer, default: str | None = None) -> None:
+    """Add ``--method``; installed packages' methods are only loaded where one of them, or the help, is asked for."""
+    parser.add_argument(
+        "--method",
+        choices=METHODS,  # pyright: ignore[reportArgumentType]  # argparse asks it for no more than a mapping has
+        default=default,
+        metavar="NAME",
+        help="threshold method: %(choices)s (default: hats)",
     )
 
 

@@ -25,6 +25,7 @@ _EVERY_S = {True: 0.2, False: 10.0}  # between two reports, to a terminal and el
 
 
 _LOG = logging.getLogger("dockpose")
+_LOG.addHandler(logging.NullHandler())  # without any, logging would print what is said a second time
 
 
 class Terminated(KeyboardInterrupt):

@@ -14,6 +14,7 @@ from dockpose.app.commands.arguments import (
     Commands,
     add_camera_and_dock,
     add_masks,
+    add_method,
     add_sources,
     add_topic,
     add_wishes,
@@ -28,6 +29,7 @@ from dockpose.app.commands.estimate_sequence import How, estimate_sequence
 from dockpose.app.commands.output import Destinations, PictureFolder, Recordings, ResultWriter
 from dockpose.app.commands.replay import add_session_argument, run_session
 from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.mcap_file import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.messages import Seen
@@ -39,7 +41,6 @@ from dockpose.app.processing.analysis import headline_of, trust_of
 from dockpose.app.processing.auto_masks import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
 from dockpose.checks import as_text
-from dockpose.thresholds import METHODS
 from dockpose.tracking import NO_TRACK
 
 
@@ -62,7 +63,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_detection(group: argparse._ArgumentGroup) -> None:
-    group.add_argument("--method", choices=[*METHODS], help="threshold method (default: hats)")
+    add_method(group)
     group.add_argument("--level", type=int, help="threshold at this grey level, 0 to 255, instead of by a method")
     group.add_argument(
         "--min-area",
@@ -165,8 +166,8 @@ def estimate_sources(
     Returns
     -------
     int
-        Exit status: 0 where every frame was read, 1 where some could not be, which standard error tells, 130 where it
-        was stopped by Ctrl+C; what was done until then is kept.
+        Exit status: 0 where every frame was read, 1 where some could not be or a threshold method failed on some, which
+        standard error tells, 130 where it was stopped by Ctrl+C; what was done until then is kept.
 
     Raises
     ------
@@ -197,7 +198,9 @@ def estimate_sources(
             frames = "1 frame" if results.frames == 1 else f"{results.frames} frames"
             say(f"stopped after {frames}, whose results are kept")
             return EXIT_STOPPED
-    return EXIT_ALL_READ if all_read else EXIT_SOME_UNREADABLE
+    if results.failures:
+        say(f"on {count(len(results.failures), 'frame')} the threshold method failed; first: {results.failures[0]}")
+    return EXIT_ALL_READ if all_read and not results.failures else EXIT_SOME_UNREADABLE
 
 
 def _try_sequence(source: FrameSource, settings: Settings, how: How, results: ResultWriter, number: int | None) -> bool:

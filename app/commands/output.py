@@ -80,6 +80,8 @@ class ResultWriter:
     ----------
     frames : int
         How many were written.
+    failures : list of str
+        What was said where a threshold method failed.
     """
 
     def __init__(
@@ -91,7 +93,7 @@ class ResultWriter:
         self._table = None if csv_file is None else csv.DictWriter(csv_file, CSV_COLUMNS)
         if self._table is not None:
             self._table.writeheader()
-        self.frames = 0
+        self.frames, self.failures = 0, list[str]()
 
     def write(
         self,
@@ -117,6 +119,8 @@ class ResultWriter:
             Keeps the JSON object until :meth:`record` is called for it; else that is done at once.
         """
         self._before_each()
+        if line["status"] == "method_failed":
+            self.failures.append(line["message"])
         if held is None:
             self.record(line)
         else:

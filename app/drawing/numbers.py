@@ -13,6 +13,7 @@ _STATUS_WORDS = {
     "too_few_markers": "too few lights",
     "no_ellipse": "no ellipse fits the lights",
     "not_a_ring": "the lights form no ring",
+    "method_failed": "the threshold method failed",
 }
 QUANTITIES = ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)")
 

@@ -7,6 +7,7 @@ import math
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import chance, count, level_words, number, percent, status_words
+from dockpose.thresholds import METHODS
 
 _SHORT_NAMES = {"hats": "HATS", "hats_local": "HATS local"}
 _ADVICE = {
@@ -14,6 +15,7 @@ _ADVICE = {
     "too_few_markers": "Try a lower level, a smaller minimum area, or the method HATS light by light.",
     "not_a_ring": "Try another method (tab Compare), a mask over text and lamps, or check the number of lights.",
     "no_ellipse": "Try another level, a mask over everything that is not a light, or check the number of lights.",
+    "method_failed": "Mend the threshold method, or choose another.",
 }
 _WHY = {
     "spacing": "On its ring the lights are more evenly spaced, as they are on the dock.",
@@ -28,7 +30,7 @@ _LEAST_SIGMA_M = 0.001
 
 def short_method(method: str) -> str:
     """Return the name of a threshold method where space is scarce."""
-    return _SHORT_NAMES.get(method, method.capitalize())
+    return METHODS.title(method) if METHODS.is_own(method) else _SHORT_NAMES.get(method, method.capitalize())
 
 
 def status_line(found: Estimate) -> str:

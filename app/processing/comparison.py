@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,12 +17,16 @@ from dockpose.camera.image import to_grey
 from dockpose.lights.masks import hide
 from dockpose.paper.baselines import centre_errors_px
 from dockpose.pose.known import pose_error
-from dockpose.thresholds import LEVELS, METHODS, Histogram, Threshold, histogram_of
+from dockpose.thresholds import LEVELS, METHODS, Histogram, MethodError, Threshold, histogram_of
 
-COMPARED = tuple(name for name in METHODS if name != "fixed")  # somebody chose a fixed level: it is no method
 SWEPT_LEVELS = range(1, LEVELS)
 DEFAULTS = Settings()
 CENTRES = ("mean of the lights", "centre of the ellipse", "centre by the pose")
+
+
+def compared() -> tuple[str, ...]:
+    """Return the methods that are compared: all but the fixed level, which somebody chose."""
+    return tuple(name for name in METHODS if name != "fixed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +46,15 @@ _TIMED_AGAIN, _SLOW_MS = 3, 500.0
 
 
 def compare(
-    image: Any, camera: Camera, dock: Dock, settings: Settings = DEFAULTS, methods: Iterable[str] = COMPARED
+    image: Any, camera: Camera, dock: Dock, settings: Settings = DEFAULTS, methods: Iterable[str] | None = None
 ) -> dict[str, Estimate]:
-    """Estimate a picture by each method, otherwise with the same settings; hats does not fall back on hats_local."""
+    """Estimate a picture by each method, otherwise with the same settings; hats does not fall back on hats_local.
+
+    Without ``methods``, those of :func:`compared`.
+    """
     return {
         name: estimate(image, camera, dock, msgspec.structs.replace(settings, method=name), fall_back=False)
-        for name in methods
+        for name in (compared() if methods is None else methods)
     }
 
 
@@ -56,7 +64,7 @@ def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
     Times are medians of further runs, so that loading a library in the first does not count; slow ones run once.
     """
     view_of = (view.image, view.camera, view.dock, view.settings)
-    found = compare(*view_of, progress.over(COMPARED))
+    found = compare(*view_of, progress.over(compared()))
     quick = [name for name, one in found.items() if one.elapsed_ms < _SLOW_MS]
     again = [compare(*view_of, quick) for _ in range(_TIMED_AGAIN)]
     for name in quick:
@@ -80,11 +88,16 @@ def histogram_in(view: View, found: Estimate) -> Histogram:
     return histogram_of(*hide(to_grey(view.image), found.settings.masks))
 
 
-def thresholds_by(histogram: Histogram, settings: Settings, methods: Iterable[str] = COMPARED) -> dict[str, Threshold]:
-    """Return the threshold of each method; none where the whole picture is masked."""
-    if not histogram.counts.any():
-        return {}
-    return {name: METHODS[name](histogram, settings.min_area_px, settings.level) for name in methods}
+def thresholds_by(
+    histogram: Histogram, settings: Settings, methods: Iterable[str] | None = None
+) -> dict[str, Threshold]:
+    """Return the threshold of each method that does not fail; none where the whole picture is masked."""
+    found = {}
+    if histogram.counts.any():
+        for name in compared() if methods is None else methods:
+            with contextlib.suppress(MethodError):
+                found[name] = METHODS[name](histogram, settings.min_area_px, settings.level)
+    return found
 
 
 def error_words(found: Estimate, view: View) -> str:

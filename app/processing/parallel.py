@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import logging
 import math
 import multiprocessing
 import os
@@ -251,7 +252,8 @@ def _opened(
 
 
 def _leave_interrupts() -> None:
-    """Ctrl-C is for the program that hands out the work."""
+    """Ctrl-C is for the program that hands out the work, which has told of packages that cannot be loaded too."""
+    logging.getLogger("dockpose").addHandler(logging.NullHandler())
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

@@ -23,7 +23,7 @@ from dockpose.lights.ring import Ring
 from dockpose.pose.detection import chance_of_ring, detection_of, few_in_words, found_in_words, why_no_dock
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
-from dockpose.thresholds import METHODS, Histogram, Threshold, hats_local, histogram_of
+from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
@@ -129,7 +129,10 @@ def _search(
     picture: _Picture, camera: Camera, dock: Dock, settings: Settings, fall_back: bool
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages that were reached."""
-    threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
+    try:
+        threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
+    except MethodError as error:
+        return "method_failed", f"{str(error)[:1].upper()}{str(error)[1:]}.", {}
     status, message, stages = _search_with(threshold, picture, camera, dock, settings)
     found = status == "ok" and stages["ring"].on_ring.sum() >= MIN_POINTS
     too_many = "markers" in stages and stages["markers"].left_out > 0  # levels of their own would show still more

@@ -28,7 +28,8 @@ class Estimate:
     Attributes
     ----------
     status : str
-        "ok", "no_lights", "too_few_markers", "not_a_ring" or "no_ellipse".
+        "ok", "no_lights", "too_few_markers", "not_a_ring" or "no_ellipse"; "method_failed" where a threshold method
+        that somebody registered raised an error.
     message : str
         One plain sentence.
     width, height, bits : int

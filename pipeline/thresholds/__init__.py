@@ -1,4 +1,4 @@
-"""Threshold methods, one function each, behind the registry `METHODS`.
+"""Threshold methods, one function each, behind the registry `METHODS`, which takes those of one's own too.
 
 May import `dockpose.camera`.
 """
@@ -14,28 +14,84 @@ from dockpose.thresholds.flood import LEVELS
 from dockpose.thresholds.hats import hats
 from dockpose.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
 from dockpose.thresholds.local import hats_local
+from dockpose.thresholds.methods import Function, Methods
+from dockpose.thresholds.own import MethodError
 from dockpose.thresholds.sezan import sezan
 
-# Each method by its name, as a function of the histogram, the minimum area of a group and the level set by hand; most
-# need only the first, and only "fixed" needs the last.
-METHODS: dict[str, Callable[[Histogram, int, int | None], Threshold]] = {
-    "hats": lambda histogram, min_area_px, level: hats(histogram, min_area_px),
-    "hats_local": lambda histogram, min_area_px, level: hats_local(histogram, min_area_px),
-    "otsu": lambda histogram, min_area_px, level: otsu(histogram),
-    "kapur": lambda histogram, min_area_px, level: kapur(histogram),
-    "kittler": lambda histogram, min_area_px, level: kittler(histogram),
-    "sezan": lambda histogram, min_area_px, level: sezan(histogram),
-    "li": lambda histogram, min_area_px, level: li(histogram),
-    "yen": lambda histogram, min_area_px, level: yen(histogram),
-    "triangle": lambda histogram, min_area_px, level: triangle(histogram),
-    "fixed": lambda histogram, min_area_px, level: fixed(histogram, level),
-}
+METHODS = Methods(
+    {
+        "hats": ("HATS (adaptive)", lambda histogram, min_area_px, level: hats(histogram, min_area_px)),
+        "hats_local": ("HATS light by light", lambda histogram, min_area_px, level: hats_local(histogram, min_area_px)),
+        "otsu": ("Otsu", lambda histogram, min_area_px, level: otsu(histogram)),
+        "kapur": ("Kapur (entropy)", lambda histogram, min_area_px, level: kapur(histogram)),
+        "kittler": (
+            "Kittler-Illingworth (minimum error)",
+            lambda histogram, min_area_px, level: kittler(histogram),
+        ),
+        "sezan": ("Sezan", lambda histogram, min_area_px, level: sezan(histogram)),
+        "li": ("Li", lambda histogram, min_area_px, level: li(histogram)),
+        "yen": ("Yen", lambda histogram, min_area_px, level: yen(histogram)),
+        "triangle": ("Triangle", lambda histogram, min_area_px, level: triangle(histogram)),
+        "fixed": ("Fixed level", lambda histogram, min_area_px, level: fixed(histogram, level)),
+    }
+)
+
+
+def register_threshold(name: str, *, title: str | None = None) -> Callable[[Function], Function]:
+    """Register a function as a threshold method of one's own.
+
+    ``dockpose compare``, ``--method``, ``Settings(method=...)`` and the page have it from then on. Of an installed
+    package the same is told by an entry point of the group ``dockpose.thresholds``, whose name is the method's and
+    which leads to the function, or to the module that registers it.
+
+    Parameters
+    ----------
+    name : str
+        What the method is called in commands and files: up to 40 small letters, digits and underscores.
+    title : str, optional
+        What it is called on the page, up to 40 characters; the name where it is left out.
+
+    Returns
+    -------
+    callable
+        The decorator, which returns the function as it is. The function takes the grey picture, an array (H, W) of
+        uint8 or uint16 that it may change, masked pixels black, and of a tracked dock only the part that is searched.
+        It returns either a level on the picture's own scale, so that pixels at or above it are kept (of 16 bits rounded
+        up to one of 256 levels), or a mask (H, W) of bool, whose 8-connected groups are the lights. What else it
+        returns, and any error of it, makes the estimate's status "method_failed", and the message says what was wrong.
+
+    Raises
+    ------
+    ValueError
+        If the name or the title is no such text, or is that of another method. The same function may be registered
+        again, as a notebook does.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dockpose import Settings
+    >>> @register_threshold("half_way", title="Half way up")
+    ... def half_way(grey):
+    ...     return (float(np.median(grey)) + grey.max()) / 2
+    >>> Settings(method="half_way").method
+    'half_way'
+    """
+    if callable(name):
+        raise ValueError('a threshold method needs a name, as in @register_threshold("half_way")')
+
+    def register(function: Function) -> Function:
+        METHODS.add(name, title, function)
+        return function
+
+    return register
+
 
 __all__ = [
     "LEVELS",
     "METHODS",
     "BrightPixels",
     "Histogram",
+    "MethodError",
     "Peak",
     "Threshold",
     "fixed",
@@ -46,6 +102,7 @@ __all__ = [
     "kittler",
     "li",
     "otsu",
+    "register_threshold",
     "sezan",
     "triangle",
     "yen",

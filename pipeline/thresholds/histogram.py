@@ -33,11 +33,14 @@ class Histogram:
         Native grey steps in one level: 1 for 8-bit pictures, 256 for full 16-bit ones.
     counted : (H, W) uint8 array or None
         0 where a pixel is masked and does not count; None where all count.
+    native : (H, W) uint8 or uint16 array or None
+        The grey picture on its own scale; None where only the levels are known.
     """
 
     levels: np.ndarray
     native_step: int = 1
     counted: np.ndarray | None = None
+    native: np.ndarray | None = field(default=None, repr=False)
     _found: dict[str, BrightPixels] = field(default_factory=dict, repr=False, compare=False)
     _smaller: dict[int, tuple[Histogram, int]] = field(default_factory=dict, repr=False, compare=False)
 
@@ -221,7 +224,7 @@ def histogram_of(grey: np.ndarray, counted: np.ndarray | None = None) -> Histogr
     >>> histogram.counts[[10, 250]].tolist()
     [3, 1]
     """
-    return Histogram(*to_levels(grey), counted)
+    return Histogram(*to_levels(grey), counted, grey)
 
 
 def noise_levels(levels: np.ndarray, counted: np.ndarray | None = None) -> float:

@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import pytest
 from dockpose.app import cli
 from dockpose.app.cli import main
@@ -44,3 +47,11 @@ def test_the_samples_are_named_from_any_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["estimate", "plain", "--json", "-"]) == 0
     assert str(sample_path("plain")) in capsys.readouterr().out
+
+
+def test_a_mistyped_command_is_told_once():
+    command = [sys.executable, "-m", "dockpose.app.cli", "estimat"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2
+    wanted = "dockpose: there is no command 'estimat', and no file of that name; did you mean estimate?\n"
+    assert done.stderr == wanted

@@ -6,7 +6,7 @@ import zipfile
 import pytest
 from dockpose import Camera
 from dockpose.app.inputs.samples import sample_path
-from dockpose.app.processing.comparison import COMPARED
+from dockpose.app.processing.comparison import compared
 from dockpose.app.state.camera import camera_file
 
 from tests.browser.conftest import Page
@@ -57,7 +57,7 @@ def test_own_picture_with_own_camera_in_three_clicks_and_two_dialogues(hand):
 def test_comparison_is_legible_after_one_click(hand):
     hand.click("tab", "Compare")
     drawn = hand.page.page.locator("dockpose-compare canvas[data-drawn]")
-    hand.page.until(lambda: drawn.count() == len(COMPARED))
+    hand.page.until(lambda: drawn.count() == len(compared()))
     sizes = "all => all.map(one => parseFloat(getComputedStyle(one).fontSize))"
     assert min(hand.page.page.locator("dockpose-compare *").evaluate_all(sizes)) >= 12
     assert drawn.first.bounding_box()["height"] >= 100

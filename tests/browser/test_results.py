@@ -6,7 +6,7 @@ import zipfile
 import pytest
 from dockpose import estimate
 from dockpose.app.processing import comparison
-from dockpose.app.processing.comparison import COMPARED
+from dockpose.app.processing.comparison import compared
 
 from tests.browser.conftest import THROTTLE_S
 
@@ -123,7 +123,7 @@ def test_methods_are_compared_over_the_whole_page_and_one_is_taken(page):
     page.tab("Compare")
     cards = page.page.locator("dockpose-compare .card")
     page.until(
-        lambda: cards.count() == len(COMPARED) and page.page.locator("canvas[data-drawn]").count() == cards.count()
+        lambda: cards.count() == len(compared()) and page.page.locator("canvas[data-drawn]").count() == cards.count()
     )
     assert page.page.evaluate("document.documentElement.dataset.mode") == "compare"
     assert card(page, "hats").get_attribute("aria-pressed") == "true"
@@ -132,7 +132,7 @@ def test_methods_are_compared_over_the_whole_page_and_one_is_taken(page):
     assert card(page, "hats").locator("canvas").get_attribute("data-drawn") == "10"
     assert "✕" in card(page, "li").inner_text()  # at level 13 the water's noise is no ring, and it says so
     assert "No dock" in card(page, "li").inner_text()
-    for method in COMPARED:  # all of them in view, and nothing cut off
+    for method in compared():  # all of them in view, and nothing cut off
         place = card(page, method).bounding_box()
         assert place["width"] >= 200
         assert 0 <= place["x"] <= place["x"] + place["width"] <= 1366
@@ -141,7 +141,7 @@ def test_methods_are_compared_over_the_whole_page_and_one_is_taken(page):
     card(page, "otsu").click()
     page.until(lambda: page.app.view.settings.method == "otsu")
     page.until(lambda: card(page, "otsu").get_attribute("aria-pressed") == "true")
-    assert [one for one in COMPARED if card(page, one).get_attribute("aria-pressed") == "true"] == ["otsu"]
+    assert [one for one in compared() if card(page, one).get_attribute("aria-pressed") == "true"] == ["otsu"]
     assert page.page.locator("#outdated").count() == 0  # the method in use changes nothing of the comparison
     card(page, "yen").focus()
     page.page.keyboard.press("Enter")
@@ -156,7 +156,7 @@ def test_methods_are_compared_over_the_whole_page_and_one_is_taken(page):
 
 def test_results_of_another_picture_are_dimmed_until_compared_again(page):
     page.tab("Compare")
-    page.until(lambda: page.page.locator("dockpose-compare .card").count() == len(COMPARED))
+    page.until(lambda: page.page.locator("dockpose-compare .card").count() == len(compared()))
     page.until(lambda: page.page.locator("#outdated").count() == 0)
     page.page.evaluate("document.activeElement.blur()")
     page.page.keyboard.press("n")

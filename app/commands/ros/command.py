@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from dockpose.app.commands.arguments import Commands, add_camera_and_dock, dock_of
+from dockpose.app.commands.arguments import Commands, add_camera_and_dock, add_method, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.commands.ros.node import make_node, options_of
 from dockpose.app.errors import UserError
-from dockpose.thresholds import METHODS
 
 
 def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -21,7 +20,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         help="image topic (default: %(default)s)",
     )
     add_camera_and_dock(parser)
-    parser.add_argument("--method", choices=[*METHODS], default="hats", help="threshold (default: hats)")
+    add_method(parser, "hats")
     parser.add_argument(
         "--managed", action="store_true", help="wait to be configured and activated, rather than do so at once"
     )

@@ -85,7 +85,8 @@ def method_words(found: Estimate, view: View) -> dict[str, Any]:
     ]
     pose = found.selected
     if pose is None:
-        return {"verdict": f"No dock: {status_words(found.status)}", "kind": "wrong", "lines": lines}
+        why = found.message if found.status == "method_failed" else f"No dock: {status_words(found.status)}"
+        return {"verdict": why, "kind": "wrong", "lines": lines}
     _, _, z, theta_x, theta_y = pose_cells(pose)
     lines[2:2] = [
         ("z", f"{z} cm"),

@@ -23,27 +23,15 @@ from dockpose.app.web.html import SMALL
 from dockpose.app.web.widgets import Change, Panel, Slider, on_change, on_click
 from dockpose.thresholds import LEVELS, METHODS
 
-_METHOD_NAMES = {
-    "hats": "HATS (adaptive)",
-    "hats_local": "HATS light by light",
-    "kapur": "Kapur (entropy)",
-    "kittler": "Kittler-Illingworth (minimum error)",
-    "fixed": "Fixed level",
-}
 NO_MASK = "(no mask)"
 _CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
-
-
-def method_label(method: str) -> str:
-    """What a threshold method is called on the page."""
-    return _METHOD_NAMES.get(method, method.capitalize())
 
 
 def threshold_sentence(found: Estimate) -> str:
     """The level in use, how many groups it keeps, and why this level."""
     threshold, markers = found.threshold, found.markers
     if threshold is None:
-        return "No threshold was reached."
+        return found.message if found.status == "method_failed" else "No threshold was reached."
     kept = "" if markers is None else f", which keeps {len(markers)} group{'s' if len(markers) != 1 else ''} of pixels"
     level = "above 255" if threshold.level >= LEVELS else str(threshold.level)
     return f"Threshold (orange line): level {level}{kept}. {threshold.reason}"
@@ -69,7 +57,7 @@ class DetectPanel(Panel):
     """Method, level, smallest group, kind of centre, and masks."""
 
     def __init__(self, gui: viser.GuiApi, change: Change) -> None:
-        self._labels = {method_label(method): method for method in METHODS}
+        self._labels = {METHODS.title(method): method for method in METHODS}
         self._method = gui.add_dropdown(
             "Threshold by",
             tuple(self._labels),
@@ -90,7 +78,7 @@ class DetectPanel(Panel):
 
     def load(self, view: View) -> None:
         """Set the controls."""
-        self._method.value = method_label(view.settings.method)
+        self._method.value = METHODS.title(view.settings.method)
         self._level.load(view, with_value=view.settings.method == "fixed")
         self._min_area.load(view)
         # Most groups are small: a longer slider would be too coarse for them.
@@ -147,7 +135,7 @@ class DetectPanel(Panel):
 
     def _with_fixed_level(self, view: View, value: Any) -> View:
         changed = with_method(view, "fixed", value)
-        self._method.value = method_label("fixed")
+        self._method.value = METHODS.title("fixed")
         return changed
 
     def _with_centroid(self, view: View) -> View:

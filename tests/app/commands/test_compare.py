@@ -8,7 +8,7 @@ from dockpose import Settings, estimate
 from dockpose.app.cli import main
 from dockpose.app.commands.compare import table
 from dockpose.app.inputs.samples import sample_path
-from dockpose.app.processing.comparison import COMPARED, compare
+from dockpose.app.processing.comparison import compare, compared
 from dockpose.camera.files import save_camera
 from dockpose.simulate import render, save_scene
 from dockpose.simulate.parts import Text
@@ -66,7 +66,8 @@ def test_unknown_values_are_null_and_no_key_is_left_out(tank, capsys):
 
 def test_hats_is_shown_without_the_levels_that_it_falls_back_on(monkeypatch):
     image, _ = render(random_scene(1))
-    monkeypatch.setitem(METHODS, "hats", lambda histogram, min_area_px, level: fixed(histogram, 256))
+    nothing = METHODS._entries["hats"]._replace(method=lambda histogram, min_area_px, level: fixed(histogram, 256))
+    monkeypatch.setitem(METHODS._entries, "hats", nothing)
     assert "each light was given its own" in estimate(image, CAMERA, DOCK).message
     hats = compare(image, CAMERA, DOCK)["hats"]
     assert hats.status == "no_lights"
@@ -80,7 +81,7 @@ def test_without_outputs_a_table_is_printed(tank, capsys):
     rows = first.splitlines()
     assert rows[0] == "s1.png"
     assert rows[1].split()[:3] == ["method", "level", "groups"]
-    assert [row.split()[0] for row in rows[2:]] == list(COMPARED)
+    assert [row.split()[0] for row in rows[2:]] == list(compared())
     hats = rows[2].split()
     assert hats[2:4] == ["10", "10"]
     assert "right: off by 0." in rows[2]

@@ -6,7 +6,7 @@ import pytest
 from dockpose.app.inputs.samples import SAMPLE_WORDS, load_sample
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress, Task
-from dockpose.app.processing.comparison import COMPARED, compare, compare_view, sweep_levels
+from dockpose.app.processing.comparison import compare, compare_view, compared, sweep_levels
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.pose.known import pose_error
@@ -24,7 +24,7 @@ def quiet():
 def test_every_method_with_the_settings_of_the_view(view):
     told = []
     found = compare_view(put(view, "min_area_px", 3), Progress(told.append))
-    assert tuple(found) == COMPARED
+    assert tuple(found) == compared()
     assert all(one.settings.method == name and one.settings.min_area_px == 3 for name, one in found.items())
     assert told == sorted(told)
     assert told[-1] == 1.0

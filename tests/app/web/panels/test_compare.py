@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import Progress
-from dockpose.app.processing.comparison import COMPARED, compare_view, error_words, same_comparison
+from dockpose.app.processing.comparison import compare_view, compared, error_words, same_comparison
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.app.web.panels.compare import comparison_numbers, method_words
+
+from tests.support.methods import registered
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +27,7 @@ def found(view):
 
 def test_each_method_has_its_numbers_and_a_verdict_where_the_truth_is_known(view, found):
     words = {name: method_words(one, view) for name, one in found.items()}
-    assert tuple(words) == COMPARED
+    assert tuple(words) == compared()
     assert (words["hats"]["kind"], words["hats"]["verdict"][:16]) == ("right", "Right: off by 0.")
     lines = dict(words["hats"]["lines"])
     assert lines["Level"] == str(found["hats"].threshold.level)
@@ -61,3 +63,13 @@ def test_a_comparison_is_of_a_picture_with_its_settings_whatever_method_is_in_us
     assert same_comparison(view, with_method(view, "fixed", 99))
     assert not same_comparison(view, with_mask(view, 0, 0, 9, 9))
     assert not same_comparison(view, replace(view, image=view.image.copy()))
+
+
+def test_methods_of_ones_own_have_cards_and_one_that_fails_stops_none(view):
+    with registered(mine=("Mine", lambda grey: 100), broken=("Broken", lambda grey: grey[0, 0, 0])):
+        found = compare_view(view, Progress(lambda share: None))
+        cards = {card["name"]: card for card in comparison_numbers(found, view)["methods"]}
+    assert (cards["mine"]["label"], cards["mine"]["kind"]) == ("Mine", "right")
+    assert cards["broken"]["kind"] == "wrong"
+    assert cards["broken"]["verdict"].startswith("Threshold method 'broken' failed: IndexError")
+    assert cards["hats"]["kind"] == "right"

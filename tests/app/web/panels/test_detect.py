@@ -1,8 +1,13 @@
+from unittest.mock import MagicMock
+
 import pytest
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_mask
+from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.view import open_source, with_sample
-from dockpose.app.web.panels.detect import method_label, threshold_sentence, thrown_out_sentence
+from dockpose.app.web.panels.detect import DetectPanel, threshold_sentence, thrown_out_sentence
+from dockpose.thresholds import METHODS
+
+from tests.support.methods import registered
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +27,31 @@ def test_what_was_thrown_out_is_said(analysis):
     assert "do not" in words
 
 
-def test_unknown_method_still_has_a_label():
-    assert method_label("hats") == "HATS (adaptive)"
-    assert method_label("otsu") == "Otsu"
+class Controls:
+    """Takes any control, and keeps the choices of the dropdown of methods."""
+
+    def __init__(self):
+        self.methods: tuple[str, ...] = ()
+
+    def __getattr__(self, name):
+        return lambda *arguments, **options: MagicMock()
+
+    def add_dropdown(self, label, options, **more):
+        if label == "Threshold by":
+            self.methods = options
+        return MagicMock()
+
+
+def test_the_dropdown_has_methods_of_ones_own_by_their_titles_before_the_fixed_level():
+    controls = Controls()
+    with registered(bright_tenth=("Brightest tenth", lambda grey: 200)):
+        DetectPanel(controls, MagicMock())  # pyright: ignore[reportArgumentType]
+    assert controls.methods[0] == "HATS (adaptive)"
+    assert controls.methods[-2:] == ("Brightest tenth", "Fixed level")
+    assert METHODS.title("otsu") == "Otsu"
+
+
+def test_a_method_that_fails_is_named_where_the_level_would_stand(analysis):
+    with registered(broken=("Broken", lambda grey: 1 // 0)):
+        found = analyse(with_method(analysis.view, "broken")).estimate
+    assert threshold_sentence(found).startswith("Threshold method 'broken' failed: ZeroDivisionError")

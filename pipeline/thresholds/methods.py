@@ -1,0 +1,130 @@
+"""The registry of threshold methods: those of the library, those registered in Python, those of installed packages."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import logging
+import re
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, NamedTuple, TypeVar
+
+from dockpose.checks import one_line
+from dockpose.thresholds.histogram import Histogram, Threshold
+from dockpose.thresholds.own import own_threshold
+
+GROUP = "dockpose.thresholds"  # of the entry points
+# From the histogram, the minimum area of a group and the level set by hand; most need only the first.
+Method = Callable[[Histogram, int, int | None], Threshold]
+Function = TypeVar("Function", bound=Callable[..., Any])
+_LOG = logging.getLogger(__name__)
+_MOST_LETTERS = 40
+
+
+class _Entry(NamedTuple):
+    title: str
+    method: Method
+    function: Callable[..., Any] | None = None  # that was registered; None for the library's own
+
+
+class Methods(Mapping[str, Method]):
+    """Each threshold method by its name, in the order in which people see them; a fixed level comes last.
+
+    Methods of installed packages are loaded when first a name is asked for that is not known, or all names are.
+
+    Parameters
+    ----------
+    built_in : dict
+        Name, title and function of each of the library's own.
+    """
+
+    def __init__(self, built_in: dict[str, tuple[str, Method]]) -> None:
+        self._entries = {name: _Entry(*one) for name, one in built_in.items()}
+        self._is_loaded, self._lock = False, threading.RLock()
+        self._tell: Callable[[str], object] = _LOG.warning
+
+    def __getitem__(self, name: str) -> Method:
+        if name not in self._entries:
+            self._load()
+        return self._entries[name].method
+
+    def __contains__(self, name: object) -> bool:
+        if name not in self._entries:
+            self._load()
+        return name in self._entries
+
+    def __iter__(self) -> Iterator[str]:
+        self._load()
+        return iter(sorted(self._entries, key="fixed".__eq__))
+
+    def __len__(self) -> int:
+        self._load()
+        return len(self._entries)
+
+    def title(self, name: str) -> str:
+        """What a method is called where people choose one; the name itself of a method that is not there."""
+        return self._entries[name].title if name in self else name
+
+    def is_own(self, name: str) -> bool:
+        """Whether somebody registered the method, rather than that it is the library's."""
+        return name in self and self._entries[name].function is not None
+
+    def add(self, name: Any, title: Any, function: Any) -> None:
+        """Register a function, see :func:`register_threshold`."""
+        if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9_]{,39}", name):
+            raise ValueError(
+                f"name is {name!r}; a threshold method is called by up to {_MOST_LETTERS} small letters, digits and _, "
+                'as in @register_threshold("bright_tenth")'
+            )
+        title = name if title is None else title
+        if not isinstance(title, str) or not title.strip() or len(title) > _MOST_LETTERS or not title.isprintable():
+            raise ValueError(f"title of {name!r} is {title!r}; it must be a line of 1 to {_MOST_LETTERS} characters")
+        if not callable(function):
+            raise ValueError(f"threshold method {name!r} is {function!r}; it must be a function")
+        with self._lock:
+            for known, entry in self._entries.items():
+                if known == name and (entry.function is None or _origin(entry.function) != _origin(function)):
+                    raise ValueError(f"there is a threshold method {name!r} already, {_whose(entry.function)}")
+                if known != name and entry.title == title:
+                    raise ValueError(f"title of {name!r} is {title!r}, as that of the threshold method {known!r}")
+            self._entries[name] = _Entry(title, own_threshold(name, title, function), function)
+
+    @contextlib.contextmanager
+    def telling(self, tell: Callable[[str], object]) -> Iterator[None]:
+        """Meanwhile tell why a package's method is left out; else it is logged."""
+        before, self._tell = self._tell, tell
+        try:
+            yield
+        finally:
+            self._tell = before
+
+    def _load(self) -> None:
+        """Load the methods of installed packages, once; one that cannot be is left out, and it is told why."""
+        with self._lock:
+            if self._is_loaded:
+                return
+            self._is_loaded = True
+            for point in sorted(entry_points(group=GROUP), key=lambda one: one.name):
+                try:
+                    self._add_point(point)
+                except (Exception, SystemExit) as error:  # whatever somebody's package does, the others are there
+                    why = str(error) if type(error) is ValueError else f"{type(error).__name__}: {error}"
+                    package = point.dist.name if point.dist else point.value
+                    self._tell(one_line(f"the threshold method {point.name!r} of {package} is left out: {why}"))
+
+    def _add_point(self, point: EntryPoint) -> None:
+        loaded = point.load()
+        known = self._entries.get(point.name)
+        if inspect.ismodule(loaded) or (known is not None and known.function is loaded):
+            return  # it registered what it has when it was imported
+        self.add(point.name, None, loaded)
+
+
+def _origin(function: Any) -> tuple[Any, Any]:
+    return getattr(function, "__module__", None), getattr(function, "__qualname__", function)
+
+
+def _whose(function: Any) -> str:
+    return "dockpose's own" if function is None else ".".join(map(str, _origin(function)))

@@ -31,6 +31,7 @@ OF_SEVERAL = {
     "pipeline/test_doctests.py",
     "pipeline/test_estimate_lights.py",
     "pipeline/test_estimate_region.py",
+    "pipeline/test_estimate_told.py",
     "pipeline/test_estimate_variety.py",
     "pipeline/thresholds/test_thresholds.py",
 }

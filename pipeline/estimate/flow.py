@@ -13,6 +13,7 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.image import read, significant_bits, to_grey
 from dockpose.dock import Dock
+from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
@@ -96,8 +97,9 @@ def estimate(
     lies within. Other than in the whole picture, the background is that of the region alone, so that the level may be
     another one, and the centres differ by what the neighbouring groups outside would take from them.
     """
+    given, path = image, None
     if isinstance(image, (str, os.PathLike)):
-        image = read(Path(image))
+        image, path = read(Path(image)), Path(image)
     start = time.perf_counter()
     settings = settings or Settings()
     whole = np.asarray(image)
@@ -121,7 +123,18 @@ def estimate(
     elapsed_ms = 1000 * (time.perf_counter() - start)
     bits = significant_bits(grey)
     return Estimate(
-        status, message, width, height, bits, scaled, dock, settings, **stages, elapsed_ms=elapsed_ms, region=region
+        status,
+        message,
+        width,
+        height,
+        bits,
+        scaled,
+        dock,
+        settings,
+        **stages,
+        elapsed_ms=elapsed_ms,
+        region=region,
+        picture=picture_of(given, path),
     )
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
+from dockpose.estimate import drawing
+from dockpose.estimate.words import frame_of, in_short, in_words
 from dockpose.lights.ellipse import Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.region import Region
@@ -45,6 +48,9 @@ class Estimate:
         How long it took.
     region : Region or None
         Which part of the picture was searched; None for all of it.
+    picture : callable or None
+        Gives the picture again, where it is still there, for the drawing in a notebook. It does not keep the picture
+        alive, and is left behind where the estimate is pickled.
     """
 
     status: str
@@ -63,6 +69,48 @@ class Estimate:
     detection: float | None = None
     elapsed_ms: float = 0.0
     region: Region | None = None
+    picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        return in_short(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+
+    def __str__(self) -> str:
+        return in_words(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"picture": None}
+
+    def _repr_png_(self) -> bytes:
+        return drawing.png(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+
+    def draw(self) -> np.ndarray:
+        """Draw the lights, the ellipse and both poses over the picture, as a notebook shows the estimate.
+
+        Returns
+        -------
+        (H, W, 3) uint8 BGR array
+            As large as the picture, but at most 1200 pixels wide and high; over black where the array of the picture
+            is no longer kept, or its file is gone.
+        """
+        return drawing.draw(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+
+    def to_frame(self) -> Any:
+        """Return the candidates as a pandas DataFrame, a row each; one row without a pose where there are none.
+
+        Returns
+        -------
+        pandas.DataFrame
+            With the columns status, pose ("A", "B" or ""), selected, x_m, y_m, z_m (metres, in the camera's frame),
+            theta_x_deg, theta_y_deg, roll_deg (degrees), probability, rms_px (pixels), the standard errors sigma_x_m,
+            sigma_y_m, sigma_z_m, sigma_theta_x_deg, sigma_theta_y_deg, and of the whole estimate detection, method,
+            level, lights_on_ring, elapsed_ms and message. What is not known is NaN.
+
+        Raises
+        ------
+        ValueError
+            If pandas is not installed.
+        """
+        return frame_of(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
 
     @property
     def candidates(self) -> tuple[CirclePose, ...]:

@@ -3,8 +3,10 @@
 The lowest folder of the library: may import `dockpose.checks` only.
 """
 
+from dockpose.camera.board import Board
+from dockpose.camera.calibrate import Calibration, calibrate
 from dockpose.camera.camera import Camera
 from dockpose.camera.files import load_camera, save_camera
 from dockpose.camera.port import FlatPort
 
-__all__ = ["Camera", "FlatPort", "load_camera", "save_camera"]
+__all__ = ["Board", "Calibration", "Camera", "FlatPort", "calibrate", "load_camera", "save_camera"]

@@ -5,6 +5,7 @@ May import `dockpose.camera`, `dockpose.lights` and `dockpose.pose`.
 
 from dockpose.simulate.files import load_scene, load_sequence, render_folder, save_scene, save_sequence
 from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Sweep
+from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Lights, Pose, Sensor
 from dockpose.simulate.render import Rendering, render, render_parts
 from dockpose.simulate.scene import Scene
@@ -35,4 +36,5 @@ __all__ = [
     "scenes",
     "truth_dict",
     "truth_of",
+    "water_of_turbidity",
 ]

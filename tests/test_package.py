@@ -16,6 +16,7 @@ from tests.support import layout
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = "import sys; from setuptools import build_meta; print(getattr(build_meta, sys.argv[1])(sys.argv[2]))"
 UNCOMPILED = {"NUMBA_DISABLE_JIT": "1"}  # compiling takes half a minute; installing the checkout has tried it
+TEXTS = ("README.md", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "SECURITY.md", "LICENSES-THIRD-PARTY.md")
 PLAIN = str(ROOT / "sample_images" / "plain.png")
 
 
@@ -31,9 +32,9 @@ def wheel(tmp_path_factory):
     copy = folder / "copy"
     copy.mkdir()
     skip = shutil.ignore_patterns("__pycache__", "*.egg-info")
-    for name in ("app", "pipeline", "static", "sample_images"):
+    for name in ("app", "pipeline", "static", "sample_images", "docs"):
         shutil.copytree(ROOT / name, copy / name, ignore=skip)
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "MANIFEST.in", "LICENSE", "Makefile", "mkdocs.yml", *TEXTS):
         shutil.copy(ROOT / name, copy)
     build("sdist", copy, folder)
     (sdist,) = folder.glob("*.tar.gz")
@@ -94,6 +95,16 @@ def test_static_and_samples_are_in_the_wheel(unpacked):
         assert ours == {path.name for path in (unpacked / "dockpose/app" / folder).iterdir()}
 
 
+def test_what_people_read_is_in_the_source_distribution(wheel):
+    (archive,) = wheel.parent.glob("*.tar.gz")
+    folder = wheel.parent / archive.name.removesuffix(".tar.gz")
+    assert [
+        name for name in (*TEXTS, "mkdocs.yml", "docs/index.md", "docs/site/hooks.py") if not (folder / name).exists()
+    ] == []
+    pictures = {path.name for path in (ROOT / "static").glob("screenshot*")}
+    assert pictures == {path.name for path in (folder / "static").glob("screenshot*")}
+
+
 def test_the_version_is_one(unpacked):
     import dockpose
 
@@ -101,6 +112,9 @@ def test_the_version_is_one(unpacked):
     text = metadata.read_text(encoding="utf-8")
     assert f"\nVersion: {dockpose.__version__}\n" in text
     assert "\nRequires-Python: >=3.11\n" in text
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {dockpose.__version__}\n" in citation
+    assert f"\n## [{dockpose.__version__}] - " in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
 def test_the_public_names_come_from_the_wheel(unpacked, tmp_path):

@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank connection policy,tests/browser/test_$(part).py)
 
-.PHONY: licences release run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots clean
+.PHONY: licences release run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -75,9 +75,23 @@ report: $(VENV)/.installed
 	$(BIN)/dockpose study --scenes 2000 --seed 2016 --out build/study
 	cp build/study/advice.html static/study.html
 
-# Takes the pictures of the page that the README shows.
+# Takes the pictures of the page that the README shows, and films its approach.
 screenshots: $(VENV)/.chromium
 	$(BIN)/python -m tests.browser.screenshots
+	$(BIN)/python docs/site/approach.py
+
+# Draws the figures of the documentation.
+figures: $(VENV)/.installed
+	$(BIN)/python docs/site/figures.py
+
+# The documentation, to be read offline: build/docs/index.html.
+docs: $(VENV)/.docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "the documentation is in build/docs/index.html"
+
+# From a clone to the pose in a picture of one's own, as the README says, in a fresh environment.
+newcomer: $(VENV)/.test
+	$(BIN)/python -m pytest tests/bench/bench_newcomer.py -s -o python_files='bench_*.py'
 
 # The licences of all that is brought along, and their versions for pip-audit.
 licences: $(VENV)/.installed
@@ -116,6 +130,10 @@ $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt
 	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --constraint tests/constraints-oldest.txt \
 		--editable ".[test]"
 	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps pycalib-simple==2026.7.22.1
+	touch $@
+
+$(VENV)/.docs: $(VENV)/.installed
+	$(PIP) --editable ".[docs]"
 	touch $@
 
 $(VENV)/.lint: $(VENV)/.installed

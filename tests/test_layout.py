@@ -120,13 +120,6 @@ def test_all_packages_are_installed():
     assert folders_of_data <= set(tool["packages"])
 
 
-def test_files_that_the_readme_names_are_there():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    named = re.findall(r"(?:pipeline|app|static|tests)/[\w./-]*", text)
-    assert len(named) > 10
-    assert [name for name in named if not (ROOT / name).exists()] == []
-
-
 def test_each_dependency_is_imported_somewhere():
     modules = {"opencv-python-headless": "cv2", "scikit-image": "skimage", "pyyaml": "yaml", "pillow": "PIL"}
     modules |= {"rerun-sdk": "rerun"}

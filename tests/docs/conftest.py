@@ -1,0 +1,42 @@
+"""A folder with the files that the pages' commands and programs name."""
+
+import shutil
+
+import cv2
+import pytest
+from dockpose import Camera, Dock, estimate
+from dockpose.app.experiment import Measured, Session
+from dockpose.app.export.video import VideoFile
+from dockpose.app.inputs.dock_file import save_dock
+from dockpose.app.inputs.samples import sample_path
+from dockpose.camera.files import save_camera
+from dockpose.camera.image import read
+
+from tests.docs.pages import ROOT, blocks
+from tests.support.bags import CAMERA_INFO, START_NS, camera_info, frames, write_mcap
+
+INFO_TOPIC = "/camera/camera_info"
+CAMERA, DOCK = Camera(700, 700, 319.5, 239.5, 640, 480), Dock(0.30, 10)
+
+
+@pytest.fixture(scope="session")
+def tank(tmp_path_factory):
+    """What a lab has: picture, camera files, dock file, pictures, video, bag, session, a scene's file."""
+    folder = tmp_path_factory.mktemp("lab")
+    picture = read(sample_path("plain"))
+    shutil.copy(sample_path("plain"), folder / "tank.png")
+    shutil.copy(sample_path("plain").with_suffix(".yaml"), folder / "scene.yaml")
+    (example,) = (block.text for block in blocks(ROOT / "README.md") if block.language == "yaml")
+    (folder / "camera.yaml").write_text(example, encoding="utf-8")
+    save_camera(CAMERA, folder / "tank.yaml")
+    save_dock(DOCK, folder / "dock.yaml")
+    (folder / "shots").mkdir()
+    with VideoFile(folder / "dive.mp4", 10.0) as video:
+        for number in range(3):
+            cv2.imwrite(str(folder / "shots" / f"{number}.png"), picture)
+            video.write(picture)
+    info = camera_info((700, 0, 319.5, 0, 700, 239.5, 0, 0, 1), (640, 480))
+    write_mcap(folder / "run.mcap", [(INFO_TOPIC, CAMERA_INFO, START_NS, info), *frames([picture, picture])])
+    with Session.create(folder / "dockpose-sessions" / "tank") as session:
+        session.take(picture, estimate(picture, CAMERA, DOCK), "tank", Measured(z_cm=110.0))
+    return folder

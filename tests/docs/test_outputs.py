@@ -1,0 +1,91 @@
+"""The page on outputs names each field that the program writes, and no other."""
+
+import dataclasses
+import re
+
+import pytest
+from dockpose import Tracker, estimate
+from dockpose.app.experiment.row import COLUMNS
+from dockpose.app.export.recordings.messages import TOPICS
+from dockpose.app.export.rows import CSV_COLUMNS
+from dockpose.app.inputs.samples import sample_path
+from dockpose.camera.image import read
+from dockpose.estimate import SCHEMA
+from dockpose.simulate.files import TRUTH_COLUMNS
+from dockpose.tracking.tracker import NO_TRACK
+
+from tests.docs.conftest import CAMERA, DOCK
+from tests.docs.pages import DOCS, first_columns
+
+PAGE = DOCS / "outputs.md"
+LIKE_CHOSEN = ("predicted", "filtered", "smoothed")
+
+
+def fields(value, path=""):
+    """Names of all fields, with dots between a field and its own, and [] for each of a list."""
+    if isinstance(value, dict):
+        for name, one in value.items():
+            yield from fields(one, f"{path}.{name}" if path else name)
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        yield from fields(value[0], f"{path}[]")
+    else:
+        yield path
+
+
+@pytest.fixture(scope="module")
+def written():
+    """Fields of a tracked frame."""
+    line = Tracker(CAMERA, DOCK).see(read(sample_path("tilted")), 0.0).to_dict("tilted.png", 0, 0.0)
+    # No sample has a second ring in view.
+    line["rivals"] = [{"lights": 8, "centre_px": [0.0, 0.0]}]
+    return {name for name in fields(line) if not name.startswith(tuple(f"{one}." for one in LIKE_CHOSEN))}
+
+
+def test_fields_of_json_lines(written):
+    told = set(first_columns(PAGE, "JSON lines")) | set(first_columns(PAGE, "A sequence"))
+    chosen = {name for name in written if name.startswith("chosen.")}
+    assert written - chosen <= told
+    # Those of the chosen pose stand in the second column.
+    assert chosen <= set(re.findall(r"`([^`]+)`", PAGE.read_text(encoding="utf-8")))
+    parents = {name.rsplit(".", 1)[0] for name in written if "." in name}
+    assert told <= written | parents | {*LIKE_CHOSEN, "smoothed.probability"}
+
+
+def test_fields_of_a_rival_are_those_that_are_written():
+    found = estimate(read(sample_path("tilted")), CAMERA, DOCK)
+    assert found.ring is not None
+    found = dataclasses.replace(found, ring=dataclasses.replace(found.ring, rivals=(found.ring.on_ring,)))
+    (rival,) = found.to_dict()["rivals"]
+    assert set(rival) == {"lights", "centre_px"}
+
+
+def test_fields_of_a_sequence():
+    assert set(NO_TRACK) <= set(first_columns(PAGE, "A sequence"))
+
+
+def test_the_schema():
+    assert f"\nIt is {SCHEMA}. " in PAGE.read_text(encoding="utf-8")
+    assert f"\nSchema {SCHEMA}, " in (DOCS / "design.md").read_text(encoding="utf-8")
+
+
+def test_columns_of_csv():
+    told = set(first_columns(PAGE, "CSV"))
+    told |= {f"b{name[1:]}" for name in told if name.startswith("a_")}
+    told |= {f"{pose}{name[6:]}" for name in told if name.startswith("chosen_") for pose in LIKE_CHOSEN}
+    assert told == set(CSV_COLUMNS)
+
+
+def test_topics():
+    text = PAGE.read_text(encoding="utf-8")
+    told = dict(re.findall(r"^\| `(/[\w/]+)` \| `(\w+/msg/\w+)` \|", text, re.MULTILINE))
+    assert told == TOPICS
+
+
+def test_columns_of_a_session():
+    assert set(COLUMNS) <= set(first_columns(PAGE, "A session"))
+    files = {"session.yaml", "results.csv", "frames/0001.png", "frames/0001.json"}
+    assert set(first_columns(PAGE, "A session")) <= set(COLUMNS) | files
+
+
+def test_columns_of_the_truth():
+    assert set(first_columns(PAGE, "The simulator")) == set(TRUTH_COLUMNS)

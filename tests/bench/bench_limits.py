@@ -22,7 +22,9 @@ def is_right(camera: Camera, pose: Pose, seed: int) -> bool | None:
         return None
     true_m = np.asarray(truth.position_m)
     off_deg = math.degrees(math.acos(min(1.0, float(found.normal @ np.asarray(truth.normal)))))
-    return off_deg <= RIGHT_DEG and np.linalg.norm(found.position_m - true_m) <= RIGHT_SHARE * np.linalg.norm(true_m)
+    return bool(
+        off_deg <= RIGHT_DEG and np.linalg.norm(found.position_m - true_m) <= RIGHT_SHARE * np.linalg.norm(true_m)
+    )
 
 
 def shares(camera: Camera, poses: list[Pose]) -> tuple[int, int]:

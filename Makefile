@@ -33,7 +33,7 @@ test-oldest: $(OLDEST)/.test
 	$(OLDEST)/bin/python --version
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
 		-p no:cacheprovider tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
-		--ignore tests/pipeline/paper --ignore tests/app/commands/test_serve.py
+		--ignore tests/pipeline/paper --ignore tests/app/commands/machine/test_serve.py
 
 # Asks pip whether the oldest and the newest dependencies fit together on each Python that we name.
 resolve: $(VENV)/.installed

@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
 
-from dockpose.app.commands import compare, estimate, export, serve, simulate
+from dockpose.app.commands import compare, estimate, export, simulate
 from dockpose.app.commands.calibration import calibrate, learn_dock
 from dockpose.app.commands.console import (
     EXIT_BAD_ARGUMENTS,
@@ -26,6 +26,7 @@ from dockpose.app.commands.console import (
     say,
 )
 from dockpose.app.commands.logging_options import add_logging, logged
+from dockpose.app.commands.machine import completion, doctor, serve
 from dockpose.app.commands.paper import budget, reproduce, study
 from dockpose.app.commands.ros import command as ros
 from dockpose.app.errors import OutputError, UserError
@@ -46,6 +47,8 @@ COMMANDS = {
     "reproduce": reproduce,
     "study": study,
     "ros": ros,
+    "doctor": doctor,
+    "completion": completion,
 }
 _LOG = logging.getLogger("dockpose")
 _COMPILING = "compiling the loops over pixels; the first run takes some seconds longer"
@@ -142,6 +145,7 @@ def _parser() -> argparse.ArgumentParser:
     for name, command in COMMANDS.items():
         command.add_parser(commands)
         add_logging(commands.choices[name])
+    parser.set_defaults(program=parser)  # which completion needs
     return parser
 
 

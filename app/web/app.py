@@ -92,7 +92,7 @@ class App:
         port: int = 0,
         options: Options = DEFAULTS,
     ) -> App:
-        """Open the source and start serving; for arguments and errors see :func:`dockpose.app.commands.serve.serve`."""
+        """Open the source and start serving; for arguments and errors see :func:`.commands.machine.serve.serve`."""
         is_typed = source is not None and is_sequence(source)
         sequence = given(source, camera, dock, options.topic) if source is not None and is_typed else None
         picture = None if source is None or sequence is not None else Path(source)

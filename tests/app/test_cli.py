@@ -50,7 +50,7 @@ def test_the_samples_are_named_from_any_folder(tmp_path, monkeypatch, capsys):
 
 
 def test_a_mistyped_command_is_told_once():
-    command = [sys.executable, "-m", "dockpose.app.cli", "estimat"]
+    command = [sys.executable, "-m", "dockpose", "estimat"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 2
     wanted = "dockpose: there is no command 'estimat', and no file of that name; did you mean estimate?\n"

@@ -46,7 +46,8 @@ def is_folder(path: Path) -> bool:
 
 
 def entries(folder: Path) -> int:
-    return sum(path.name != "__pycache__" for path in folder.iterdir())
+    """What there is to read in a folder; py.typed is an empty mark."""
+    return sum(path.name not in ("__pycache__", "py.typed") for path in folder.iterdir())
 
 
 def lines(path: Path) -> int:

@@ -1,0 +1,251 @@
+"""What ``dockpose doctor`` checks. Nothing secret is told: no token, no address, no name but those of packages."""
+
+from __future__ import annotations
+
+import io
+import os
+import platform
+import socket
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Literal
+
+import av
+import cv2
+import numpy as np
+from av.codec import Codec
+from av.error import FFmpegError
+from dockpose import Settings, estimate
+from dockpose.app.inputs.samples import FIRST_SAMPLE, load_sample
+from dockpose.app.state.preferences import config_folder
+from dockpose.app.web.server.options import SESSIONS_FOLDER
+from dockpose.checks import one_line
+from dockpose.pose.known import pose_error
+from dockpose.thresholds import METHODS, bright
+
+OK, WARNING, BROKEN = "ok", "warning", "broken"
+_PORT = 8080  # of `dockpose serve`
+_NEEDED = ("numpy", "opencv-python-headless", "scipy", "scikit-image", "numba", "av", "viser", "msgspec", "matplotlib")
+_OPTIONAL = ("pandas", "distributed", "rosbags", "mcap", "rerun-sdk", "shtab")
+_PICTURES = (".png", ".jpg", ".tiff", ".bmp", ".webp", ".pgm")
+_NEEDED_PICTURES = (".png", ".jpg")
+# Decoder, and the encoder and pixels that try it; without one it is only asked for.
+_VIDEOS = {
+    "ffv1": ("ffv1", "gray"),
+    "mjpeg": ("mjpeg", "yuvj420p"),
+    "h264": ("libx264", "yuv420p"),
+    "hevc": None,  # its encoder prints
+    "vp9": None,
+    "av1": None,
+}
+_NEEDED_VIDEOS = ("ffv1", "mjpeg", "h264")
+_MOST_ERROR_M, _MOST_ERROR_DEG = 0.005, 0.5
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a check found, as a line of text and for JSON."""
+
+    name: str
+    state: str
+    text: str
+    more: dict[str, Any] = field(default_factory=dict)
+
+    def with_text(self, text: str) -> Finding:
+        """Return the finding told otherwise."""
+        return replace(self, text=one_line(text))
+
+
+def without_home(text: str) -> str:
+    """The text with the home folder as ~, since its path tells a name."""
+    try:
+        home = str(Path.home())
+    except RuntimeError:
+        return text
+    return text if home in ("", "/") else text.replace(home, "~")
+
+
+def _versions() -> Iterator[Finding]:
+    yield Finding("dockpose", OK, version("dockpose"))
+    yield Finding("python", OK, f"{platform.python_implementation()} {platform.python_version()}, {sys.prefix}")
+    yield Finding("system", OK, f"{platform.platform()}, {os.cpu_count()} cores")
+    for package in _NEEDED:
+        try:
+            yield Finding(package, OK, version(package))
+        except PackageNotFoundError:
+            # OpenCV has several distributions, of which one is enough.
+            found = package == "opencv-python-headless"
+            text = f"{cv2.__version__}, of another distribution" if found else "not installed"
+            yield Finding(package, WARNING if found else BROKEN, text)
+    for package in _OPTIONAL:
+        try:
+            yield Finding(package, OK, version(package))
+        except PackageNotFoundError:
+            yield Finding(package, OK, "not installed (optional)")
+
+
+def _pictures() -> Iterator[Finding]:
+    image = np.arange(64, dtype=np.uint8).reshape(8, 8)
+    fails = [ending for ending in _PICTURES if not _comes_back(image, ending)]
+    works = [ending[1:] for ending in _PICTURES if ending not in fails]
+    state = BROKEN if set(fails) & set(_NEEDED_PICTURES) else WARNING if fails else OK
+    yield Finding("pictures", state, _decoders(works, [ending[1:] for ending in fails]))
+
+
+def _comes_back(image: np.ndarray, ending: str) -> bool:
+    try:
+        data = cv2.imencode(ending, image)[1]
+        decoded = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+    except cv2.error:
+        return False
+    return decoded is not None and decoded.shape == image.shape
+
+
+def _videos() -> Iterator[Finding]:
+    fails = [name for name, encoder in _VIDEOS.items() if not _decodes(name, encoder)]
+    state = BROKEN if set(fails) & set(_NEEDED_VIDEOS) else WARNING if fails else OK
+    yield Finding("videos", state, _decoders([name for name in _VIDEOS if name not in fails], fails))
+
+
+def _decoders(works: list[str], fails: list[str]) -> str:
+    return f"{', '.join(works) or 'none'} can be read" + (f"; {', '.join(fails)} cannot" if fails else "")
+
+
+def _decodes(name: str, encoder: tuple[str, str] | None) -> bool:
+    """Whether a frame that was encoded can be decoded; where nothing here encodes it, whether there is a decoder."""
+    if encoder is None or not _has_codec(encoder[0], "w"):
+        return _has_codec(name, "r")
+    file = io.BytesIO()
+    try:
+        with av.open(file, "w", format="matroska") as video:
+            stream: Any = video.add_stream(encoder[0], rate=10)
+            stream.width, stream.height, stream.pix_fmt = 64, 64, encoder[1]
+            frame = av.VideoFrame.from_ndarray(np.full((64, 64, 3), 90, np.uint8), format="rgb24")
+            video.mux([*stream.encode(frame), *stream.encode(None)])
+        file.seek(0)
+        with av.open(file, "r") as written:
+            return next(written.decode(video=0)).width == 64
+    except (FFmpegError, ValueError, StopIteration):
+        return False
+
+
+def _has_codec(name: str, mode: Literal["r", "w"]) -> bool:
+    try:
+        Codec(name, mode)
+    except ValueError:
+        return False
+    return True
+
+
+def _cameras() -> Iterator[Finding]:
+    """Those that the system lists: none is opened, which could hang, or take one from the program that uses it."""
+    if not sys.platform.startswith("linux"):
+        yield Finding("cameras", OK, "are not listed on this system without opening them; try dockpose serve 0")
+        return
+    found = []
+    for device in sorted(Path("/dev").glob("video*")):
+        name = Path("/sys/class/video4linux") / device.name / "name"
+        words = name.read_text(encoding="utf-8", errors="replace").strip() if name.exists() else "no name"
+        denied = "" if os.access(device, os.R_OK | os.W_OK) else ", which this user may not open (group video)"
+        found.append(f"{device} ({words}{denied})")
+    yield Finding("cameras", OK, "; ".join(found) or "none in /dev")
+
+
+def _port() -> Iterator[Finding]:
+    with socket.socket() as any_free:
+        any_free.bind(("127.0.0.1", 0))
+        free = any_free.getsockname()[1]
+    with socket.socket() as wanted:
+        if os.name != "nt":
+            wanted.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            wanted.bind(("127.0.0.1", _PORT))
+        except OSError:
+            yield Finding("port", WARNING, f"{_PORT} is taken; dockpose serve --port {free} would do")
+            return
+    yield Finding("port", OK, f"{_PORT} is free")
+
+
+def _folders() -> Iterator[Finding]:
+    yield _writable("temporary folder", Path(tempfile.gettempdir()), BROKEN, "")
+    yield _writable("sessions", SESSIONS_FOLDER.absolute(), WARNING, "; dockpose serve --sessions FOLDER names another")
+    settings = config_folder()
+    if settings is None:
+        yield Finding("settings", WARNING, "no home folder, so that the page forgets its settings")
+    else:
+        yield _writable("settings", settings, WARNING, "; the page forgets its settings")
+
+
+def _writable(name: str, folder: Path, otherwise: str, advice: str) -> Finding:
+    """Write into a folder, or into the nearest one above that exists."""
+    place = next(one for one in (folder, *folder.parents) if one.exists())
+    try:
+        with tempfile.TemporaryFile(dir=place) as file:
+            file.write(b"dockpose")
+    except OSError as error:
+        return Finding(name, otherwise, f"{folder} cannot be written ({error.strerror}){advice}")
+    return Finding(name, OK, f"{folder} can be written")
+
+
+def _methods() -> Iterator[Finding]:
+    told: list[str] = []
+    with METHODS.telling(told.append):
+        own = [name for name in METHODS if METHODS.is_own(name)]
+    for problem in told:
+        yield Finding("threshold methods", BROKEN, problem)
+    packages = f", and of packages {', '.join(own)}" if own else ""
+    yield Finding("threshold methods", OK, f"{len(METHODS) - len(own)} of dockpose's own{packages}")
+
+
+def _self_test() -> Iterator[Finding]:
+    """One picture whose pose is known; then whether the loops that were compiled for it are kept."""
+    sample = load_sample(FIRST_SAMPLE)
+    start = time.perf_counter()
+    found = estimate(sample.image, sample.camera, sample.dock, Settings())
+    seconds = time.perf_counter() - start
+    error = pose_error(found.selected, sample.truth)
+    if error is None or sample.truth is None or found.selected is None:
+        yield Finding("self test", BROKEN, f"sample {FIRST_SAMPLE}: {found.message}")
+    else:
+        distance_m, angle_deg = float(error.distance_m), float(np.degrees(error.angle_rad))
+        state = OK if distance_m <= _MOST_ERROR_M and angle_deg <= _MOST_ERROR_DEG else BROKEN
+        expected, position = list(sample.truth.position_m), found.selected.position_m.tolist()
+        text = (
+            f"sample {FIRST_SAMPLE}: expected {_place(expected)}, found {_place(position)}, off by "
+            f"{1000 * distance_m:.2f} mm and {angle_deg:.3f} deg, in {seconds:.1f} s"
+        )
+        more = {"expected_m": expected, "found_m": position, "error_m": distance_m, "error_deg": angle_deg}
+        yield Finding("self test", state, text, more)
+    yield _compiled()
+
+
+def _place(position_m: list[float]) -> str:
+    return "({:.3f}, {:.3f}, {:.3f}) m".format(*position_m)
+
+
+def _compiled() -> Finding:
+    loop: Any = bright._at_least
+    cache = getattr(loop, "_cache", None)
+    if not hasattr(loop, "py_func"):
+        return Finding("compiled loops", WARNING, "are not compiled, since NUMBA_DISABLE_JIT is set: all is slow")
+    folder = getattr(cache, "cache_path", None)
+    if not folder or not any(Path(folder).glob("bright.*.nbi")):
+        return Finding("compiled loops", WARNING, "are not kept: each start takes some seconds longer")
+    return Finding("compiled loops", OK, f"are kept in {folder}")
+
+
+CHECKS: dict[str, Callable[[], Iterator[Finding]]] = {
+    "versions": _versions,
+    "pictures": _pictures,
+    "videos": _videos,
+    "cameras": _cameras,
+    "port": _port,
+    "folders": _folders,
+    "threshold methods": _methods,
+    "self test": _self_test,
+}

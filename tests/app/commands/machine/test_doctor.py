@@ -1,0 +1,118 @@
+import json
+import os
+import socket
+
+import cv2
+import pytest
+from dockpose.app.cli import main
+from dockpose.app.commands.machine import checkup, doctor
+from dockpose.app.commands.machine.checkup import BROKEN, OK, WARNING, Finding
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    """A folder to work in, in the home of somebody whose name is secret."""
+    home = tmp_path / "secret-name"
+    (home / "work").mkdir(parents=True)
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("USERPROFILE", str(home))
+    monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
+    monkeypatch.chdir(home / "work")
+    return home
+
+
+def found(check):
+    return {one.name: one for one in check()}
+
+
+def test_a_line_for_each_finding_and_nothing_secret(home, monkeypatch, capsys):
+    monkeypatch.setattr(cv2, "VideoCapture", lambda *arguments: pytest.fail("a camera was opened"))
+    assert main(["doctor"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == "nothing is broken"
+    assert {line.split()[0] for line in lines[:-1]} <= {OK, WARNING}
+    names = [line[8:].split("  ")[0].strip() for line in lines[:-1]]
+    for name in ("dockpose", "python", "system", "numpy", "viser", "numba", "av", "pictures", "videos", "cameras"):
+        assert name in names
+    for name in ("port", "temporary folder", "sessions", "settings", "threshold methods", "self test"):
+        assert name in names
+    text = "\n".join(lines)
+    assert "secret-name" not in text
+    assert "~/work/dockpose-sessions can be written" in text
+    assert "expected (0.060, -0.040, 1.100) m, found (0.060, -0.040, 1.100) m, off by 0.0" in text
+    assert list(home.rglob("*")) == [home / "work"]
+
+
+def test_json_has_a_line_for_each_with_the_numbers_of_the_self_test(home, capsys):
+    assert main(["doctor", "--json", "-"]) == 0
+    lines = {line["check"]: line for line in map(json.loads, capsys.readouterr().out.splitlines())}
+    test = lines["self test"]
+    assert (test["state"], test["expected_m"]) == ("ok", [0.06, -0.04, 1.1])
+    assert 0 < test["error_m"] < 0.001
+    assert test["found_m"] == pytest.approx(test["expected_m"], abs=0.001)
+
+
+def test_a_wrong_pose_is_broken_and_so_is_the_exit_status(home, monkeypatch, capsys):
+    real = checkup.load_sample("tilted")
+    monkeypatch.setattr(checkup, "load_sample", lambda name: None)
+    monkeypatch.setattr(doctor, "CHECKS", {"self test": checkup._self_test})
+    assert main(["doctor"]) == 1  # the check itself raises
+    monkeypatch.undo()
+    right = checkup.load_sample("plain")
+    other = type(right)(**{**vars(real), "truth": right.truth})
+    monkeypatch.setattr(checkup, "load_sample", lambda name: other)
+    monkeypatch.setattr(doctor, "CHECKS", {"self test": checkup._self_test})
+    assert main(["doctor"]) == 1
+    told = capsys.readouterr().out.splitlines()
+    assert told[0].startswith("broken  self test            AttributeError: ")
+    assert told[1] == "1 broken, see above"
+    assert told[2].startswith("broken  self test            sample plain: expected (0.060, ")
+
+
+def test_one_check_that_fails_leaves_the_others(home, monkeypatch):
+    def fails():
+        yield Finding("first", OK, "there")
+        raise OSError(f"no way to\n{home}")
+
+    monkeypatch.setattr(doctor, "CHECKS", {"a": fails, "b": checkup._port})
+    states = [(one.name, one.state, one.text) for one in doctor.findings()]
+    assert states[:2] == [("first", OK, "there"), ("a", BROKEN, r"OSError: no way to\n~")]
+    assert states[2][0] == "port"
+
+
+def test_a_port_that_is_taken_is_told_with_a_free_one(monkeypatch):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        monkeypatch.setattr(checkup, "_PORT", taken.getsockname()[1])
+        finding = found(checkup._port)["port"]
+    assert finding.state == WARNING
+    assert "is taken; dockpose serve --port " in finding.text
+
+
+def test_folders_that_cannot_be_written(tmp_path):
+    file = tmp_path / "file"
+    file.touch()
+    # A file where a folder should be stops root too.
+    finding = checkup._writable("sessions", file / "below", WARNING, "; advice")
+    assert (finding.state, finding.text.endswith("cannot be written (Not a directory); advice")) == (WARNING, True)
+    assert checkup._writable("sessions", tmp_path / "new" / "below", BROKEN, "").state == OK
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_decoders_that_are_missing(monkeypatch):
+    monkeypatch.setattr(
+        checkup, "_VIDEOS", {"ffv1": ("ffv1", "gray"), "h264": ("no_such_encoder", "gray"), "zzz": None}
+    )
+    (finding,) = checkup._videos()
+    assert (finding.state, finding.text) == (WARNING, "ffv1, h264 can be read; zzz cannot")
+    monkeypatch.setattr(checkup, "_NEEDED_VIDEOS", ("zzz",))
+    assert next(checkup._videos()).state == BROKEN
+    monkeypatch.setattr(checkup, "_PICTURES", (".png", ".zzz"))
+    assert next(checkup._pictures()).text == "png can be read; zzz cannot"
+
+
+@pytest.mark.skipif(not os.path.isdir("/dev"), reason="cameras are listed in /dev alone")
+def test_cameras_are_listed_by_name(monkeypatch):
+    monkeypatch.setattr(checkup.Path, "glob", lambda self, pattern: [self / "video7"] if pattern == "video*" else [])
+    assert found(checkup._cameras)["cameras"].text.startswith("/dev/video7 (no name")

@@ -18,6 +18,7 @@ from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine, client_of
 from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
 from dockpose.app.web.server.pages import FOR_VIEWERS, Page
+from dockpose.app.web.server.sockets import Sockets
 from websockets import Headers
 from websockets.http11 import Request, Response
 
@@ -124,17 +125,20 @@ def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> Iterator[Non
 
     viser has no hook for that, but looks up ``websockets``' serve function by name when it starts.
     """
-    real = websocket_server.serve
+    real, sockets = websocket_server.serve, Sockets(gate.journal)
 
     def serve(*arguments: Any, process_request: Any, **keywords: Any) -> Any:
         async def check(connection: Any, request: Request) -> Response | None:
             answer = _answer(guard, gate, pages, connection, request, process_request)
             if answer is None:  # it opens its WebSocket
+                if sockets.is_full:
+                    return _response(503, "Service Unavailable", Page("text/plain", b"Too many pages are open.\n"))
+                sockets.admit(connection)
                 await gate.wait_to_open()
             return answer
 
         SOCKETS_LOG.filters = [OneLine(gate.journal)]
-        keywords |= {"max_size": LARGEST_FRAME_BYTES, "logger": SOCKETS_LOG}
+        keywords |= {"max_size": LARGEST_FRAME_BYTES, "logger": SOCKETS_LOG, "create_connection": sockets.factory()}
         return real(*arguments, process_request=check, **keywords)
 
     websocket_server.serve = serve  # pyright: ignore[reportAttributeAccessIssue]

@@ -183,6 +183,8 @@ def check_message(
 
 def why_not(control: Any, value: Any) -> str | None:
     """Why a control of viser's cannot have a value; None where it can."""
+    if getattr(control, "disabled", False):
+        return "it cannot be used just now"
     if isinstance(control, viser.GuiUploadButtonHandle):
         return "an upload button has no value to set"
     if isinstance(control, viser.GuiButtonHandle | viser.GuiCheckboxHandle):

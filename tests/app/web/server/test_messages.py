@@ -88,6 +88,18 @@ def test_a_value_that_the_control_does_not_have(gui, controls, name, value):
         check(gui, msgspec.msgpack.encode(update(controls[name], value)))
 
 
+@pytest.mark.parametrize(("name", "value"), [("slider", 0.5), ("button", True), ("text", "x"), ("choice", "two")])
+def test_a_control_that_is_disabled_takes_no_value(gui, controls, name, value):
+    raw = msgspec.msgpack.encode(update(controls[name], value))
+    controls[name].disabled = True
+    try:
+        with pytest.raises(RefusedError, match="it cannot be used just now"):
+            check(gui, raw)
+    finally:
+        controls[name].disabled = False
+    assert check(gui, raw).updates.value == value
+
+
 def update(control, value):
     return {"type": "GuiUpdateMessage", "uuid": control._impl.uuid, "updates": {"value": value}}
 

@@ -1,0 +1,59 @@
+"""A cap on connections: who opens thousands and says nothing leaves room for the others."""
+
+from __future__ import annotations
+
+import asyncio
+
+from dockpose.app.web.server.journal import Journal, client_of
+from websockets.asyncio.server import ServerConnection
+
+MOST_WAITING, MOST_OPEN = 128, 256
+
+
+class Sockets:
+    """The connections of a server, of which those without a WebSocket, and those with one, are limited in number.
+
+    Of more than ``MOST_WAITING`` that have not shown a token yet, or had their answer and stay, the oldest is cut off,
+    so that who comes next is still answered. ``journal`` is told.
+    """
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+        self._waiting: dict[ServerConnection, None] = {}  # the oldest first
+        self._open: set[ServerConnection] = set()
+
+    def factory(self) -> type[ServerConnection]:
+        """The class of connections to make, which report here."""
+        sockets = self
+
+        class Counted(ServerConnection):
+            """One connection."""
+
+            def connection_made(self, transport: asyncio.BaseTransport) -> None:
+                super().connection_made(transport)
+                sockets._begin(self)
+
+            def connection_lost(self, exc: Exception | None) -> None:
+                sockets._waiting.pop(self, None)
+                sockets._open.discard(self)
+                super().connection_lost(exc)
+
+        return Counted
+
+    @property
+    def is_full(self) -> bool:
+        """Whether no more WebSockets may be opened."""
+        return len(self._open) >= MOST_OPEN
+
+    def admit(self, connection: ServerConnection) -> None:
+        """Count a connection among those that may have a WebSocket, and are not cut off."""
+        if self._waiting.pop(connection, self) is None:
+            self._open.add(connection)
+
+    def _begin(self, connection: ServerConnection) -> None:
+        self._waiting[connection] = None
+        if len(self._waiting) > MOST_WAITING:
+            oldest = next(iter(self._waiting))
+            del self._waiting[oldest]
+            self._journal.note(client_of(oldest), f"cut off the oldest of {MOST_WAITING} connections that ask nothing")
+            oldest.transport.abort()

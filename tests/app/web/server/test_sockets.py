@@ -1,0 +1,58 @@
+"""Connections by the thousand that ask nothing: others are still answered."""
+
+import contextlib
+import socket
+import time
+import urllib.request
+
+import pytest
+from dockpose.app.web.server.guard import Guard
+from dockpose.app.web.server.sockets import MOST_OPEN, MOST_WAITING
+from dockpose.app.web.server.start import open_server, silence
+
+resource = pytest.importorskip("resource")
+
+
+@pytest.fixture(scope="module")
+def page():
+    guard = Guard("127.0.0.1")
+    server = open_server("127.0.0.1", 0, guard, {})
+    yield server.get_port(), guard.token
+    with silence():
+        server.stop()
+
+
+def open_sockets():
+    """How many descriptors this process has; the server is in it."""
+    import os
+
+    return len(os.listdir("/proc/self/fd"))
+
+
+@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: "])
+def test_a_thousand_that_ask_nothing_leave_room_for_others(page, said):
+    port, token = page
+    before = open_sockets()
+    ours = []
+    with contextlib.ExitStack() as all_sockets:
+        for _ in range(1000):
+            one = all_sockets.enter_context(socket.create_connection(("127.0.0.1", port), timeout=5))
+            with contextlib.suppress(OSError):  # who is cut off is so at once
+                one.sendall(said)
+            ours.append(one)
+        began_s = time.monotonic()
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/?token={token}", timeout=5) as answer:
+            assert answer.status == 200
+        assert time.monotonic() - began_s < 2
+        assert open_sockets() - before - len(ours) <= MOST_WAITING + 5
+        assert MOST_WAITING + MOST_OPEN < 1024 / 2  # of what a process may have open by default
+        ours[0].settimeout(2)
+        with contextlib.suppress(ConnectionError):
+            assert ours[0].recv(1) == b""  # the oldest were cut off
+        ours[-1].settimeout(0.05)
+        with pytest.raises(TimeoutError):  # the newest may still ask
+            ours[-1].recv(1)
+    end_s = time.monotonic() + 5
+    while open_sockets() > before + 5 and time.monotonic() < end_s:
+        time.sleep(0.05)
+    assert open_sockets() <= before + 5

@@ -24,6 +24,7 @@ from dockpose.app.commands.console import (
     ended_by_sigterm,
     forgiving_output,
     say,
+    stop_in,
 )
 from dockpose.app.commands.logging_options import add_logging, logged
 from dockpose.app.commands.machine import completion, doctor, serve
@@ -96,15 +97,14 @@ def _run(arguments: argparse.Namespace) -> int:
         status = EXIT_UNWRITABLE
     except (ValueError, OSError) as error:
         say(str(error), logging.ERROR)
-    except Terminated:
-        say("ended by SIGTERM", logging.WARNING)
-        status = EXIT_TERMINATED
-    except KeyboardInterrupt:
-        say("stopped", logging.WARNING)
-        status = EXIT_STOPPED
-    except Exception:
-        _LOG.exception("%s failed", command)
-        raise
+    except (KeyboardInterrupt, Exception) as error:
+        try:
+            is_ended = isinstance(stop_in(error), Terminated)
+        except Exception:
+            _LOG.exception("%s failed", command)
+            raise
+        say("ended by SIGTERM" if is_ended else "stopped", logging.WARNING)
+        status = EXIT_TERMINATED if is_ended else EXIT_STOPPED
     _LOG.info("%s ends with status %d", command, status)
     return status
 

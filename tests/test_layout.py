@@ -24,7 +24,9 @@ NOT_YET_NUMPYDOC: set[str] = set()
 OF_SEVERAL = {
     "app/commands/test_bags.py",
     "app/commands/test_faults.py",
+    "app/commands/test_kills.py",
     "app/commands/test_packaged_methods.py",
+    "app/commands/test_sigterm.py",
     "app/experiment/test_session_faults.py",
     "app/export/test_formats.py",
     "pipeline/paper/test_paper.py",

@@ -32,6 +32,23 @@ class Terminated(KeyboardInterrupt):
     """The system asks the program to end (SIGTERM): as Ctrl+C, but nothing more is begun."""
 
 
+def stop_in(error: BaseException) -> KeyboardInterrupt:
+    """The Ctrl+C or SIGTERM that an error is or stands for; compiled code makes a SystemError of it. Else raises it."""
+    stop = error.__cause__ if isinstance(error, SystemError) else error
+    if isinstance(stop, KeyboardInterrupt):
+        return stop
+    raise error
+
+
+_asked_to_end = threading.Event()
+
+
+def check_ended() -> None:
+    """Raise :class:`Terminated` if the system asked for it, whatever became of it then."""
+    if _asked_to_end.is_set():
+        raise Terminated
+
+
 def say(text: str, level: int = logging.INFO) -> None:
     """Write a message of one line to standard error, and note it as an event of that level.
 
@@ -86,8 +103,10 @@ def ended_by_sigterm() -> Iterator[None]:
         return
 
     def end(number: int, frame: FrameType | None) -> None:
+        _asked_to_end.set()
         raise Terminated
 
+    _asked_to_end.clear()
     before = signal.signal(signal.SIGTERM, end)
     try:
         yield
@@ -189,7 +208,8 @@ class Interrupts:
         self._was_asked = self._is_ours = False
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if Ctrl+C was pressed, whatever became of it then."""
+        """Raise KeyboardInterrupt if Ctrl+C was pressed or SIGTERM came, whatever became of it then."""
+        check_ended()
         if self._was_asked:
             raise KeyboardInterrupt
 

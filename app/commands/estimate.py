@@ -24,7 +24,16 @@ from dockpose.app.commands.arguments import (
     settings_of,
     wishes_of,
 )
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, EXIT_STOPPED, Interrupts, say
+from dockpose.app.commands.console import (
+    EXIT_ALL_READ,
+    EXIT_SOME_UNREADABLE,
+    EXIT_STOPPED,
+    EXIT_TERMINATED,
+    Interrupts,
+    Terminated,
+    say,
+    stop_in,
+)
 from dockpose.app.commands.estimate_sequence import How, estimate_sequence
 from dockpose.app.commands.output import Destinations, PictureFolder, Recordings, ResultWriter
 from dockpose.app.commands.replay import add_session_argument, run_session
@@ -194,10 +203,11 @@ def estimate_sources(
                     all_read = False
                 else:
                     all_read &= _try_sequence(part, settings, how, results, number if len(parts) > 1 else None)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, SystemError) as error:
+            stopped = stop_in(error)
             frames = "1 frame" if results.frames == 1 else f"{results.frames} frames"
             say(f"stopped after {frames}, whose results are kept")
-            return EXIT_STOPPED
+            return EXIT_TERMINATED if isinstance(stopped, Terminated) else EXIT_STOPPED
     if results.failures:
         say(f"on {count(len(results.failures), 'frame')} the threshold method failed; first: {results.failures[0]}")
     return EXIT_ALL_READ if all_read and not results.failures else EXIT_SOME_UNREADABLE

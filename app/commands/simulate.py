@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.app.commands.arguments import Commands
-from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, say
+from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_ended, say
 from dockpose.app.commands.output import LineFile
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
@@ -118,6 +118,7 @@ class _Target:
 
     def add(self, frame: RenderedFrame) -> None:
         """Write one picture, then its truth."""
+        check_ended()
         self._write(frame)
         self._rows.writerow(truth_row(frame))
 

@@ -14,6 +14,7 @@ import math
 import multiprocessing
 import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
@@ -199,6 +200,10 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_leave_interrupts)
     try:
         yield pool, jobs
+    except BaseException:  # nobody waits for what they are at, which may take minutes
+        for process in list(getattr(pool, "_processes", {}).values()):
+            process.terminate()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
@@ -252,9 +257,14 @@ def _opened(
 
 
 def _leave_interrupts() -> None:
-    """Ctrl-C is for the program that hands out the work, which has told of packages that cannot be loaded too."""
+    """Leave Ctrl-C to the program that hands out the work, and end with it, even where it was killed.
+
+    It has told of packages that cannot be loaded too.
+    """
     logging.getLogger("dockpose").addHandler(logging.NullHandler())
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if (parent := multiprocessing.parent_process()) is not None:
+        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
 
 
 @contextlib.contextmanager

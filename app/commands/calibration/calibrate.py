@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from dockpose.app.commands.arguments import Commands
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, put, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, Terminated, put, say
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.calibration import MEDIA, camera_lines, outcome, port_lines
 from dockpose.app.inputs.pictures import expand
@@ -157,6 +157,8 @@ def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | 
 
         try:
             looked = gather(frames, gathering, on_look)
+        except Terminated:
+            raise
         except KeyboardInterrupt:
             say("stopped; what was seen so far counts")
     return gathering, looked

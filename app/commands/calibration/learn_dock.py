@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, put, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, Terminated, put, say
 from dockpose.app.errors import UserError, check_place, writing
 from dockpose.app.inputs.dock_file import save_dock
 from dockpose.app.inputs.sequences import typed
@@ -53,6 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             for view in dock_views(frames, camera, dock, on_frame):
                 views.append(view)
+        except Terminated:
+            raise
         except KeyboardInterrupt:
             say("stopped; what was seen so far counts")
         all_read = not (frames.skipped or frames.is_cut_short)

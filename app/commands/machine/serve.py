@@ -17,7 +17,7 @@ from dockpose.app.commands.arguments import (
     dock_of,
     wishes_of,
 )
-from dockpose.app.commands.console import EXIT_ALL_READ, say
+from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import sample_source
@@ -152,6 +152,8 @@ def serve(
         if host not in LOOPBACK_NAMES:
             report(_OPEN_WARNING.format(host=host))
         threading.Event().wait()
+    except Terminated:
+        raise
     except KeyboardInterrupt:
         report("stopped")
     finally:

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from dockpose.app.commands.arguments import Commands
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_STOPPED, TerminalBar, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_STOPPED, EXIT_TERMINATED, TerminalBar, Terminated, say
 from dockpose.app.errors import UserError
 from dockpose.app.processing.study import Study
 from rich.console import Console
@@ -49,10 +49,10 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with SceneProgress(arguments.scenes) as progress:
             study.run(arguments.jobs, arguments.scheduler, progress.done)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stopped:
         kept = f"{study.done} of {study.scenes} scenes are kept in {study.folder}"
         say(f"stopped; {kept}, and the same command goes on from there")
-        return EXIT_STOPPED
+        return EXIT_TERMINATED if isinstance(stopped, Terminated) else EXIT_STOPPED
     # Matplotlib takes a while to load, which the other commands need not wait for.
     from dockpose.app.export.study.report import write_report
 

@@ -161,15 +161,14 @@ class Killer:
         whole = self._made(base / "whole")
         self._to_end(words, whole, told, is_endless=command.is_once)  # compiles what is left to compile
         changes, lasts_s = self._to_end(words, whole, told, is_endless=command.is_once)
-        expected = {path.relative_to(whole) for path in files_of(whole)}
+        expected = {path.relative_to(whole) for path in whole.rglob("*") if path.is_file()}
         folder = whole
         for number in range(kills):
             if number % PER_FOLDER == 0 or command.is_once:
                 folder = self._made(base / f"{number:04d}")
             self._one(words, folder, changes, lasts_s, number, told)
             told.kills += 1
-            temporaries = [path for path in folder.rglob(".*") if path.is_file()]
-            told.while_writing += bool(temporaries)
+            told.while_writing += any(folder.rglob("*.part"))
             told.faults += [f"kill {number}: {fault}" for fault in faults(folder, command.grows)]
             odd = {path.relative_to(folder) for path in files_of(folder)} - expected
             told.faults += [f"kill {number}: {path}: is not of the command" for path in odd]

@@ -101,7 +101,15 @@ def is_empty(group, within_s):
     return not left
 
 
-@pytest.mark.flaky(reruns=2)  # where other programs keep all cores busy, two seconds can pass all the same
+def slowness():
+    """How much longer than its own time a program takes, since others want the cores too; 1 on an idle machine."""
+    began_s, own_s = time.monotonic(), time.process_time()
+    while time.process_time() - own_s < 0.1:
+        pass
+    return max(1.0, (time.monotonic() - began_s) / 0.1)
+
+
+@pytest.mark.flaky(reruns=1)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_sigterm_ends_it_cleanly_within_two_seconds(inputs, tmp_path, name):
     with running(inputs, tmp_path, name) as program:
@@ -116,7 +124,7 @@ def test_sigterm_ends_it_cleanly_within_two_seconds(inputs, tmp_path, name):
     assert said[-1].startswith(("dockpose: ended by SIGTERM", "dockpose: stopped"))
     assert faults(tmp_path / "out", ("a.jsonl", "a.csv")) == []
     assert not [path for path in (tmp_path / "out").rglob("*.part")]
-    assert lasted_s < MOST_S
+    assert lasted_s < MOST_S * slowness()
 
 
 def test_workers_end_with_a_program_that_is_killed(inputs, tmp_path):

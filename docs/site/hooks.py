@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import html
+import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -29,17 +31,17 @@ _FETCHED = re.compile(r"<(?:script|img|link|iframe|source)\b[^>]*\b(?:src|href)=
 def on_pre_build(config: Any) -> None:
     """Show the code to mkdocstrings as it is installed."""
     package = ROOT / "build" / "source" / "dockpose"
-    package.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(package, ignore_errors=True)  # links to files that are no longer there
+    package.mkdir(parents=True)
     for path in (*(ROOT / "pipeline").iterdir(), ROOT / "app"):
-        link = package / path.name
-        if not link.exists():
-            link.symlink_to(path)
+        (package / path.name).symlink_to(path)
 
 
 def on_files(files: Any, config: Any) -> Any:
     """Add the pages and pictures that lie beside docs/."""
     for name, page in PAGES.items():
         files.append(File.generated(config, page, content=(ROOT / name).read_text(encoding="utf-8")))
+    files.append(File.generated(config, "examples.md", content=examples()))
     for picture in sorted((ROOT / "static").glob("screenshot*")):
         files.append(File.generated(config, f"static/{picture.name}", abs_src_path=str(picture)))
     return files
@@ -57,6 +59,8 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
         name = f"../{path}" if is_root else path
         if name.startswith("../docs/"):
             return f"{bang}[{text}]({name.removeprefix('../docs/')}{hash_}{anchor})"
+        if name == "examples/":
+            return f"[{text}](examples.md)"
         if not name.startswith("../"):
             return match[0]
         name = name.removeprefix("../")
@@ -98,13 +102,36 @@ def on_post_page(output: str, page: Any, **_: Any) -> str:
     return output
 
 
+def examples() -> str:
+    """The example programs, and what of the notebook is text and code, as Markdown."""
+    parts = ["# Examples\n\nThe files are in `docs/examples/` of the checkout; the tests run them.\n"]
+    for path in sorted((ROOT / "docs" / "examples").glob("*.py")):
+        program = path.read_text(encoding="utf-8")
+        about, _, code = program.removeprefix('"""').partition('"""\n')
+        parts.append(f"## {path.name}\n\n{about}\n\n```python\n{code.strip()}\n```\n")
+    for path in sorted((ROOT / "docs" / "examples").glob("*.ipynb")):
+        parts.append(f"## {path.name}\n\nA notebook:\n")
+        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+            text = "".join(cell["source"])
+            is_code = cell["cell_type"] == "code"
+            parts.append(
+                f"```python\n{text}\n```\n" if is_code else re.sub(r"^#", "###", text, flags=re.MULTILINE) + "\n"
+            )
+    return "\n".join(parts)
+
+
 def commands() -> str:
-    """Every command with its arguments, as Markdown, from the parser."""
+    """Every command with its arguments in their groups, as Markdown, from the parser."""
     parts = []
     for name, command in _commands(parser()).items():
         parts.append(f"## dockpose {name}\n\n{_about(name)}\n\n```text\n{command.format_usage().strip()}\n```\n")
-        rows = [_row(action) for action in command._actions if action.help != argparse.SUPPRESS]
-        parts.append("\n".join(["| argument | what it does |", "|---|---|", *rows]) + "\n")
+        parts.append("| argument | what it does |\n|---|---|")
+        for group in command._action_groups:
+            rows = [_row(action) for action in group._group_actions if action.dest != "help"]
+            if rows:
+                title = "arguments" if group.title == "positional arguments" else group.title
+                parts.append("\n".join([f"| **{title}** | |", *rows]))
+        parts.append("")
     return "\n".join(parts)
 
 

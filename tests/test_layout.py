@@ -31,6 +31,7 @@ OF_SEVERAL = {
     "app/export/test_formats.py",
     "pipeline/paper/test_paper.py",
     "pipeline/sources/test_sources.py",
+    "pipeline/test_docstrings.py",
     "pipeline/test_doctests.py",
     "pipeline/test_estimate_lights.py",
     "pipeline/test_estimate_region.py",

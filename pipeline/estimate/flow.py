@@ -81,7 +81,8 @@ def estimate(
 
     Returns
     -------
-    An Estimate, whatever the picture shows: one without a dock has a status other than "ok" and says why.
+    Estimate
+        Whatever the picture shows: one without a dock has a status other than "ok" and says why.
 
     Raises
     ------

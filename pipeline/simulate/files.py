@@ -81,7 +81,17 @@ def load_sequence(path: str | Path) -> FilmPlan:
 
 
 def save_scene(scene: Scene, folder: str | Path, name: str) -> None:
-    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder."""
+    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to render.
+    folder : str or Path
+        Where to write.
+    name : str
+        Of the two files, without their endings.
+    """
     image, truth = render(scene)
     save_picture(image, scene, truth, folder, name, compression=_SMALLEST_FILES)
 
@@ -101,7 +111,15 @@ def save_picture(
 
 
 def save_sequence(sequence: FilmPlan, path: str | Path) -> None:
-    """Write a scene file that :func:`load_sequence` reads back to the same numbers."""
+    """Write a scene file that :func:`load_sequence` reads back to the same numbers.
+
+    Parameters
+    ----------
+    sequence : FilmPlan
+        What to write.
+    path : str or Path
+        Of the file.
+    """
     motion = {} if sequence.motion is None else {"motion": msgspec.to_builtins(sequence.motion)}
     write_whole(Path(path), to_yaml(msgspec.to_builtins(sequence.scene) | motion).encode())
 
@@ -118,7 +136,18 @@ def truth_row(frame: RenderedFrame) -> dict[str, Any]:
 
 
 def render_folder(folder: str | Path) -> list[str]:
-    """Render every scene file of a folder again; return their names."""
+    """Render every scene file of a folder again; return their names.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The folder of the scene files, NAME.yaml.
+
+    Returns
+    -------
+    list of str
+        The names of the scenes.
+    """
     paths = sorted(Path(folder).glob("*.yaml"))
     for path in paths:
         save_scene(load_scene(path), folder, path.stem)

@@ -37,7 +37,17 @@ _SIGNED = frozenset(
 
 
 class Pose(Part, frozen=True, kw_only=True):
-    """Position of the dock in the camera frame, in metres, and its attitude; roll turns the ring in its own plane."""
+    """Position of the dock in the camera frame and its attitude.
+
+    Parameters
+    ----------
+    position_m : (float, float, float), metres
+        The dock's centre: x to the right, y down, z ahead, which is above 0.
+    theta_x_deg, theta_y_deg : float, degrees
+        Its pitch and yaw; both are 0 where it is square on.
+    roll_deg : float, degrees
+        Turn of the ring in its own plane.
+    """
 
     position_m: tuple[float, float, float]
     theta_x_deg: float = 0.0

@@ -75,6 +75,16 @@ def render(scene: Scene) -> tuple[np.ndarray, Truth]:
 def render_parts(scene: Scene) -> Rendering:
     """Render the picture of a scene, and keep its direct and scattered light; see :func:`render`.
 
+    Parameters
+    ----------
+    scene : Scene
+        What to render.
+
+    Returns
+    -------
+    Rendering
+        The picture, what it shows, and its light in parts.
+
     Raises
     ------
     ValueError

@@ -36,6 +36,39 @@ class Scene(Part, frozen=True, kw_only=True):
 
     ``water`` may also be given as the name of a preset, such as "harbour".
 
+    Parameters
+    ----------
+    camera : Camera
+        What takes the picture.
+    dock : Dock
+        Its number of lights must be known.
+    pose : Pose
+        Where the dock is.
+    lights : Lights
+        How bright and large the dock's lights are, and which are dead.
+    water : Water
+        What absorbs and scatters the light.
+    psf : Psf
+        How the scattered light spreads around each light.
+    background : Background
+        The water's own brightness, glares and haze.
+    panel : Panel or None
+        The plate that the lights are on.
+    snow : Snow or None
+        Bright specks in the water.
+    mirror : Mirror or None
+        The water's surface, which shows the ring a second time.
+    lamps : tuple of Lamp
+        Lights that are not the dock's.
+    occluders : tuple of Occluder
+        What hides parts of the picture.
+    texts : tuple of Text
+        Words burnt into the picture.
+    sensor : Sensor
+        Exposure, noise, blur, bits and colours.
+    seed : int
+        Of all that is random; the same seed gives the same picture.
+
     Raises
     ------
     ValueError

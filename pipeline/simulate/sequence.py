@@ -28,7 +28,15 @@ _RESPONSE_S = 1.0  # time in which the steered vehicle would correct an error if
 
 
 class FilmPlan(msgspec.Struct, frozen=True, kw_only=True):
-    """A scene and how the vehicle moves in it; without a motion it is a single picture."""
+    """A scene and how the vehicle moves in it; without a motion it is a single picture.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is there.
+    motion : Approach, Sweep, Hover, ClosedLoop or None
+        How the vehicle moves.
+    """
 
     scene: Scene
     motion: Approach | Sweep | Hover | ClosedLoop | None = None

@@ -53,7 +53,18 @@ class Truth:
 
 
 def truth_of(scene: Scene) -> Truth:
-    """Compute what the picture of ``scene`` shows, without rendering it."""
+    """Compute what the picture of ``scene`` shows, without rendering it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+
+    Returns
+    -------
+    Truth
+        Where the dock, its lights and their ellipse are, in space and in the picture.
+    """
     rotation = dock_rotation(scene)
     position = np.array(scene.pose.position_m)
     lights_m = _on_ring(scene, np.array(scene.light_angles_rad), position, rotation)
@@ -76,7 +87,20 @@ def dock_rotation(scene: Scene) -> np.ndarray:
 
 
 def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:
-    """The truth as plain values with their units in the names, for a file; None for what has no image."""
+    """The truth as plain values with their units in the names, for a file; None for what has no image.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    truth : Truth
+        What its picture shows.
+
+    Returns
+    -------
+    dict
+        Positions in metres, angles in degrees, places in the picture in pixels.
+    """
     ellipse = truth.ellipse
     return {
         "position_m": _numbers(truth.position_m),

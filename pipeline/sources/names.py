@@ -79,6 +79,16 @@ def kind_of(source: str) -> Kind:
 def camera_number(source: str) -> int | None:
     """Number of the camera that a text names: "0", "/dev/video0", or a link to one, as in /dev/v4l/by-id; else None.
 
+    Parameters
+    ----------
+    source : str
+        What was typed.
+
+    Returns
+    -------
+    int or None
+        The camera's number; None where the text names none.
+
     Examples
     --------
     >>> camera_number("3"), camera_number("/dev/video0"), camera_number("tank.png")

@@ -148,6 +148,17 @@ def list_pictures(source: str) -> list[Path]:
 
 
 def numeric(path: Path) -> list[tuple[int, int, str]]:
-    """Sort key that compares runs of digits as numbers."""
+    """Sort key that compares runs of digits as numbers.
+
+    Parameters
+    ----------
+    path : Path
+        To be sorted.
+
+    Returns
+    -------
+    list of (int, int, str)
+        An entry for each run of digits and each text between them.
+    """
     pieces = re.split(r"(\d+)", str(path))
     return [(1, int(piece), piece) if piece.isdecimal() else (0, 0, piece) for piece in pieces]

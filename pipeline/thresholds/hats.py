@@ -54,7 +54,8 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
 
     Returns
     -------
-    The threshold; its level is 256 (nothing kept) where nothing stands above the background.
+    Threshold
+        Its level is 256, which keeps nothing, where nothing stands above the background.
 
     Notes
     -----

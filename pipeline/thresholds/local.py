@@ -50,7 +50,8 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
 
     Returns
     -------
-    A threshold that lists the pixels it keeps; its level is that of its dimmest light, 256 where there is none.
+    Threshold
+        It lists the pixels that it keeps; its level is that of its dimmest light, 256 where there is none.
     """
     whole = histogram.without_glare
     histogram, side = whole.in_squares(ENOUGH_PX)

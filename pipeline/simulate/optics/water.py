@@ -96,6 +96,16 @@ def preset(name: str) -> Water:
 def water_of_turbidity(turbidity: float) -> Water:
     """Water between the presets: 0 is clear, 1/3 tank, 2/3 coastal, 1 harbour; coefficients are interpolated in log.
 
+    Parameters
+    ----------
+    turbidity : float
+        From 0 to 1.
+
+    Returns
+    -------
+    Water
+        Its absorption and scattering, in 1 / m.
+
     Raises
     ------
     ValueError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import functools
 import secrets
 import threading
 import time
@@ -13,6 +14,7 @@ import viser
 from dockpose.app.web.server.journal import Journal, client_of
 from dockpose.app.web.server.messages import GuiUpdateMessage, RefusedError, check_message
 from viser import _messages as messages
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 
@@ -83,7 +85,8 @@ class Gate:
         if handle is None or client is None or state is None or state.message_buffer.done:
             return
         state.message_buffer.push(messages.GuiUpdateMessage(refusal.control, {"value": handle._impl.value}))
-        client.add_notification("Not taken", f"{handle._impl.props.label}: {refusal.reason}.", color="yellow")
+        label: str = getattr(handle._impl.props, "label")  # noqa: B009
+        client.add_notification("Not taken", f"{label}: {refusal.reason}.", color="yellow")
 
     def _live(self) -> list[tuple[int, Any]]:
         return [] if self._server is None else list(self._server._websock_server._live_connections.items())
@@ -177,3 +180,35 @@ def protect_broadcasts(server: viser.ViserServer) -> None:
         push(message)
 
     setattr(buffer, "push", push_if_sendable)  # noqa: B010
+
+
+class _EventOfLoop(asyncio.Event):
+    """An event that another thread may set: then it only becomes true, and whoever waits is woken by its loop."""
+
+    def set(self) -> None:
+        try:
+            asyncio.get_running_loop()
+        except RuntimeError:
+            self._value = True
+        else:
+            self._value = False  # or it would wake nobody
+            super().set()
+
+
+def wake_from_the_loop() -> None:
+    """Let no thread but the loop's walk through those who wait for messages.
+
+    viser sets a buffer's event from whichever thread queues a message, and once more in the loop. The first walks
+    through the waiting browsers while the loop takes them out, and now and then ends in a RuntimeError that stops
+    whoever queued the message.
+    """
+    push = AsyncMessageBuffer.push
+    if hasattr(push, "__wrapped__"):
+        return
+
+    @functools.wraps(push)
+    def push_from_anywhere(buffer: AsyncMessageBuffer, message: messages.Message) -> None:
+        buffer.message_event.__class__ = _EventOfLoop
+        push(buffer, message)
+
+    setattr(AsyncMessageBuffer, "push", push_from_anywhere)  # noqa: B010

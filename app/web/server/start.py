@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from zipfile import ZipFile
 
 import viser
-from dockpose.app.web.server.gate import Gate
+from dockpose.app.web.server.gate import Gate, wake_from_the_loop
 from dockpose.app.web.server.guard import Guard, guarded
 from dockpose.app.web.server.journal import Journal, log_failure, log_unhandled
 from dockpose.app.web.server.pages import own_pages
@@ -47,6 +47,7 @@ def open_server(host: str, port: int, guard: Guard, reports: Mapping[str, Callab
     check_names()
     for module in (viser._gui_api, viser._scene_api, viser._viser):  # in place of tracebacks in the terminal
         module.__dict__["print_threadpool_errors"] = log_failure
+    wake_from_the_loop()
     check_port_is_free(host, port)
     gate = Gate(Journal())
     with silence(), guarded(guard, gate, own_pages(reports)):

@@ -1,5 +1,6 @@
 """The gate in a running page: whatever one browser sends, the others stay, and the program is calm."""
 
+import asyncio
 import logging
 import time
 
@@ -7,6 +8,7 @@ import pytest
 from dockpose.app.web.app import App
 from dockpose.app.web.server.journal import Journal
 from viser import _messages as messages
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from tests.support.visitors import Visitor
 
@@ -140,3 +142,30 @@ def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, caplog, raw, wo
     told = [record.getMessage() for record in caplog.records]
     (line,) = [one for one in told if "127.0.0.1: closed its connection: " in one]
     assert words in line
+
+
+def test_a_message_may_be_queued_while_browsers_come_and_go(app):
+    """A thread that queues a message does not walk through those who wait, whom the loop takes out meanwhile."""
+
+    async def queue_beside():
+        buffer = AsyncMessageBuffer(asyncio.get_running_loop(), persistent_messages=True)
+
+        class Leaving(asyncio.Future):
+            """Who waits, and is taken out as soon as somebody walks by."""
+
+            def done(self):
+                buffer.message_event._waiters.popleft()
+                return True  # who was woken already
+
+        waiting = buffer.message_event._waiters
+        waiting.extend((Leaving(), Leaving()))
+        await asyncio.to_thread(buffer.push, messages.GuiUpdateMessage("a", {"value": 1}))
+        assert buffer.message_event.is_set()
+        waiting.clear()
+        buffer.message_event.clear()
+        waiter = asyncio.create_task(buffer.message_event.wait())
+        await asyncio.sleep(0)
+        await asyncio.to_thread(buffer.push, messages.GuiUpdateMessage("b", {"value": 1}))
+        assert await asyncio.wait_for(waiter, 5)
+
+    asyncio.run(queue_beside())

@@ -14,9 +14,10 @@ COMMANDS = commands()
 # Commands that are read by the parser and not run here, and why. The first that matches counts.
 NOT_RUN = {
     r"(git|cd|python3|pip|\.venv/bin/pip) ": "installs the program; make newcomer does",
+    r"eval ": "changes the shell that runs it; tests/app/commands/machine/test_completion.py does",
     r"\.venv/bin/dockpose ": "needs the installed program; make newcomer has it, and the same command runs as dockpose",
     r"make ": "makes environments, or takes minutes; the target is there",
-    r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/test_serve.py does",
+    r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/machine/test_serve.py does",
     r"dockpose ros ": "needs a running ROS; tests/app/commands/ros has modules that stand for it",
     r"dockpose estimate (rtsp:|0 )": "needs a camera or a stream; tests/pipeline/sources has them over the loopback",
     r".* --jobs 4": "starts processes, which takes ten seconds; tests/app/processing/test_parallel.py does",
@@ -65,6 +66,11 @@ def test_most_of_what_estimates_runs():
 def test_each_reason_is_needed():
     for pattern in NOT_RUN:
         assert any(re.match(pattern, words) for _, words in COMMANDS), pattern
+
+
+def test_tests_that_do_it_instead_are_there():
+    for why in NOT_RUN.values():
+        assert all((ROOT / path).exists() for path in re.findall(r"tests/[\w/.]*\w", why)), why
 
 
 @pytest.mark.parametrize("words", [words for _, words in COMMANDS if words.startswith("make ")])

@@ -25,7 +25,7 @@ from dockpose.app.web.server.options import DEFAULTS, SESSIONS_FOLDER, Options
 
 _OPEN_WARNING = (
     "it listens on {host}, so every machine of that network can reach this page. Who has the address with its token "
-    "can steer it and see its pictures; the connection is not encrypted. README.md shows a proxy with TLS."
+    "can steer it and see its pictures; the connection is not encrypted. docs/sharing.md shows a proxy with TLS."
 )
 
 

@@ -53,7 +53,7 @@ def test_a_far_point_is_seen_1_333_times_as_far_off_the_axis():
 
 
 def test_ignoring_the_water_costs_41_px_ten_degrees_off_the_axis():
-    # The figure that DESIGN.md gives, for f = 700 px.
+    # The figure that docs/method.md gives, for f = 700 px.
     bare = Camera(700, 700, 320, 240, 640, 480)
     wet = Camera(700, 700, 320, 240, 640, 480, port=PORT)
     point = [[math.tan(math.radians(10)), 0, 1]]

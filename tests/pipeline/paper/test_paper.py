@@ -42,7 +42,7 @@ def test_the_true_centre_is_neither_the_ellipse_s_nor_the_lights_middle():
     pose = max(circle_poses(ellipse, CAMERA, 0.30), key=lambda pose: pose.normal[1])
     found = centres(points, ellipse, pose)
     np.testing.assert_allclose(found.true_px, [319.5, 239.5], atol=1e-6)
-    # 2.7 to 7 px, says DESIGN.md, for 10 to 30 degrees at 1 m
+    # 2.7 to 7 px, says docs/method.md, for 10 to 30 degrees at 1 m
     assert np.linalg.norm(found.ellipse_px - found.true_px) == pytest.approx(7, abs=1)
     hidden = centres(points[:-3], ellipse, pose)
     assert np.linalg.norm(hidden.mass_moment_px - found.true_px) > 20

@@ -9,6 +9,7 @@ import yaml
 from dockpose.app import cli
 
 from tests.docs.pages import PAGES, ROOT, blocks, blocks_in, code_spans, commands
+from tests.support.methods import registered
 
 COMMANDS = commands()
 # Commands that are read by the parser and not run here, and why. The first that matches counts.
@@ -83,7 +84,8 @@ def test_targets_of_make_are_there(words):
 @pytest.mark.parametrize("block", blocks_in("python"), ids=lambda block: block.name)
 def test_programs_run(block, tank, monkeypatch, capsys):
     monkeypatch.chdir(tank)
-    exec(compile(block.text, block.name, "exec"), {"__name__": "__main__"})
+    with registered():
+        exec(compile(block.text, block.name, "exec"), {"__name__": "__main__"})
     assert capsys.readouterr().out.strip()
 
 

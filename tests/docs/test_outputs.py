@@ -5,10 +5,11 @@ import re
 
 import pytest
 from dockpose import Tracker, estimate
+from dockpose.app.commands.compare import to_line
 from dockpose.app.experiment.row import COLUMNS
 from dockpose.app.export.recordings.messages import TOPICS
 from dockpose.app.export.rows import CSV_COLUMNS
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.samples import load_sample, sample_path
 from dockpose.camera.image import read
 from dockpose.estimate import SCHEMA
 from dockpose.simulate.files import TRUTH_COLUMNS
@@ -73,6 +74,12 @@ def test_columns_of_csv():
     told |= {f"b{name[1:]}" for name in told if name.startswith("a_")}
     told |= {f"{pose}{name[6:]}" for name in told if name.startswith("chosen_") for pose in LIKE_CHOSEN}
     assert told == set(CSV_COLUMNS)
+
+
+def test_fields_of_compare():
+    picture = load_sample("tilted")
+    line = to_line(picture, {"hats": estimate(picture.image, CAMERA, DOCK)})
+    assert set(first_columns(PAGE, "Compare")) == {*line, *line["methods"]["hats"]}
 
 
 def test_topics():

@@ -9,6 +9,8 @@ import pkgutil
 import dockpose
 import pytest
 
+from tests.support.methods import registered
+
 
 def _modules_with_examples() -> list[str]:
     names = []
@@ -29,7 +31,8 @@ MODULES = _modules_with_examples()
 
 @pytest.mark.parametrize("name", MODULES)
 def test_examples(name: str):
-    result = doctest.testmod(importlib.import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)
+    with registered():  # what an example registers is forgotten
+        result = doctest.testmod(importlib.import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)
     assert result.failed == 0
 
 

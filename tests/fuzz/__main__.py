@@ -44,8 +44,12 @@ def main() -> int:
         for name, inputs in wanted
         for number, start in enumerate(range(0, inputs, _AT_ONCE))
     ]
+    outcomes = []
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        outcomes = list(pool.map(lambda part: _in_process(*part), parts))
+        for (name, _, _), outcome in zip(parts, pool.map(lambda part: _in_process(*part), parts), strict=True):
+            outcomes.append(outcome)
+            told = f"{len(outcomes)} of {len(parts)} parts: {name}, {outcome.inputs} inputs, {len(outcome.escapes)} escapes"
+            print(told, file=sys.stderr, flush=True)
     if arguments.guided and importlib.util.find_spec("atheris") is None:
         print("Inputs guided by coverage are left out: there is no atheris for this Python.")
     elif arguments.guided:

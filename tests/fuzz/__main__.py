@@ -48,8 +48,8 @@ def main() -> int:
     with ThreadPoolExecutor(arguments.jobs) as pool:
         for (name, _, _), outcome in zip(parts, pool.map(lambda part: _in_process(*part), parts), strict=True):
             outcomes.append(outcome)
-            told = f"{len(outcomes)} of {len(parts)} parts: {name}, {outcome.inputs} inputs, {len(outcome.escapes)} escapes"
-            print(told, file=sys.stderr, flush=True)
+            told = f"{name}, {outcome.inputs} inputs, {len(outcome.escapes)} escapes"
+            print(f"{len(outcomes)} of {len(parts)} parts: {told}", file=sys.stderr, flush=True)
     if arguments.guided and importlib.util.find_spec("atheris") is None:
         print("Inputs guided by coverage are left out: there is no atheris for this Python.")
     elif arguments.guided:

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from tests.docs.pages import DOCS, PAGES, ROOT, anchors, code_spans, links
+from tests.docs.pages import DOCS, PAGES, ROOT, anchors, code_spans, first_columns, links
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -37,6 +37,15 @@ def test_each_page_is_in_the_navigation():
     text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     named = set(re.findall(r"[\w-]+\.md", text.partition("\nnav:")[2]))
     assert {page.name for page in DOCS.glob("*.md")} <= named
+
+
+def test_the_layout_is_that_of_the_design():
+    named = {name.rstrip("/") for name in first_columns(DOCS / "design.md", "Layout")}
+    houses = (ROOT / "pipeline", ROOT / "app")
+    assert {name for name in named if not any((house / name).exists() for house in houses)} == set()
+    for house in houses:
+        folders = {path.parent.name for path in house.glob("*/__init__.py")}
+        assert folders <= named
 
 
 def test_an_anchor_is_as_forges_make_it():

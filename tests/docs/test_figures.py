@@ -1,0 +1,94 @@
+"""Figures that the pages tell are those of the reports in static/, which commands make."""
+
+import html
+import re
+
+import pytest
+
+from tests.docs.pages import DOCS, ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAPER = (DOCS / "paper.md").read_text(encoding="utf-8")
+
+
+def rows_of(name):
+    """Cells of all rows of a report's tables, and its text."""
+    page = re.sub(r"<(svg|style)\b.*?</\1>", "", (ROOT / "static" / name).read_text(encoding="utf-8"), flags=re.DOTALL)
+    rows = [
+        re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.DOTALL)
+        for row in re.findall(r"<tr>(.*?)</tr>", page, re.DOTALL)
+    ]
+    return [[plain(cell) for cell in row] for row in rows], plain(page)
+
+
+def plain(text):
+    return re.sub(r"\s+", " ", html.unescape(re.sub(r"<[^>]+>", "", text))).strip()
+
+
+def told_in(pattern, text):
+    match = re.search(pattern, text)
+    assert match is not None, pattern
+    return match
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return rows_of("paper.html")
+
+
+def test_the_studys_figures():
+    rows, text = rows_of("study.html")
+    docks, scenes = (int(told_in(pattern, text)[1]) for pattern in (r"(\d+) with a dock", r"From (\d+) simulated"))
+    right = told_in(r"most often, in ([\d.]+) % \(([\d.]+) to ([\d.]+)\)", text)
+    assert f"| {float(right[1]):.0f} % of {docks} ({float(right[2]):.0f} to {float(right[3]):.0f}) |" in README
+    reported = told_in(r"its right pose in ([\d.]+) % \(([\d.]+) to ([\d.]+)\) of the docks it reports", text)
+    assert f"| {float(reported[1]):.0f} % ({float(reported[2]):.0f} to {float(reported[3]):g}) |" in README
+    assert re.search(r"it reports a dock in 0\.0 %", text)
+    assert f"| 0 of {scenes - docks} " in README
+    held = told_in(
+        r"truth of x ([\d.]+) %, y ([\d.]+) %, z ([\d.]+) %, theta_x ([\d.]+) % and theta_y ([\d.]+) %", text
+    )
+    assert f"| {float(held[3]):.0f} % (z) to {float(held[5]):.0f} % (pitch, yaw) |" in README
+    (far,) = (row for row in rows if row[0] == "12 to 20")
+    assert f"nine in ten below {far[3]} %, {far[4]} deg" in README
+
+
+@pytest.mark.parametrize(
+    ("told", "reported"),
+    [
+        ("the paper, in its tank", "the paper"),
+        ("ours, rendered, all known exactly, noise and JPEG", "noise and JPEG"),
+        ("ours, camera and ring a little off", "all together, without ignored distortion"),
+        ("the same, with the rounding of the measured values", "all together, and rounding"),
+        ("a good calibration's errors", "both of these, as they belong together"),
+        ("distortion ignored", "distortion ignored"),
+        ("lights 1 mm off along the ring", "lights 1 mm off along the ring"),
+        ("lights 1 mm off across the ring", "lights 1 mm off across the ring"),
+    ],
+)
+def test_the_error_budget(told, reported, paper):
+    (row,) = (line for line in PAPER.splitlines() if line.startswith(f"| {told} |"))
+    (of_report,) = (cells for cells in paper[0] if cells and cells[0] == reported and len(cells) == 6)
+    assert [float(cell) for cell in row.strip("|").split("|")[1:]] == [float(cell) for cell in of_report[1:]]
+
+
+@pytest.mark.parametrize(
+    ("told", "reported"),
+    [("HATS", "HATS"), ("Otsu", "Otsu"), ("Sezan", "Sezan"), ("Kittler and Illingworth", "Kittler-Illingworth")],
+)
+def test_the_comparison_of_thresholds(told, reported, paper):
+    (row,) = (line for line in PAPER.splitlines() if line.startswith(f"| {told} |"))
+    (of_report,) = (cells for cells in paper[0] if cells and cells[0] == reported and len(cells) == 12)
+    numbers = [float(number) for number in re.findall(r"[\d.]+", row)]
+    # The report's sentences round what its table has with a digit more.
+    assert numbers == pytest.approx([float(of_report[index]) for index in (1, 2, 3, 7, 8, 9)], abs=0.5)
+
+
+def test_approaches_in_closed_loop(paper):
+    right = {
+        cells[0]: cells[3] for cells in paper[0] if len(cells) == 7 and cells[0].startswith(("Table 1", "tracker"))
+    }
+    assert f"in {right['Table 1 by the letter']} (" in PAPER
+    assert f"in {right['Table 1 as we read it']} (" in PAPER
+    assert f"right at the end of {right['Table 1 by the letter']} of 100" in README
+    assert right["tracker"] == "100"

@@ -18,6 +18,7 @@ from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_ende
 from dockpose.app.commands.output import LineFile
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
+from dockpose.camera.durable_files import remove
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
@@ -161,11 +162,23 @@ class _Video(_Target):
 
     def __enter__(self) -> _Video:
         super().__enter__()
-        save_sequence(self._sequence, self._path.with_suffix(".yaml"))
+        try:
+            save_sequence(self._sequence, self._path.with_suffix(".yaml"))
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
         motion = self._sequence.motion
         rate_hz = _STILL_RATE_HZ if motion is None else motion.rate_hz
         self._writer = self._files.enter_context(VideoFile(self._path, rate_hz, is_lossless=True))
         return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        try:
+            super().__exit__(kind, error, at)
+        finally:
+            if not self._path.exists():  # what belongs to it would only mislead
+                remove(self.table)
+                remove(self._path.with_suffix(".yaml"))
 
     def _write(self, frame: RenderedFrame) -> None:
         self._writer.write(frame.image, frame.time_s)

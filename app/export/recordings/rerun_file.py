@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
@@ -12,8 +14,9 @@ import numpy as np
 from dockpose.app.drawing import overlay
 from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, bgr
-from dockpose.app.errors import UserError, writing
+from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.recordings.messages import Seen
+from dockpose.camera.durable_files import GrowingFile
 
 ENDING = ".rrd"
 _POSES = ("pose_a", "pose_b")
@@ -48,11 +51,12 @@ class RerunFile:
             import rerun
         except ImportError as error:
             raise UserError(f"--rerun {path}: needs Rerun: pip install 'dockpose[rerun]'") from error
-        with writing(path), path.open("wb"):
-            pass  # Rerun itself only logs that it cannot
+        with writing(path):
+            self._relay = _Relay(path)
         self._rerun = rerun
         self._stream = rerun.RecordingStream("dockpose")
-        self._stream.save(path)
+        self._relay.begin(self._stream.save)
+        self._is_open = True
         self._stream.log("camera", rerun.ViewCoordinates.RDF, static=True)
         self._camera: object = None
 
@@ -64,6 +68,7 @@ class RerunFile:
 
     def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
         """Add a frame; its times are in seconds since the source began, and since 1970."""
+        self._relay.check()
         rerun, log, found = self._rerun, self._stream.log, seen.found
         self._stream.set_time("frame", sequence=seen.frame)
         if time_s is not None:
@@ -88,8 +93,11 @@ class RerunFile:
         log("status", rerun.TextLog(f"{found.message} {seen.trust.sentence}", level=_LEVELS[seen.trust.colour]))
 
     def close(self) -> None:
-        """Finish the file."""
-        self._stream.disconnect()
+        """Finish the file. Raises UserError where it could not be written; what came before stays."""
+        if self._is_open:
+            self._is_open = False
+            self._stream.disconnect()
+            self._relay.end()
 
     def _log_poses(self, seen: Seen) -> None:
         rerun, log, found = self._rerun, self._stream.log, seen.found
@@ -108,6 +116,54 @@ class RerunFile:
                 log(f"chance/{name}", rerun.Scalars(pose.probability))
         if seen.track is not None and seen.track.probability is not None:
             log("chance/track", rerun.Scalars(seen.track.probability))
+
+
+class _Relay:
+    """Writes a file in Rerun's place, which only logs that it cannot and may then wait for ever: it writes to a pipe.
+
+    Where there is no path to a pipe, as on Windows, Rerun writes the file itself.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._file = path, GrowingFile(path)
+        self._thread = threading.Thread(target=self._pass_on, name="dockpose rerun", daemon=True)
+        self._error: OSError | None = None
+
+    def begin(self, save: Callable[[str], object]) -> None:
+        """Have ``save`` write to the file of a path."""
+        if not os.path.isdir("/dev/fd"):
+            self._file.close()
+            save(str(self._path))
+            return
+        self._reads, writes = os.pipe()
+        save(f"/dev/fd/{writes}")
+        os.close(writes)
+        self._thread.start()
+
+    def check(self) -> None:
+        """Raise UserError if something could not be written."""
+        if self._error is not None:
+            error, self._error = self._error, None
+            raise unwritable(self._path, error, kept=self._file.cut()) from error
+
+    def end(self) -> None:
+        """Wait until all is written. Raises UserError if something could not be."""
+        if self._thread.is_alive():
+            self._thread.join()
+        self.check()
+        self._file.close()
+
+    def _pass_on(self) -> None:
+        has_failed = False
+        with open(self._reads, "rb", buffering=0) as pipe:
+            while data := pipe.read(2**16):
+                if has_failed:
+                    continue  # Rerun must not wait
+                try:
+                    self._file.write(data)
+                    self._file.mark()
+                except OSError as error:
+                    self._error, has_failed = error, True
 
 
 def _ring(radius_m: float) -> tuple[np.ndarray, np.ndarray]:

@@ -23,6 +23,7 @@ NOT_YET_NUMPYDOC: set[str] = set()
 # Test files that are named after what several files do together.
 OF_SEVERAL = {
     "app/commands/test_bags.py",
+    "app/commands/test_camera_faults.py",
     "app/commands/test_faults.py",
     "app/commands/test_kills.py",
     "app/commands/test_packaged_methods.py",

@@ -6,9 +6,11 @@ import contextlib
 import datetime
 import hashlib
 import json
+import math
 import re
 import threading
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -278,6 +280,14 @@ def _now() -> str:
     return datetime.datetime.now().astimezone().isoformat(timespec="milliseconds")
 
 
+def _moment(row: Row) -> float:
+    """Time of a row, in seconds since 1970; nan where it has none that can be read."""
+    try:
+        return datetime.datetime.fromisoformat(row.time).timestamp()
+    except (ValueError, OverflowError, OSError):
+        return math.nan
+
+
 def _numbers(frames: Path) -> set[int]:
     """Numbers of all frames in a folder, in whatever state."""
     matches = (_FRAME.fullmatch(path.name) for path in frames.iterdir())
@@ -288,6 +298,12 @@ def _notices(record: SessionRecord, unlisted: list[int]) -> Iterator[str]:
     if unlisted:
         numbers = ", ".join(f"{number:04d}" for number in unlisted)
         yield f"{numbers} in {record.folder / FRAMES} has no row: a program was stopped while it was being taken."
+    back = [row.number for before, row in pairwise(record.rows) if _moment(row) < _moment(before)]
+    if back:
+        yield (
+            f"By their times, row {', '.join(map(str, back))} was taken before the row above: the computer's clock was "
+            "set back. Rows stand in the order in which they were taken."
+        )
     gone = [row.number for row in record.rows if not (record.folder / row.file).is_file()]
     if gone:
         yield f"The picture of row {', '.join(map(str, gone))} is no longer in {record.folder / FRAMES}."

@@ -232,3 +232,17 @@ def test_kills_lose_nothing(tmp_path: Path):
     told = kill_often(tmp_path, kills=10, seed=1)
     assert (told.lost, told.unreadable) == (0, 0)
     assert told.confirmed > 0
+
+
+def test_a_clock_that_is_set_back_is_told_and_changes_no_order(tmp_path, monkeypatch):
+    times = iter(["2026-03-01T10:00:00.000+01:00", "2026-03-01T09:00:00.000+01:00", "2026-03-01T09:00:05.000+00:00"])
+    with Session.create(tmp_path / "tank") as session:
+        monkeypatch.setattr("dockpose.app.experiment.session._now", lambda: next(times))
+        for _ in range(3):
+            session.take(PICTURE, FOUND, "tank")
+    with Session.open(tmp_path / "tank") as session:
+        assert [row.number for row in session.rows] == [1, 2, 3]
+        assert session.notices == (
+            "By their times, row 2 was taken before the row above: the computer's clock was set back. Rows stand in "
+            "the order in which they were taken.",
+        )

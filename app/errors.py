@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -79,5 +80,14 @@ def check_place(path: Path, option: str, read: object = None) -> None:
         raise UserError(f"{option} {path}: cannot be written, there is no folder {path.parent}")
     if path.is_dir():
         raise UserError(f"{option} {path}: is a folder; name a file in it")
+    if not path.exists() or path.is_file():
+        check_folder(path.parent, f"{option} {path}")
     if read is not None and path.exists() and Path(str(read)).exists() and path.samefile(str(read)):
         raise UserError(f"{option} {path}: would overwrite the file that is read; give another name")
+
+
+def check_folder(folder: Path, what: str) -> None:
+    """Raise a UserError that begins with ``what`` where nothing can be put into a folder, nor the folder be made."""
+    there = next((one for one in (folder, *folder.parents) if one.exists()), folder)
+    if not os.access(there, os.W_OK):
+        raise UserError(f"{what}: cannot be written, the folder {there} is read-only")

@@ -10,7 +10,7 @@ from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put
 from dockpose.app.drawing.overlay import LAYERS, check_layers
-from dockpose.app.errors import UserError, blaming, writing
+from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
 from dockpose.app.inputs.samples import sample_source
@@ -79,6 +79,7 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
     chosen = [layer.strip() for layer in layers.split(",") if layer.strip()]
     with blaming("--"):
         check_layers(chosen)
+    check_folder(out if not out.suffix or out.is_dir() else out.parent, f"--out {out}")
     from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
 
     files = _files(source, camera, dock, chosen)

@@ -18,7 +18,7 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose.app.commands.console import put, put_text
-from dockpose.app.errors import unwritable, writing
+from dockpose.app.errors import check_folder, unwritable, writing
 from dockpose.app.export.recordings.mcap_file import PoseFile
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import RerunFile
@@ -322,12 +322,12 @@ class PictureFolder:
     """
 
     def __init__(self, folder: Path, originals: Sequence[Path]) -> None:
+        check_folder(folder, str(folder))
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise unwritable(folder, error, "cannot be made") from error
-        self._folder = folder
-        self._taken = {path.resolve() for path in originals}
+        self._folder, self._taken = folder, {path.resolve() for path in originals}
 
     def write(self, name: str, picture: np.ndarray) -> None:
         """Write a picture as NAME.png, or NAME-2.png where an original or another result has that name."""

@@ -15,7 +15,7 @@ import numpy as np
 from av import VideoStream
 from av.container import OutputContainer
 from av.error import FFmpegError
-from dockpose.app.errors import UserError, unwritable, writing
+from dockpose.app.errors import UserError, check_folder, unwritable, writing
 
 # Encoder, its options, and the formats of grey, deep grey and colour pictures.
 _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]
@@ -200,6 +200,7 @@ class VideoFile:
     ) -> None:
         if not path.parent.is_dir():
             raise UserError(f"{path}: cannot be written ({path.parent}: there is no such folder)")
+        check_folder(path.parent, str(path))
         self._path, self._suffix = path, path.suffix.lower()
         self._codec = _CODECS[self._suffix] if is_lossless or self._suffix != ".avi" else _MOTION_JPEG
         self._rate_hz = Fraction(rate_hz).limit_denominator(1001)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
-from dockpose.app.errors import UserError, writing
+from dockpose.app.errors import UserError, check_folder, writing
 from dockpose.app.experiment.versions import versions
 from dockpose.app.export.reproduction.part import Part
 from dockpose.app.processing.parallel import workers
@@ -93,6 +93,7 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
         if key not in PARTS:
             raise UserError(f"there is no part {key!r}; there are {', '.join(PARTS)}")
     wanted = [key for key in PARTS if not only or key in only]
+    check_folder(out, f"--out {out}")
     with writing(f"--out {out}"):
         out.mkdir(parents=True, exist_ok=True)
     parts: dict[str, Part] = {}

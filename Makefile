@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank connection policy,tests/browser/test_$(part).py)
 
-.PHONY: licences release run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: licences release try-release run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -95,16 +95,21 @@ newcomer: $(VENV)/.test
 
 # The licences of all that is brought along, and their versions for pip-audit.
 licences: $(VENV)/.installed
-	$(PIP) --editable ".[cluster,ros,rerun]" packaging
+	$(PIP) --editable ".[cluster,completion,ros,rerun]" packaging
 	$(BIN)/python .ci/licences.py
 	mkdir -p build && $(BIN)/python -m pip freeze --exclude-editable > build/versions.txt
 
 # What is given out, and its checksums.
 release: $(VENV)/.installed
 	rm -rf build/release
-	$(PIP) build
-	$(BIN)/python -m build --outdir build/release
+	$(PIP) build twine
+	$(BIN)/python -m build --quiet --outdir build/release
+	$(BIN)/python -m twine check --strict build/release/*
 	cd build/release && sha256sum * > SHA256SUMS
+
+# Installs what is given out into fresh environments, and tries it from another folder.
+try-release: release
+	$(BIN)/python .ci/try_release.py build/release
 
 clean:
 	rm -rf $(VENV) $(OLDEST) build .pytest_cache .ruff_cache .hypothesis

@@ -20,7 +20,7 @@ OpenCV's wheel contains an FFmpeg under the LGPL.
 | package | version | for | licence |
 |---|---|---|---|
 """
-_EXTRAS = ("", "cluster", "ros", "rerun")
+_EXTRAS = ("", "cluster", "completion", "ros", "rerun")
 
 
 def licence_of(name: str) -> str:

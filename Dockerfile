@@ -1,0 +1,31 @@
+# The page and the commands in a container, as a user without rights and with a root that is read-only:
+#   docker build -t dockpose .
+#   docker run --rm --read-only --tmpfs /tmp -v dockpose:/data -p 127.0.0.1:8080:8080 dockpose
+#   docker run --rm --read-only --tmpfs /tmp -v "$PWD":/data dockpose estimate tank.png --camera tank.yaml ...
+FROM python:3.13-slim AS build
+COPY . /source
+RUN python -m venv /opt/dockpose && /opt/dockpose/bin/python -m pip install --no-cache-dir /source
+# Compiles the loops over pixels, which would otherwise take a minute of every start. What is kept of them belongs to
+# source files of a certain time, of which an image keeps whole seconds.
+ENV NUMBA_CACHE_DIR=/opt/dockpose/compiled
+RUN find /opt/dockpose -name "*.py" -exec touch -d 2026-01-01 {} +
+RUN /opt/dockpose/bin/dockpose estimate sample_images --json /dev/null
+
+FROM python:3.13-slim
+COPY --from=build /opt/dockpose /opt/dockpose
+RUN useradd --uid 1000 --no-create-home dockpose && install -d -o dockpose -g dockpose /data
+ENV PATH=/opt/dockpose/bin:$PATH \
+    NUMBA_CACHE_DIR=/tmp/compiled \
+    MPLCONFIGDIR=/tmp/matplotlib \
+    XDG_CONFIG_HOME=/data/settings \
+    PYTHONDONTWRITEBYTECODE=1 \
+    PYTHONUNBUFFERED=1
+USER 1000:1000
+WORKDIR /data
+VOLUME /data
+EXPOSE 8080
+# Without the token the page answers 403: that it answers is what counts here.
+HEALTHCHECK --interval=30s --timeout=5s --start-period=60s CMD ["python", "-c", "import http.client; page = http.client.HTTPConnection('127.0.0.1', 8080, timeout=4); page.request('GET', '/alive'); raise SystemExit(page.getresponse().status not in (200, 403))"]
+# What is compiled can only be used where it can be written, so it goes into the temporary folder first.
+ENTRYPOINT ["sh", "-c", "cp -R /opt/dockpose/compiled /tmp/ 2>/dev/null; exec dockpose \"$@\"", "dockpose"]
+CMD ["serve", "--host", "0.0.0.0", "--sessions", "/data/sessions"]

@@ -24,8 +24,8 @@ USER 1000:1000
 WORKDIR /data
 VOLUME /data
 EXPOSE 8080
-# Without the token the page answers 403: that it answers is what counts here.
-HEALTHCHECK --interval=30s --timeout=5s --start-period=60s CMD ["python", "-c", "import http.client; page = http.client.HTTPConnection('127.0.0.1', 8080, timeout=4); page.request('GET', '/alive'); raise SystemExit(page.getresponse().status not in (200, 403))"]
+# With the token that the page keeps beside its settings.
+HEALTHCHECK --interval=30s --timeout=5s --start-period=60s CMD ["python", "-c", "import http.client, pathlib; token = pathlib.Path('/data/settings/dockpose/token-8080').read_text().strip(); page = http.client.HTTPConnection('127.0.0.1', 8080, timeout=4); page.request('GET', '/alive?token=' + token); raise SystemExit(page.getresponse().status >= 400)"]
 # What is compiled can only be used where it can be written, so it goes into the temporary folder first.
-ENTRYPOINT ["sh", "-c", "cp -R /opt/dockpose/compiled /tmp/ 2>/dev/null; exec dockpose \"$@\"", "dockpose"]
+ENTRYPOINT ["sh", "-c", "cp -R /opt/dockpose/compiled /tmp/ 2>/dev/null; chmod -R u+w /tmp/compiled; exec dockpose \"$@\"", "dockpose"]
 CMD ["serve", "--host", "0.0.0.0", "--sessions", "/data/sessions"]

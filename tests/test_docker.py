@@ -74,6 +74,7 @@ def test_the_health_check_is_a_program_that_asks_the_exposed_port():
     assert (program, option) == ("python", "-c")
     ast.parse(code)
     assert f"'127.0.0.1', {port.words[0]}" in code
+    assert f"{environment(1)['XDG_CONFIG_HOME']}/dockpose/token-{port.words[0]}" in code
     assert "/alive" in code
 
 

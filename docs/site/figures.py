@@ -18,6 +18,7 @@ from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.solve import find_poses
 from dockpose.thresholds import histogram_of
+from matplotlib.figure import Figure
 
 ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ROOT / "docs" / "figures"
@@ -45,7 +46,7 @@ def main() -> None:
             print(f"{name}: {(FIGURES / name).stat().st_size / 1e3:.0f} kB")
 
 
-def hats() -> plt.Figure:
+def hats() -> Figure:
     """A turbid picture, its histogram with the chosen level, and the groups that each level leaves."""
     image = read(ROOT / "sample_images" / "turbid.png")
     camera, dock = _beside("turbid")
@@ -76,7 +77,7 @@ def hats() -> plt.Figure:
     return figure
 
 
-def two_poses() -> plt.Figure:
+def two_poses() -> Figure:
     """The two poses of one picture, seen from above."""
     truth = _lights_m(np.array([0.1, 0.0, 1.0]), 0.0, math.radians(-30))
     _, chosen = find_poses(CAMERA.project(truth), CAMERA, DOCK)
@@ -101,7 +102,7 @@ def two_poses() -> plt.Figure:
     return figure
 
 
-def choice() -> plt.Figure:
+def choice() -> Figure:
     """Share of pictures in which the lights' spacing chooses the right pose, by range and tilt."""
     rng = np.random.default_rng(1)
     ranges_m = np.array([1, 1.5, 2, 3, 4, 6, 8, 12, 16])
@@ -119,7 +120,7 @@ def choice() -> plt.Figure:
     return figure
 
 
-def port() -> plt.Figure:
+def port() -> Figure:
     """How far a flat port moves a point in the picture, against the angle in the water off the axis."""
     window = FlatPort(air_gap_m=0.03, glass_m=0.01)
     through = Camera(700, 700, 319.5, 239.5, 640, 480, port=window)

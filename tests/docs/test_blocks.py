@@ -17,6 +17,7 @@ NOT_RUN = {
     r"(git|cd|python3|pip|\.venv/bin/pip) ": "installs the program; make newcomer does",
     r"eval ": "changes the shell that runs it; tests/app/commands/machine/test_completion.py does",
     r"\.venv/bin/dockpose ": "needs the installed program; make newcomer has it, and the same command runs as dockpose",
+    r"docker ": "needs Docker; tests/test_docker.py and tests/bench/bench_docker.py take its steps without it",
     r"make ": "makes environments, or takes minutes; the target is there",
     r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/machine/test_serve.py does",
     r"dockpose ros ": "needs a running ROS; tests/app/commands/ros has modules that stand for it",

@@ -1,6 +1,7 @@
 """The picture and its histogram in a real browser: what is drawn where, and what each control changes."""
 
 import base64
+import io
 import json
 import math
 from itertools import pairwise
@@ -17,6 +18,7 @@ from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.camera.image import to_grey
+from PIL import Image
 
 pytestmark = pytest.mark.browser
 
@@ -40,7 +42,7 @@ def press(page, name):
 def pixels(page):
     """The canvas as rows of red, green and blue."""
     file = base64.b64decode(page.page.evaluate(_PIXELS).split(",")[1])
-    return cv2.cvtColor(cv2.imdecode(np.frombuffer(file, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+    return np.array(Image.open(io.BytesIO(file)).convert("RGB"))
 
 
 def on_screen(page, x, y):

@@ -124,7 +124,8 @@ def run(words: list[str], folder: str, deadly: int, connection: Connection) -> N
 
     reproduction.workers = study.workers = _here
     # Drawing takes seconds in which nothing is written, so that all plots are a small one here.
-    Plot.of = classmethod(lambda kind, name, caption, figure, **more: kind(name, caption, *_SMALL, **more))
+    small = classmethod(lambda kind, name, caption, figure, **more: kind(name, caption, *_SMALL, **more))
+    setattr(Plot, "of", small)  # noqa: B010
     connection.send(0)
     began_s = time.perf_counter()
     sys.addaudithook(count)

@@ -1,4 +1,4 @@
-"""The study: ten kills at random moments change no byte, and what a scene costs of one core."""
+"""The study: ten kills at random moments and a Dask cluster change no byte, and what a scene costs of one core."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
+from dockpose.app.cli import main
 from dockpose.study.scenes import scene_rows
 
 SCENES, KILLS, SEED = 100, 10, 11
@@ -51,6 +54,25 @@ def test_ten_kills_change_no_byte(tmp_path):
     print(f"; of {len(done(killed))}")
     for name in ("study.csv", "summary.json"):
         assert (killed / name).read_bytes() == (whole / name).read_bytes()
+
+
+def test_a_dask_cluster_gives_the_same_bytes(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    words = ["study", "--scenes", "10", "--seed", "4"]
+    assert main([*words, "--jobs", "1", "--out", str(tmp_path / "alone")]) == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
+        with distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            worker_dashboard_address=None,
+        ) as cluster:
+            assert main([*words, "--scheduler", cluster.scheduler_address, "--out", str(tmp_path / "cluster")]) == 0
+    for name in ("study.csv", "summary.json"):
+        assert (tmp_path / "cluster" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
 
 
 def test_a_scene_costs_little():

@@ -124,8 +124,7 @@ def run(words: list[str], folder: str, deadly: int, connection: Connection) -> N
 
     reproduction.workers = study.workers = _here
     # Drawing takes seconds in which nothing is written, so that all plots are a small one here.
-    small = classmethod(lambda kind, name, caption, figure, **more: kind(name, caption, *_SMALL, **more))
-    setattr(Plot, "of", small)  # noqa: B010
+    setattr(Plot, "of", lambda name, caption, figure, **more: Plot(name, caption, *_SMALL, **more))  # noqa: B010
     connection.send(0)
     began_s = time.perf_counter()
     sys.addaudithook(count)

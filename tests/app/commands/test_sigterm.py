@@ -109,9 +109,7 @@ def slowness():
     return max(1.0, (time.monotonic() - began_s) / 0.1)
 
 
-@pytest.mark.flaky(reruns=1)
-@pytest.mark.parametrize("name", COMMANDS)
-def test_sigterm_ends_it_cleanly_within_two_seconds(inputs, tmp_path, name):
+def ends_cleanly(inputs, tmp_path, name):
     with running(inputs, tmp_path, name) as program:
         began_s = time.monotonic()
         program.send_signal(signal.SIGTERM)
@@ -125,6 +123,13 @@ def test_sigterm_ends_it_cleanly_within_two_seconds(inputs, tmp_path, name):
     assert faults(tmp_path / "out", ("a.jsonl", "a.csv")) == []
     assert not [path for path in (tmp_path / "out").rglob("*.part")]
     assert lasted_s < MOST_S * slowness()
+
+
+@pytest.mark.flaky(reruns=1)
+@pytest.mark.parametrize("name", ["video", "two jobs"])
+def test_sigterm_ends_it_cleanly_within_two_seconds(inputs, tmp_path, name):
+    """The others are in tests/bench/bench_sigterm.py: each starts Python several times."""
+    ends_cleanly(inputs, tmp_path, name)
 
 
 def test_workers_end_with_a_program_that_is_killed(inputs, tmp_path):

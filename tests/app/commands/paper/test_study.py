@@ -1,10 +1,9 @@
-"""The command itself, on a few real scenes: processes, a cluster, and kills give the same bytes."""
+"""The command itself, on a few real scenes: processes and kills give the same bytes."""
 
 import os
 import signal
 import subprocess
 import sys
-import warnings
 
 import pandas as pd
 import pytest
@@ -57,25 +56,6 @@ def test_page_and_plots_are_there(alone):
     for name in ("by_lit_share", "hats_against", "methods", "calibration", "cost"):
         for kind in ("png", "svg"):
             assert (alone / "plots" / f"{name}.{kind}").stat().st_size > 1000
-
-
-def test_a_dask_cluster_gives_the_same_bytes(alone, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
-        cluster = distributed.LocalCluster(
-            n_workers=2,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            worker_dashboard_address=None,
-        )
-        with cluster:
-            words = [*WORDS, "--scheduler", cluster.scheduler_address, "--out", str(tmp_path)]
-            assert main(words) == 0
-    assert (tmp_path / "study.csv").read_bytes() == (alone / "study.csv").read_bytes()
-    assert (tmp_path / "summary.json").read_bytes() == (alone / "summary.json").read_bytes()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="kills a process group")

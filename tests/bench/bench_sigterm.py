@@ -1,0 +1,12 @@
+"""SIGTERM to each command that runs for long; a part of it is in tests/app/commands/test_sigterm.py."""
+
+import pytest
+
+from tests.app.commands.test_sigterm import COMMANDS, ends_cleanly, inputs
+
+__all__ = ["inputs"]  # a fixture
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_sigterm_ends_it_cleanly_within_two_seconds(inputs, tmp_path, name):
+    ends_cleanly(inputs, tmp_path, name)

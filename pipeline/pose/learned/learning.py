@@ -12,7 +12,7 @@ from dockpose.dock import Dock
 from dockpose.pose.learned.aligning import aligned
 from dockpose.pose.learned.bundle import Bundle, with_focal
 from dockpose.pose.learned.views import FEWEST_LIGHTS, DockView, place_view, tells_roll
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 FEWEST_VIEWS = 8
 _ROUNDS = 6
@@ -146,6 +146,6 @@ def _result(fit: Bundle, dock: Dock) -> LearnedDock:
         views=len(fit.placed),
         residual_px=fit.noise_px,
         nominal_px=fit.nominal_px,
-        is_uneven=bool(chi2.sf(statistic, free) < _SIGNIFICANT),
+        is_uneven=bool(chdtrc(free, statistic) < _SIGNIFICANT),
         roll_share=0.0,
     )

@@ -20,9 +20,9 @@ run: $(VENV)/.installed
 
 test: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 3 --dist loadfile
-	@# One after the other: a browser without a graphics card takes all cores for itself, and a click may come too
-	@# late for the page, so that what fails is tried once more, and named as a rerun in the summary.
-	$(BIN)/python -m pytest --reruns 1 $(CORE_OF_PAGE)
+	@# A browser without a graphics card takes all cores for itself, and a click may come too late for the page, so
+	@# that what fails is tried once more, and named as a rerun in the summary.
+	$(BIN)/python -m pytest --reruns 1 --numprocesses 2 --dist loadfile $(CORE_OF_PAGE)
 
 # Everything that the page does, in a real browser: about nine minutes.
 test-page: $(VENV)/.test $(VENV)/.chromium

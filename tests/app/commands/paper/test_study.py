@@ -14,7 +14,7 @@ from dockpose.study.table import FACTORS
 
 SCENES = 6
 WORDS = ["study", "--scenes", str(SCENES), "--seed", "4"]
-DRAWN = ("range_diameters", "lit_share", "lamp_spacings")
+DRAWN = ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share", "lamp_spacings")
 RUN = (
     "import sys; from pathlib import Path; from dockpose.app.processing.study import Study\n"
     "if __name__ == '__main__': "

@@ -11,7 +11,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 ADDRESS := --host 127.0.0.1 --port 8080
 
 # The parts of the page that every change is tried on.
-CORE_OF_PAGE := $(foreach part,page view tank connection policy,tests/browser/test_$(part).py)
+CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).py)
 
 .PHONY: licences release try-release run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
 

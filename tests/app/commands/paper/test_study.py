@@ -1,9 +1,4 @@
-"""The command itself, on a few real scenes: processes and kills give the same bytes."""
-
-import os
-import signal
-import subprocess
-import sys
+"""The command itself, on a few real scenes; kills and a cluster are in tests/bench/bench_study.py."""
 
 import pandas as pd
 import pytest
@@ -15,11 +10,6 @@ from dockpose.study.table import FACTORS
 SCENES = 6
 WORDS = ["study", "--scenes", str(SCENES), "--seed", "4"]
 DRAWN = ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share", "lamp_spacings")
-RUN = (
-    "import sys; from pathlib import Path; from dockpose.app.processing.study import Study\n"
-    "if __name__ == '__main__': "
-    f"Study(Path(sys.argv[1]), {SCENES}, 4).run(2, None, lambda count: print(count, flush=True))\n"
-)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -56,23 +46,6 @@ def test_page_and_plots_are_there(alone):
     for name in ("by_lit_share", "hats_against", "methods", "calibration", "cost"):
         for kind in ("png", "svg"):
             assert (alone / "plots" / f"{name}.{kind}").stat().st_size > 1000
-
-
-@pytest.mark.skipif(os.name == "nt", reason="kills a process group")
-def test_killed_and_gone_on_with_gives_the_same_bytes(alone, tmp_path):
-    script = tmp_path / "run.py"
-    script.write_text(RUN)
-    program = [sys.executable, str(script), str(tmp_path / "study")]
-    process = subprocess.Popen(program, start_new_session=True, stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "0\n"
-    assert int(process.stdout.readline()) > 0  # the first block is kept, the second under way
-    os.killpg(process.pid, signal.SIGKILL)
-    process.communicate()
-    assert not (tmp_path / "study" / "study.csv").exists()
-    done = subprocess.run(program, check=True, stdout=subprocess.PIPE, text=True).stdout.split()
-    assert 0 < int(done[0]) < int(done[-1]) == SCENES
-    assert (tmp_path / "study" / "study.csv").read_bytes() == (alone / "study.csv").read_bytes()
 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, capsys):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import msgspec
 from dockpose.checks import check_number, check_whole, make_plain
 from dockpose.lights.markers import CENTROIDS
@@ -57,8 +59,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         make_plain(self)
-        if self.method not in METHODS:
-            raise ValueError(f"method is {self.method!r}; it must be one of {', '.join(METHODS)}")
+        _check_one_of("method", self.method, METHODS)
         _check_one_of("centroid", self.centroid, CENTROIDS)
         check_whole("min_area_px", self.min_area_px, least=1)
         if self.level is not None:
@@ -72,6 +73,6 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             check_number(name, getattr(self, name), above=0)
 
 
-def _check_one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
+def _check_one_of(name: str, value: str, allowed: Collection[str]) -> None:
     if value not in allowed:
         raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(allowed)}")

@@ -25,7 +25,7 @@ from dockpose.app.export.recordings.rerun_file import RerunFile
 from dockpose.app.export.rows import CSV_COLUMNS, to_row
 from dockpose.app.export.video import is_video_file
 from dockpose.app.state.trust import NO_POSE, Trust
-from dockpose.camera.durable_files import write_whole
+from dockpose.camera.durable_files import write_all, write_whole
 from dockpose.checks import as_text
 
 
@@ -267,14 +267,6 @@ class LineFile:
         """Close the file."""
         with writing(self._path):
             self._file.close()
-
-
-def write_all(file: IO[bytes], data: bytes) -> int:
-    """Write all of the data to an unbuffered file, which may take it in pieces; return its length."""
-    left = memoryview(data)
-    while left:
-        left = left[file.write(left) :]
-    return len(data)
 
 
 def open_lines(target: str | None, files: contextlib.ExitStack) -> LineFile | StandardOutput | None:

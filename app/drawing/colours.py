@@ -6,10 +6,11 @@ written as in HTML; :func:`rgb` and :func:`bgr` convert them for viser and OpenC
 
 from __future__ import annotations
 
+from dockpose.estimate.words import POSE_NAMES as POSE_NAMES
+
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY_BLUE, GREY, WHITE = "#CC79A7", "#56B4E9", "#7f8fa6", "#ffffff"
 
-POSE_NAMES = ("A", "B")
 POSE_COLOURS = (BLUE, ORANGE)
 LIGHT_COLOUR = GREEN
 ELLIPSE_COLOUR = PURPLE

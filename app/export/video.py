@@ -16,6 +16,7 @@ from av import VideoStream
 from av.container import OutputContainer
 from av.error import FFmpegError
 from dockpose.app.errors import UserError, check_folder, unwritable, writing
+from dockpose.camera.durable_files import write_all
 
 # Encoder, its options, and the formats of grey, deep grey and colour pictures.
 _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]
@@ -70,10 +71,9 @@ class MuxedFile:
 
     def write(self, data: bytes) -> int:
         """Write at once, for a crash to leave what there was."""
-        left = memoryview(data)
         try:
-            while left and self.error is None:
-                left = left[self._file.write(left) :]
+            if self.error is None:
+                write_all(self._file, data)
         except OSError as error:
             self.error = error
         return len(data)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 from pathlib import Path
+from typing import IO
 
 try:
     import fcntl
@@ -41,6 +43,14 @@ def write_whole(path: Path, data: bytes) -> None:
         raise
 
 
+def write_all(file: IO[bytes] | io.RawIOBase, data: bytes) -> int:
+    """Write all of the data to an unbuffered file, which may take it in pieces; return its length."""
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) or 0 :]
+    return len(data)
+
+
 class GrowingFile:
     """A file that grows by whole pieces, and is cut back to the last of them where it cannot be written.
 
@@ -61,10 +71,7 @@ class GrowingFile:
 
     def write(self, data: bytes) -> int:
         """Write all of the data at once, and return its length. Raises OSError where that cannot be done."""
-        left = memoryview(data)
-        while left:
-            left = left[self._file.write(left) :]
-        return len(data)
+        return write_all(self._file, data)
 
     def tell(self) -> int:
         """Return the place."""

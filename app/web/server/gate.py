@@ -7,6 +7,7 @@ import functools
 import secrets
 import threading
 import time
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import msgspec
@@ -15,13 +16,9 @@ from dockpose.app.web.server.journal import Journal, client_of
 from dockpose.app.web.server.messages import GuiUpdateMessage, RefusedError, check_message
 from viser import _messages as messages
 from viser.infra._async_message_buffer import AsyncMessageBuffer
-from websockets.exceptions import ConnectionClosed
-from websockets.frames import CloseCode
 
 _RATE_HZ, _BURST = 400.0, 800.0  # messages that one browser may send
 _BYTES_PER_TOKEN = 256 * 2**10  # a large message counts for several
-# Why websockets closes a connection whose frames are no frames, no text, or too large.
-_OUR_REASONS = (CloseCode.PROTOCOL_ERROR, CloseCode.INVALID_DATA, CloseCode.MESSAGE_TOO_BIG)
 _OPENED_HZ, _OPENED_AT_ONCE = 10.0, 5.0  # pages that all browsers together may open
 _SEND_BACK_S = 1.5  # a pause in typing: what is typed on the way to a number, as the 8 of 812, stays meanwhile
 
@@ -63,22 +60,13 @@ class Gate:
         """Return the message; raises RefusedError where viser must not see it."""
         if self._server is None:
             raise RefusedError("the page is not ready yet")
-        # A card that one browser alone is shown is not among the controls of all.
-        guis = [self._server.gui, *(client.gui for client in self._server.get_clients().values())]
-
-        def find_control(uuid: str) -> Any:
-            return _first(uuid, [gui._gui_input_handle_from_uuid for gui in guis])
-
-        def find_form(uuid: str) -> Any:
-            return _first(uuid, [gui._container_handle_from_uuid for gui in guis])
-
-        return check_message(raw, find_control, find_form, only_views=only_views)
+        return check_message(raw, self._control, self._form, only_views=only_views)
 
     def send_back(self, connection: Any, refusal: RefusedError) -> None:
         """Show a browser the value in force in place of one that was not taken, and say why."""
         if self._server is None or refusal.control is None:
             return
-        handle = self._server.gui._gui_input_handle_from_uuid.get(refusal.control)
+        handle = self._control(refusal.control)
         client_id = next((one for one, it in self._live() if it is connection), None)
         client = None if client_id is None else self._server.get_clients().get(client_id)
         state = None if client_id is None else self._server._websock_server._client_state_from_id.get(client_id)
@@ -88,11 +76,23 @@ class Gate:
         label: str = getattr(handle._impl.props, "label")  # noqa: B009
         client.add_notification("Not taken", f"{label}: {refusal.reason}.", color="yellow")
 
+    def _guis(self) -> Iterator[viser.GuiApi]:
+        """The controls of all browsers, and then those of cards that one browser alone is shown."""
+        if self._server is not None:
+            yield self._server.gui
+            yield from (client.gui for client in self._server.get_clients().values())
+
+    def _control(self, uuid: str) -> Any:
+        return _first(uuid, (gui._gui_input_handle_from_uuid for gui in self._guis()))
+
+    def _form(self, uuid: str) -> Any:
+        return _first(uuid, (gui._container_handle_from_uuid for gui in self._guis()))
+
     def _live(self) -> list[tuple[int, Any]]:
         return [] if self._server is None else list(self._server._websock_server._live_connections.items())
 
 
-def _first(uuid: str, tables: list[dict[str, Any]]) -> Any:
+def _first(uuid: str, tables: Iterable[dict[str, Any]]) -> Any:
     return next((table[uuid] for table in tables if uuid in table), None)
 
 
@@ -125,12 +125,7 @@ class _Inbox:
     async def receive(self, *arguments: Any, **keywords: Any) -> bytes:
         """The next message that may pass; the others are left out, and written to the journal."""
         while True:
-            try:
-                raw = await self._receive(*arguments, **keywords)
-            except ConnectionClosed as closed:
-                if closed.sent is not None and closed.sent.code in _OUR_REASONS and not closed.rcvd_then_sent:
-                    self._gate.journal.note(self._client, f"closed its connection: {closed.sent.reason}")
-                raise
+            raw = await self._receive(*arguments, **keywords)
             await self._messages.pay(1 + len(raw) // _BYTES_PER_TOKEN)  # then no more are read: the sender waits
             if self._passes(raw):
                 return raw

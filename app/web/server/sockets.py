@@ -6,15 +6,18 @@ import asyncio
 
 from dockpose.app.web.server.journal import Journal, client_of
 from websockets.asyncio.server import ServerConnection
+from websockets.frames import CloseCode
 
 MOST_WAITING, MOST_OPEN = 128, 256
+# Why websockets closes a connection whose frames are no frames, no text, or too large.
+_BAD_FRAMES = (CloseCode.PROTOCOL_ERROR, CloseCode.INVALID_DATA, CloseCode.MESSAGE_TOO_BIG)
 
 
 class Sockets:
     """The connections of a server, of which those without a WebSocket, and those with one, are limited in number.
 
     Of more than ``MOST_WAITING`` that have not shown a token yet, or had their answer and stay, the oldest is cut off,
-    so that who comes next is still answered. ``journal`` is told.
+    so that who comes next is still answered. ``journal`` is told, and also of each connection closed for bad frames.
     """
 
     def __init__(self, journal: Journal) -> None:
@@ -34,9 +37,8 @@ class Sockets:
                 sockets._begin(self)
 
             def connection_lost(self, exc: Exception | None) -> None:
-                sockets._waiting.pop(self, None)
-                sockets._open.discard(self)
                 super().connection_lost(exc)
+                sockets._end(self)
 
         return Counted
 
@@ -47,7 +49,8 @@ class Sockets:
 
     def admit(self, connection: ServerConnection) -> None:
         """Count a connection among those that may have a WebSocket, and are not cut off."""
-        if self._waiting.pop(connection, self) is None:
+        if connection in self._waiting:
+            del self._waiting[connection]
             self._open.add(connection)
 
     def _begin(self, connection: ServerConnection) -> None:
@@ -57,3 +60,10 @@ class Sockets:
             del self._waiting[oldest]
             self._journal.note(client_of(oldest), f"cut off the oldest of {MOST_WAITING} connections that ask nothing")
             oldest.transport.abort()
+
+    def _end(self, connection: ServerConnection) -> None:
+        self._waiting.pop(connection, None)
+        self._open.discard(connection)
+        sent = connection.protocol.close_sent
+        if sent is not None and sent.code in _BAD_FRAMES and not connection.protocol.close_rcvd_then_sent:
+            self._journal.note(client_of(connection), f"closed its connection: {sent.reason}")

@@ -132,16 +132,18 @@ def test_a_journal_counts_what_it_leaves_out(caplog):
 @pytest.mark.parametrize(
     ("raw", "words"), [(b"\xf2\x80\0\0\0\0", "reserved"), (b"\x82\xff\0\0\1\0\0\0\0\0", "exceeds limit")]
 )
-def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, caplog, raw, words):
-    time.sleep(1.1)  # since the last line
+def test_a_frame_that_is_none_closes_its_sender_with_a_line(app, visitors, caplog, raw, words):
+    def lines():
+        return [line for line in caplog.messages if line.startswith("127.0.0.1: closed its connection: ")]
+
     with Visitor(app.address) as visitor, caplog.at_level(logging.WARNING):
         assert visitor.is_replayed.wait(20)
+        time.sleep(1.1)  # since the last line, for there is one a second
         visitor.socket.socket.sendall(raw)
         assert not visitor.until(lambda page: False, 20)
         assert not visitor.is_open
-    told = [record.getMessage() for record in caplog.records]
-    (line,) = [one for one in told if "127.0.0.1: closed its connection: " in one]
-    assert words in line
+        assert visitors[1].until(lambda page: len(lines()) == 1)  # the server ends a connection after its browser has
+    assert words in lines()[0]
 
 
 def test_a_message_may_be_queued_while_browsers_come_and_go(app):

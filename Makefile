@@ -19,7 +19,8 @@ run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
 
 test: $(VENV)/.test $(VENV)/.chromium
-	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 3 --dist loadfile
+	@# In the order of folders: by itself xdist leaves the files with few, long tests to the end, for one process.
+	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 3 --dist loadfile --no-loadscope-reorder
 	@# A browser without a graphics card takes all cores for itself, and a click may come too late for the page, so
 	@# that what fails is tried once more, and named as a rerun in the summary.
 	$(BIN)/python -m pytest --reruns 1 --numprocesses 2 --dist loadfile $(CORE_OF_PAGE)
@@ -32,7 +33,8 @@ test-page: $(VENV)/.test $(VENV)/.chromium
 test-oldest: $(OLDEST)/.test
 	$(OLDEST)/bin/python --version
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
-		-p no:cacheprovider tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
+		--no-loadscope-reorder -p no:cacheprovider \
+		tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
 		--ignore tests/pipeline/paper --ignore tests/app/commands/machine/test_serve.py
 
 # Asks pip whether the oldest and the newest dependencies fit together on each Python that we name.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import shutil
 import signal
@@ -32,6 +31,7 @@ from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, render, save_sequence
 
 from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, pictures
+from tests.support.forked import forked
 from tests.support.left_files import faults, files_of
 from tests.support.scenes import CAMERA, random_scene
 from tests.support.taking import FOUND, PICTURE
@@ -149,10 +149,7 @@ class Killer:
         self._folder, self._rng = folder, np.random.default_rng(seed)
         self.stream = ""  # address of what STREAM stands for
         self._inputs = make_inputs(folder / "inputs")
-        # Threads are not there any more in a process that was forked, which would wait for them.
-        os.environ.update(dict.fromkeys(("OPENCV_FOR_THREADS_NUM", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"))
-        self._context = multiprocessing.get_context("forkserver")
-        self._context.set_forkserver_preload(["tests.support.killed_commands"])
+        self._context = forked()
 
     def kill(self, command: Command, kills: int) -> Kills:
         """Kill a command, half of the times at any moment, half before a file is opened, renamed or removed."""

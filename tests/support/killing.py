@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.support.forked import forked
 from tests.support.taking import faults, take_until_killed
 
 PER_SESSION = 10  # kills, after which a new session is begun, so that its making is interrupted too
@@ -28,8 +28,7 @@ class Kills:
 
 def kill_often(folder: Path, kills: int, seed: int, longest_s: float = 0.2) -> Kills:
     """Start a program and kill it within so many seconds, again and again on the same few sessions."""
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["tests.support.taking"])
+    context = forked()
     rng, told = np.random.default_rng(seed), Kills()
     confirmed: set[int] = set()
     for number in range(kills):

@@ -17,7 +17,7 @@ from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.samples import sample_source
 from dockpose.camera.durable_files import write_whole
 
-from tests.support.full_disk import run_on_full_disk
+from tests.support.forked import run_on_full_disk
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="has no such devices and limits")
 PLAIN = sample_source("plain")

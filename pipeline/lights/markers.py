@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 import cv2
 import numpy as np
 from dockpose.lights.centroids import weighted_centres
-from dockpose.thresholds.bright import SATURATED, BrightPixels
-from dockpose.thresholds.flood import LEVELS, coarsen, group_shapes, of_squares, outline
+from dockpose.thresholds.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups
+from dockpose.thresholds.flood import LEVELS, group_shapes, outline
 from dockpose.thresholds.histogram import Histogram, Threshold
 from dockpose.thresholds.local import ENOUGH_PX, split_by_peaks
+from dockpose.thresholds.squares import coarsen, of_squares
 
 CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
@@ -90,15 +91,11 @@ def find_markers(
     """
     if threshold.leaves_glare:
         histogram = histogram.without_glare
-    if threshold.kept is not None:
-        pixels, labels = threshold.kept
-        count = int(labels.max()) + 1
-    elif threshold.level < LEVELS and not (pixels := histogram.bright(threshold.level)).is_empty:
-        count, labels = _groups(histogram, pixels)
-    else:
+    groups = threshold.groups or _groups(histogram, threshold.level)
+    if groups is None:
         return _no_markers()
-    shapes = group_shapes(pixels.index, pixels.level, labels, count, pixels.width, SATURATED)
-    areas, points, boxes, peaks, saturated = shapes
+    count = groups.count
+    areas, points, boxes, peaks, saturated = groups.shapes()
     kept = areas >= min_area_px
     dropped = int(np.count_nonzero(~kept))
     if count - dropped > _MOST_MARKERS:
@@ -110,7 +107,7 @@ def find_markers(
     if centroid == "grey":
         size = (boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 1
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | (size > _MOST_REACH_PX))
-        flat = _flat_centres(pixels, labels, areas, is_flat, points, histogram.levels.shape[0])
+        flat = _flat_centres(groups, areas, is_flat, points, histogram.levels.shape[0])
         points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
     else:
         points = points[kept]
@@ -122,16 +119,32 @@ def _no_markers(dropped: int = 0) -> Markers:
     return Markers(np.empty((0, 2)), np.empty(0, dtype=int), np.empty(0, dtype=int), dropped)
 
 
-def _groups(histogram: Histogram, pixels: BrightPixels) -> tuple[int, np.ndarray]:
-    """How many groups pixels form, and the number (n,) of each one's; of very many as a smaller picture shows them."""
-    smaller, side = histogram.in_squares(ENOUGH_PX) if len(pixels) > _MANY_PIXELS else (histogram, 1)
-    if side == 1:
-        return _split_merged(histogram, pixels, *pixels.groups())
-    squares = smaller.bright(pixels.floor)
+def _groups(histogram: Histogram, level: int) -> PixelGroups | SquareGroups | None:
+    """The groups of the pixels at or above a level; of very many as a smaller picture shows them, None of none."""
+    if level >= LEVELS:
+        return None
+    if histogram.is_lit(level):
+        return _groups_of_squares(histogram, level)
+    pixels = histogram.bright(level)
+    if pixels.is_empty:
+        return None
+    if len(pixels) > _MANY_PIXELS and histogram.in_squares(ENOUGH_PX)[1] > 1:
+        found = _groups_of_squares(histogram, level)
+        width = found.group_at.shape[1]
+        return PixelGroups(
+            pixels, of_squares(pixels.index, pixels.width, found.side, width, found.group_at.ravel()), found.count
+        )
+    count, group_of = _split_merged(histogram, pixels, *pixels.groups())
+    return PixelGroups(pixels, group_of, count)
+
+
+def _groups_of_squares(histogram: Histogram, level: int) -> SquareGroups:
+    smaller, side = histogram.in_squares(ENOUGH_PX)
+    squares = smaller.bright(level)
     count, labels = _split_merged(smaller, squares, *squares.groups())
-    label_at = np.full(smaller.levels.size, -1, np.int32)
-    label_at[squares.index] = labels
-    return count, of_squares(pixels.index, pixels.width, side, squares.width, label_at)
+    group_at = np.full(smaller.levels.shape, -1, np.int32)
+    group_at.ravel()[squares.index] = labels
+    return SquareGroups(histogram.levels, side, group_at, np.full(count, level))
 
 
 def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels: np.ndarray) -> tuple[int, np.ndarray]:
@@ -161,7 +174,7 @@ def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels
 
 
 def _flat_centres(
-    pixels: BrightPixels, labels: np.ndarray, areas: np.ndarray, is_flat: np.ndarray, points_px: np.ndarray, height: int
+    groups: PixelGroups | SquareGroups, areas: np.ndarray, is_flat: np.ndarray, points_px: np.ndarray, height: int
 ) -> np.ndarray:
     """Centres (N, 2) of groups so large or saturated that their grey values say little; nan for the others.
 
@@ -172,10 +185,11 @@ def _flat_centres(
     if not is_flat.any():
         return centres
     centres[is_flat] = points_px[is_flat]
-    side = math.ceil(math.sqrt(len(pixels) / _MOST_OUTLINED))
-    index, width = pixels.index, pixels.width
-    if side > 1:
-        index, labels, _, width = coarsen(index, labels, width, side)
+    index, labels, width = groups.squares()
+    side, more = groups.side, math.ceil(math.sqrt(len(index) / _MOST_OUTLINED))
+    if more > 1:
+        index, labels, _, width = coarsen(index, labels, width, more)
+        side *= more
     on_outline, is_cut = outline(index, labels, width, -(-height // side))
     cut = np.bincount(labels, is_cut, len(areas)) > 0
     y, x = np.divmod(index[on_outline], width)

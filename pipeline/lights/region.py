@@ -16,7 +16,7 @@ from dockpose.lights.markers import Markers
 from dockpose.lights.masks import Mask
 from dockpose.lights.ring import Ring, find_ring
 from dockpose.thresholds import Threshold
-from dockpose.thresholds.bright import BrightPixels
+from dockpose.thresholds.bright import BrightPixels, PixelGroups
 
 # x_px, y_px of the upper left corner, width_px, height_px: like a mask, but it says where to look.
 Region = tuple[float, float, float, float]
@@ -82,12 +82,13 @@ def markers_in_whole(markers: Markers, part: Part) -> Markers:
 def threshold_in_whole(threshold: Threshold, part: Part, width: int) -> Threshold:
     """A threshold of a part, with the pixels it lists numbered as in the whole picture of that width."""
     left, top, right, _ = part
-    if threshold.kept is None or (left == top == 0 and right == width):
+    if threshold.groups is None or (left == top == 0 and right == width):
         return threshold
-    pixels, lights = threshold.kept
+    pixels, lights = threshold.groups.listed()
     row, column = np.divmod(pixels.index, right - left)
     index = (row + top) * width + column + left
-    return replace(threshold, kept=(BrightPixels(pixels.floor, width, index, pixels.level), lights))
+    pixels = BrightPixels(pixels.floor, width, index, pixels.level)
+    return replace(threshold, groups=PixelGroups(pixels, lights, threshold.groups.count))
 
 
 def crop(image: Any, part: Part) -> np.ndarray:

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose.thresholds.compiled import compiled
-from dockpose.thresholds.flood import LEVELS, coarsen, count_groups, label_groups
+from dockpose.thresholds.flood import LEVELS, count_groups, group_shapes, label_groups
+from dockpose.thresholds.squares import coarsen, of_squares, shapes_in_squares
 
 _RUN = 256  # pixels
 # Levels so near the top are saturated: noise and compression lower some.
@@ -90,6 +91,88 @@ class BrightPixels:
             return self, 1
         index, level, _, width = coarsen(self.index, self.level, self.width, side)
         return BrightPixels(self.floor, width, index, level), side
+
+
+# Areas (N,), mass moments (N, 2), boxes (N, 4), brightest levels (N,) and saturated pixels (N,) of groups.
+Shapes = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True)
+class PixelGroups:
+    """Bright pixels, and which group each belongs to.
+
+    Attributes
+    ----------
+    pixels : BrightPixels
+        The pixels.
+    group_of : (n,) int array
+        Number of each one's group, from 0.
+    count : int
+        How many groups there are.
+    """
+
+    pixels: BrightPixels
+    group_of: np.ndarray
+    count: int
+    side = 1  # of a square, as of the others
+
+    def shapes(self) -> Shapes:
+        """Areas, mass moments, boxes, brightest levels and saturated pixels, as ``group_shapes`` has them."""
+        pixels = self.pixels
+        return group_shapes(pixels.index, pixels.level, self.group_of, self.count, pixels.width, SATURATED)
+
+    def squares(self) -> tuple[np.ndarray, np.ndarray, int]:
+        """Place (n,) and group (n,) of each pixel, and the width of a row."""
+        return self.pixels.index, self.group_of, self.pixels.width
+
+    def listed(self) -> tuple[BrightPixels, np.ndarray]:
+        """The pixels, and the group (n,) of each."""
+        return self.pixels, self.group_of
+
+
+@dataclass(frozen=True)
+class SquareGroups:
+    """Groups of so many pixels that squares tell which belongs where: a list would take more memory than the picture.
+
+    Attributes
+    ----------
+    levels : (H, W) uint8 array
+        The picture.
+    side : int
+        Side of a square in pixels.
+    group_at : (h, w) int32 array
+        Number of each square's group, from 0; -1 where it has none.
+    dimmest : (N,) int array
+        A pixel of a square belongs to its group if it is at or above this level.
+    """
+
+    levels: np.ndarray
+    side: int
+    group_at: np.ndarray
+    dimmest: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """How many groups there are."""
+        return len(self.dimmest)
+
+    def shapes(self) -> Shapes:
+        """Areas, mass moments, boxes, brightest levels and saturated pixels, as ``group_shapes`` has them."""
+        return shapes_in_squares(self.levels, self.side, self.group_at, self.dimmest, SATURATED)
+
+    def squares(self) -> tuple[np.ndarray, np.ndarray, int]:
+        """Place (m,) and group (m,) of each square that has one, and the number of squares in a row."""
+        index = np.flatnonzero(self.group_at >= 0)
+        return index, self.group_at.ravel()[index], self.group_at.shape[1]
+
+    def listed(self) -> tuple[BrightPixels, np.ndarray]:
+        """The pixels, and the group (n,) of each."""
+        floor = int(self.dimmest.min())
+        pixels = bright_pixels(self.levels, floor)
+        across = self.group_at.shape[1]
+        group_of = of_squares(pixels.index, pixels.width, self.side, across, self.group_at.ravel())
+        kept = (group_of >= 0) & (pixels.level >= self.dimmest[group_of])
+        return BrightPixels(floor, pixels.width, pixels.index[kept], pixels.level[kept]), group_of[kept]
 
 
 def bright_pixels(levels: np.ndarray, floor: int) -> BrightPixels:

@@ -151,53 +151,6 @@ def _count_one(
 
 
 @compiled
-def coarsen(
-    index: np.ndarray, value: np.ndarray, width: int, shrink: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Put pixels in squares of ``shrink`` by ``shrink``, each as high as its highest pixel.
-
-    Returns
-    -------
-    Place (m,) and value (m,) of each square, the number (n,) of each pixel's, and how many squares a row has.
-    """
-    across = -(-width // shrink)
-    down = index[-1] // width // shrink + 1
-    highest = np.full(across * down, -1, value.dtype)
-    square_of = np.empty(len(index), np.int32)
-    # Divisions take longer than all the rest: one for each row and each column is enough.
-    of_column = np.arange(width) // shrink
-    row_starts, first = -width, 0
-    for pixel in range(len(index)):
-        if index[pixel] >= row_starts + width:
-            row = index[pixel] // width
-            row_starts, first = row * width, row // shrink * across
-        square = first + of_column[index[pixel] - row_starts]
-        square_of[pixel] = square
-        highest[square] = max(highest[square], value[pixel])
-    squares = np.flatnonzero(highest >= 0)
-    number_of = np.empty(across * down, np.int64)
-    for number in range(len(squares)):
-        number_of[squares[number]] = number
-    for pixel in range(len(index)):
-        square_of[pixel] = number_of[square_of[pixel]]
-    return squares, highest[squares], square_of, across
-
-
-@compiled
-def of_squares(index: np.ndarray, width: int, side: int, across: int, of_square: np.ndarray) -> np.ndarray:
-    """The entry of ``of_square`` for each pixel: squares are ``side`` by ``side`` pixels, ``across`` to a row."""
-    found = np.empty(len(index), of_square.dtype)
-    of_column = np.arange(width) // side
-    row_starts, first = -width, 0
-    for pixel in range(len(index)):
-        if index[pixel] >= row_starts + width:
-            row = index[pixel] // width
-            row_starts, first = row * width, row // side * across
-        found[pixel] = of_square[first + of_column[index[pixel] - row_starts]]
-    return found
-
-
-@compiled
 def label_groups(index: np.ndarray, width: int) -> tuple[int, np.ndarray]:
     """How many groups the pixels form, and the number (n,) of each one's, in the order of their first pixels."""
     starts, ends = _runs(index, width)

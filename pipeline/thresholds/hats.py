@@ -123,11 +123,13 @@ class _Vote:
 
 def _vote(histogram: Histogram, floor: int, mode: int, min_area_px: int, rise: float) -> _Vote:
     """Count groups from ``floor`` up, and elect a count; where ``rise`` is given, of those alone that rise so far."""
-    if floor >= LEVELS or (pixels := histogram.bright(floor)).is_empty:
+    if floor >= LEVELS:
+        return _Vote(LEVELS)
+    pixels, side = histogram.bright_squares(floor, MOST_PIXELS if rise else MANY_PIXELS)
+    if pixels.is_empty:
         return _Vote(LEVELS)
     # Which of the saturated is brighter is noise.
     top = max(floor, min(int(pixels.level.max()), SATURATED))
-    pixels, side = pixels.coarser(MOST_PIXELS if rise else MANY_PIXELS)
     most_area_px = int(MOST_SHARE * histogram.levels.size / side**2)
     groups, real = pixels.count_groups(math.ceil(min_area_px / side**2), most_area_px, rise)
     if rise == 0:
@@ -242,6 +244,6 @@ def counts_with_exact_top(histogram: Histogram, floor: int) -> np.ndarray:
     counts = histogram.sketch
     if floor >= LEVELS:
         return counts
-    if counts[floor:].sum() > MANY_SHARE * histogram.levels.size:
+    if counts[floor:].sum() > MANY_SHARE * histogram.levels.size or histogram.is_lit(floor):
         return histogram.counts
     return np.append(counts[:floor], np.bincount(histogram.bright(floor).level, minlength=LEVELS)[floor:])

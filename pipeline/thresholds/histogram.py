@@ -9,14 +9,17 @@ from functools import cached_property
 import cv2
 import numpy as np
 from dockpose.camera.image import to_levels
-from dockpose.thresholds.bright import SATURATED, BrightPixels, bright_pixels
+from dockpose.thresholds.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, bright_pixels
 from dockpose.thresholds.compiled import compiled
 from dockpose.thresholds.flood import LEVELS
+from dockpose.thresholds.squares import brightest_of_squares
 
 SKETCH_PX = 80_000
 MOST_SATURATED_PX = 40_000  # lights that fill more are large
 # What fills more of a picture is water or glare: at least three lights are in view, and fill less than a half.
 MOST_SHARE = 0.125
+# A list of more bright pixels would take more memory than a large picture: their places and levels are 8 bytes each.
+MOST_LISTED_PX = 4_000_000
 _GLARE_PX = 20_000  # of the picture in which glare is looked for
 SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16  # of the histogram, so that a single odd level is not a peak
 
@@ -71,8 +74,8 @@ class Histogram:
             side = math.ceil(math.sqrt(max(self.levels.size / most_px, saturated / MOST_SATURATED_PX)))
             smaller = self
             if side > 1:
-                counted = None if self.counted is None else _brightest_of_squares(self.counted, side)
-                smaller = Histogram(_brightest_of_squares(self.levels, side), self.native_step, counted)
+                counted = None if self.counted is None else brightest_of_squares(self.counted, side)
+                smaller = Histogram(brightest_of_squares(self.levels, side), self.native_step, counted)
             self._smaller[most_px] = smaller, side
         return self._smaller[most_px]
 
@@ -107,19 +110,16 @@ class Histogram:
             known = self._found["pixels"] = bright_pixels(self.levels, floor)
         return known if floor == known.floor else known.above(floor)
 
+    def is_lit(self, floor: int) -> bool:
+        """Whether too many pixels are at or above ``floor`` to list them: squares must do."""
+        return int(self.sketch[floor:].sum()) > MOST_LISTED_PX
 
-def _brightest_of_squares(levels: np.ndarray, side: int) -> np.ndarray:
-    """The brightest pixel of each square of ``side`` by ``side``; those at the right and the bottom may be cut."""
-    height, width = levels.shape
-    if height % side or width % side:
-        levels = np.pad(levels, ((0, -height % side), (0, -width % side)), mode="edge")
-    rows = levels[::side]
-    for offset in range(1, side):
-        rows = np.maximum(rows, levels[offset::side])
-    columns = rows[:, ::side]
-    for offset in range(1, side):
-        columns = np.maximum(columns, rows[:, offset::side])
-    return np.ascontiguousarray(columns)
+    def bright_squares(self, floor: int, most_pixels: int) -> tuple[BrightPixels, int]:
+        """Pixels at or above ``floor`` in about ``most_pixels`` squares at most, and the side of a square in pixels."""
+        if not self.is_lit(floor):
+            return self.bright(floor).coarser(most_pixels)
+        side = math.ceil(math.sqrt(max(int(self.counts[floor:].sum()) / most_pixels, 1)))
+        return bright_pixels(brightest_of_squares(self.levels, side), floor), side
 
 
 @dataclass(frozen=True)
@@ -165,8 +165,8 @@ class Threshold:
         Number of groups at every level, -1 where it was not counted.
     floor : int
         Where the background ends, as far as the method needs it; 0 for methods that do not.
-    kept : (BrightPixels, (n,) int array) or None
-        For methods with a level per light: the pixels that are kept, and the index of the light of each.
+    groups : PixelGroups, SquareGroups or None
+        For methods with a level per light: which pixels are kept, and of which light each is.
     leaves_glare : bool
         Whether saturated regions too wide for a light are no groups, see :attr:`Histogram.without_glare`.
     """
@@ -178,8 +178,13 @@ class Threshold:
     reason: str
     groups_at_level: np.ndarray = field(default_factory=lambda: np.full(LEVELS, -1))
     floor: int = 0
-    kept: tuple[BrightPixels, np.ndarray] | None = field(default=None, repr=False)
+    groups: PixelGroups | SquareGroups | None = field(default=None, repr=False)
     leaves_glare: bool = False
+
+    @cached_property
+    def kept(self) -> tuple[BrightPixels, np.ndarray] | None:
+        """For methods with a level per light: the pixels that are kept, and the index (n,) of the light of each."""
+        return None if self.groups is None else self.groups.listed()
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:

@@ -12,8 +12,8 @@ import math
 
 import cv2
 import numpy as np
-from dockpose.thresholds.bright import SATURATED, BrightPixels
-from dockpose.thresholds.flood import LEVELS, coarsen, of_squares
+from dockpose.thresholds.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups
+from dockpose.thresholds.flood import LEVELS
 from dockpose.thresholds.hats import (
     LIT_SHARES,
     MOST_PIXELS,
@@ -24,6 +24,7 @@ from dockpose.thresholds.hats import (
 )
 from dockpose.thresholds.histogram import MOST_SHARE, Histogram, Threshold
 from dockpose.thresholds.peaks import deepen, peaks_by_persistence
+from dockpose.thresholds.squares import coarsen
 
 RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above its saddle to count by itself
 RISE_NOISE = 5.0  # standard deviations of the noise: the same
@@ -97,21 +98,22 @@ def _threshold(histogram: Histogram, levels: np.ndarray, side: int, index: np.nd
     dimmest = np.full(int(light.max()) + 1, LEVELS)
     np.minimum.at(dimmest, light, own)
     level = int(dimmest.min())
-    width = histogram.levels.shape[1]
+    groups: PixelGroups | SquareGroups
     if side > 1:
-        number_at = np.full(levels.size, -1, np.int32)
-        number_at[index] = light
-        pixels = histogram.bright(level)
-        light = of_squares(pixels.index, width, side, levels.shape[1], number_at)
-        kept = (light >= 0) & (pixels.level >= dimmest[light])
-        index, own, light = pixels.index[kept], pixels.level[kept], light[kept]
+        light_at = np.full(levels.shape, -1, np.int32)
+        light_at.ravel()[index] = light
+        groups = SquareGroups(histogram.levels, side, light_at, dimmest)
+        if not histogram.is_lit(level):
+            groups = PixelGroups(*groups.listed(), len(dimmest))
+    else:
+        groups = PixelGroups(BrightPixels(level, levels.shape[1], index, own), light, len(dimmest))
     return Threshold(
         method="hats_local",
         level=level,
         native_level=level * histogram.native_step,
         histogram=counts_with_exact_top(histogram, LEVELS),
         reason=f"{len(dimmest)} peaks, each cut half way up, at levels from {level} to {int(dimmest.max())}.",
-        kept=(BrightPixels(level, width, index, own), light),
+        groups=groups,
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from dockpose.checks import InputError
-from dockpose.thresholds.bright import BrightPixels
+from dockpose.thresholds.bright import BrightPixels, PixelGroups
 from dockpose.thresholds.flood import LEVELS
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
@@ -88,8 +88,9 @@ def _threshold_by_mask(name: str, title: str, histogram: Histogram, mask: np.nda
     level = int(own.min())
     pixels = BrightPixels(level, shape[1], index, own)
     reason = f"The mask of {title} keeps {len(index)} pixel{'s' if len(index) > 1 else ''}, the darkest at this level."
-    kept = pixels, pixels.groups()[1]
-    return Threshold(name, level, level * histogram.native_step, histogram.counts, reason, kept=kept)
+    count, group_of = pixels.groups()
+    groups = PixelGroups(pixels, group_of, count)
+    return Threshold(name, level, level * histogram.native_step, histogram.counts, reason, groups=groups)
 
 
 def _in_words(error: BaseException, function: Any) -> str:

@@ -1,8 +1,11 @@
 """Requests and WebSocket frames that no browser with the token would send."""
 
+import contextlib
 import os
 import socket
 import time
+
+from dockpose.app.web.server.sockets import MOST_WAITING
 
 from tests.support.visitors import SUBPROTOCOL, asked, cookie_of
 
@@ -147,6 +150,21 @@ def never_ending_request(program, source):
     return "closed after 10 s"
 
 
+def thousands_that_say_nothing(program, source):
+    """Three thousand connections without a word, while a page is asked for as usual."""
+    slowest_s = 0.0
+    with contextlib.ExitStack() as open_ones:
+        for number in range(3000):
+            one = socket.create_connection(("127.0.0.1", program.port), 5, (source, 0))
+            open_ones.enter_context(contextlib.closing(one))
+            if number % 500 == 499:
+                began_s = time.monotonic()
+                assert "200" in http(program, source, cookie=True)
+                slowest_s = max(slowest_s, time.monotonic() - began_s)
+    assert slowest_s < 2, f"a page came after {slowest_s:.1f} s"
+    return f"all but the last {MOST_WAITING} cut off; a page within {max(slowest_s, 0.1):.1f} s"
+
+
 def _is_open(one):
     try:
         one.sendall(b"a")
@@ -213,5 +231,6 @@ ATTACKS = {
     "Paths that lead out of the page's folder": traversal,
     "Bytes that are no HTTP; 500 headers": no_http,
     "100 requests that never end": never_ending_request,
+    "3,000 connections that say nothing": thousands_that_say_nothing,
     "Malformed WebSocket frames; one of 1 TB": malformed_frames,
 }

@@ -132,6 +132,7 @@ def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> Iterator[Non
             answer = _answer(guard, gate, pages, connection, request, process_request)
             if answer is None:  # it opens its WebSocket
                 if sockets.is_full:
+                    gate.journal.note(client_of(connection), "refused a page: too many are open")
                     return _response(503, "Service Unavailable", Page("text/plain", b"Too many pages are open.\n"))
                 sockets.admit(connection)
                 await gate.wait_to_open()

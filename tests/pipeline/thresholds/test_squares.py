@@ -92,6 +92,13 @@ def test_the_dock_is_found_the_same_way_where_much_is_lit(few_listed, method, mo
     monkeypatch.setattr(histogram_module, "MOST_LISTED_PX", 10**9)
     listed = estimate(picture, camera, dock, Settings(method=method))
     assert squares.status == listed.status == "ok"
+    assert squares.selected is not None
+    assert listed.selected is not None
     np.testing.assert_allclose(squares.selected.position_m, listed.selected.position_m, atol=1e-6)
     if method == "hats_local":
-        np.testing.assert_array_equal(squares.threshold.kept[0].index, listed.threshold.kept[0].index)
+        one, other = squares.threshold, listed.threshold
+        assert one is not None
+        assert one.kept is not None
+        assert other is not None
+        assert other.kept is not None
+        np.testing.assert_array_equal(one.kept[0].index, other.kept[0].index)

@@ -6,9 +6,12 @@ import time
 import urllib.request
 
 import pytest
+from dockpose.app.web.server import sockets
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.sockets import MOST_OPEN, MOST_WAITING
 from dockpose.app.web.server.start import open_server, silence
+
+from tests.support.visitors import SUBPROTOCOL, asked, cookie_of
 
 resource = pytest.importorskip("resource")
 
@@ -56,3 +59,32 @@ def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
     while open_sockets() > before + 5 and time.monotonic() < end_s:
         time.sleep(0.05)
     assert open_sockets() <= before + 5
+
+
+def test_where_too_many_pages_are_open_one_more_is_refused_until_one_is_closed(page, monkeypatch, caplog):
+    port, token = page
+    monkeypatch.setattr(sockets, "MOST_OPEN", 3)
+    host = f"127.0.0.1:{port}"
+    opening = (
+        f"GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+        f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n"
+        f"Cookie: {cookie_of(f'http://{host}/?token={token}')}\r\n\r\n"
+    ).encode()
+    with contextlib.ExitStack() as open_ones:
+        ours = []
+        for _ in range(3):
+            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", port), timeout=5))
+            one.sendall(opening)
+            assert one.recv(12) == b"HTTP/1.1 101"
+            ours.append(one)
+        time.sleep(1.1)  # since the last line, for there is one a second
+        assert asked(port, opening) == "HTTP/1.1 503 Service Unavailable"
+        assert [one.startswith("127.0.0.1: refused a page: too many are open") for one in caplog.messages] == [True]
+        with urllib.request.urlopen(f"http://{host}/?token={token}", timeout=5) as answer:
+            assert answer.status == 200  # what is no page is still answered
+        ours[0].close()
+        end_s = time.monotonic() + 5
+        while asked(port, opening) != "HTTP/1.1 101 Switching Protocols" and time.monotonic() < end_s:
+            time.sleep(0.05)
+        assert time.monotonic() < end_s

@@ -192,6 +192,7 @@ def log_chance_rings(
         The larger of the logarithms for two backgrounds: points strewn over the whole picture as densely as near the
         ring, and one crowd of points no larger than the ring and its surroundings, such as the parts of a bright
         object; in a crowd it is no evidence that points are close together. Fewer than five points are no crowd.
+        Infinite for points in a line, which is no ring.
 
     Notes
     -----
@@ -204,6 +205,8 @@ def log_chance_rings(
     missing are as many tests; leaving out what is dimmer than the ring is one for each octave of brightness.
     """
     major, minor = semi_axes_px
+    if minor <= 0:
+        return math.inf
     ways = math.lgamma(sides + 1) - math.lgamma(count + 1) - math.lgamma(sides - count + 1)
     if even:
         ways -= math.log(sides)

@@ -1,6 +1,9 @@
+import math
+
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
+from dockpose.lights.chance import NONE_NEAR, log_chance_rings
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import find_polygons
 from dockpose.lights.ring import find_ring
@@ -235,3 +238,18 @@ def test_noise_drops_no_light():
         ring = lights() + rng.normal(0, 0.3, (10, 2))
         points = np.vstack([ring, [[20, 30], [600, 440], [610, 20]]])
         assert ring_of(points).on_ring.tolist() == [True] * 10 + [False] * 3
+
+
+@pytest.mark.parametrize("count", [4, 5, 12])
+def test_points_in_a_line_are_no_ring(count):
+    # A ring whose picture is a line could be any row of points, however near they are to it.
+    chance = log_chance_rings(
+        count,
+        19,
+        even=True,
+        squares_px2=0.0,
+        semi_axes_px=(168.0, 0.0),
+        near=(NONE_NEAR, NONE_NEAR),
+        area_px2=6912.0,
+    )
+    assert chance == math.inf

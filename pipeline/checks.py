@@ -51,10 +51,10 @@ def shown(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def one_line(text: str) -> str:
+def one_line(text: str, most: int = _MOST_TEXT) -> str:
     """Text for a message: what cannot be printed is spelt out; of a long one the middle, mostly a name, is left out."""
-    half = _MOST_TEXT // 2
-    return printable(text if len(text) <= _MOST_TEXT else f"{text[:half]}...{text[-half:]}")
+    half = most // 2
+    return printable(text if len(text) <= most else f"{text[:half]}...{text[-half:]}")
 
 
 def printable(text: str) -> str:

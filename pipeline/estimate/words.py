@@ -27,10 +27,14 @@ def in_words(found: Estimate) -> str:
 def in_short(found: Estimate) -> str:
     """Return the status and the chosen pose in one line."""
     pose = found.selected
-    method = found.settings.method if found.threshold is None else found.threshold.method
     level = "" if found.threshold is None else f" level {found.threshold.level}"
     where = "" if pose is None else f", {found.lights_on_ring} lights, {_place(pose)}"
-    return f"<Estimate {found.status}: {found.width} x {found.height}, {method}{level}{where}>"
+    return f"<Estimate {found.status}: {found.width} x {found.height}, {_method(found)}{level}{where}>"
+
+
+def _method(found: Estimate) -> str:
+    """The method that the threshold is of: hats may have given each light a level of its own."""
+    return found.settings.method if found.threshold is None else found.threshold.method
 
 
 def _place(pose: CirclePose) -> str:
@@ -66,7 +70,7 @@ def _row(found: Estimate, name: str, pose: CirclePose | None) -> dict[str, Any]:
         "selected": pose is not None and pose is found.selected,
         **{key: math.nan if value is None else value for key, value in values.items()},
         "detection": math.nan if found.detection is None else found.detection,
-        "method": found.settings.method if found.threshold is None else found.threshold.method,
+        "method": _method(found),
         "level": math.nan if found.threshold is None else float(found.threshold.level),
         "lights_on_ring": 0 if found.lights_on_ring is None else found.lights_on_ring,
         "elapsed_ms": found.elapsed_ms,

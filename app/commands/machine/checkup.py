@@ -23,13 +23,12 @@ from av.error import FFmpegError
 from dockpose import Settings, estimate
 from dockpose.app.inputs.samples import FIRST_SAMPLE, load_sample
 from dockpose.app.state.preferences import config_folder
-from dockpose.app.web.server.options import SESSIONS_FOLDER
+from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
 from dockpose.checks import one_line
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import METHODS, bright
 
 OK, WARNING, BROKEN = "ok", "warning", "broken"
-_PORT = 8080  # of `dockpose serve`
 _NEEDED = ("numpy", "opencv-python-headless", "scipy", "scikit-image", "numba", "av", "viser", "msgspec", "matplotlib")
 _OPTIONAL = ("pandas", "distributed", "rosbags", "mcap", "rerun-sdk", "shtab")
 _PICTURES = (".png", ".jpg", ".tiff", ".bmp", ".webp", ".pgm")
@@ -164,11 +163,11 @@ def _port() -> Iterator[Finding]:
         if os.name != "nt":
             wanted.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            wanted.bind(("127.0.0.1", _PORT))
+            wanted.bind(("127.0.0.1", DEFAULT_PORT))
         except OSError:
-            yield Finding("port", WARNING, f"{_PORT} is taken; dockpose serve --port {free} would do")
+            yield Finding("port", WARNING, f"{DEFAULT_PORT} is taken; dockpose serve --port {free} would do")
             return
-    yield Finding("port", OK, f"{_PORT} is free")
+    yield Finding("port", OK, f"{DEFAULT_PORT} is free")
 
 
 def _folders() -> Iterator[Finding]:

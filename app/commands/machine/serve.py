@@ -21,7 +21,7 @@ from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.samples import sample_source
-from dockpose.app.web.server.options import DEFAULTS, SESSIONS_FOLDER, Options
+from dockpose.app.web.server.options import DEFAULT_PORT, DEFAULTS, SESSIONS_FOLDER, Options
 
 _OPEN_WARNING = (
     "it listens on {host}, so every machine of that network can reach this page. Who has the address with its token "
@@ -43,7 +43,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     add_topic(parser)
     add_wishes(parser)
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
-    parser.add_argument("--port", type=int, default=8080, help="port to listen on (default: %(default)s)")
+    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port to listen on (default: %(default)s)")
     parser.add_argument("--folder", metavar="ROOT", type=Path, help="let the page show pictures of this folder")
     parser.add_argument(
         "--sessions",
@@ -112,7 +112,7 @@ def serve(
     camera: Camera | None,
     dock: Dock | None,
     host: str = "127.0.0.1",
-    port: int = 8080,
+    port: int = DEFAULT_PORT,
     options: Options = DEFAULTS,
     report: Callable[[str], None] = say,
 ) -> None:

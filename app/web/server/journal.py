@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from typing import Any
 
+from dockpose.checks import one_line
+
 LOG = logging.getLogger("dockpose.server")
 SOCKETS_LOG = logging.getLogger("dockpose.server.sockets")  # what websockets itself has to say
 SOCKETS_LOG.setLevel(logging.WARNING)  # below that are headers, with their cookies
@@ -48,7 +50,9 @@ class Journal:
         if len(self._told) >= _MOST_CLIENTS:
             self._told.clear()
         self._told[client] = (now_s, 0)
-        LOG.log(level, "%s: %s%s", client, one_line(text), f" (and {left_out} more before)" if left_out else "")
+        LOG.log(
+            level, "%s: %s%s", client, one_line(text, _LONGEST), f" (and {left_out} more before)" if left_out else ""
+        )
 
 
 class OneLine(logging.Filter):
@@ -75,23 +79,17 @@ def client_of(connection: Any) -> str:
     return str((getattr(connection, "remote_address", None) or ("somebody",))[0])
 
 
-def one_line(text: str) -> str:
-    """A text from outside, cut, with a blank for what would break the line or steer a terminal."""
-    plain = " ".join("".join(letter if letter.isprintable() else " " for letter in text[: 10 * _LONGEST]).split())
-    return plain if len(plain) <= _LONGEST else f"{plain[:_LONGEST]}…"
-
-
 def log_failure(future: Future[Any]) -> None:
     """Write one line where a job in a pool of threads failed."""
     if not future.cancelled() and (error := future.exception()) is not None:
-        LOG.error("%s: %s", type(error).__name__, one_line(str(error)), exc_info=_at_debug(error))
+        LOG.error("%s: %s", type(error).__name__, one_line(str(error), _LONGEST), exc_info=_at_debug(error))
 
 
 def log_unhandled(loop: Any, context: Mapping[str, Any]) -> None:
     """Write one line about what nobody caught on the event loop; takes the place of asyncio's tracebacks."""
     error = context.get("exception")
     what = f"{type(error).__name__}: {error}" if error is not None else str(context.get("message"))
-    LOG.error("%s", one_line(what), exc_info=_at_debug(error))
+    LOG.error("%s", one_line(what, _LONGEST), exc_info=_at_debug(error))
 
 
 def _at_debug(error: BaseException | None) -> BaseException | None:

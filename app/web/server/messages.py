@@ -13,12 +13,14 @@ from typing import Annotated, Any
 
 import msgspec
 import viser
+from dockpose.checks import one_line
 from msgspec import Meta
 
 LARGEST_BYTES = 64 * 2**10  # of a message that holds neither a part of a file nor a picture
 LARGEST_PART_BYTES = 4 * 2**20  # viser's page sends parts of 512 KiB
 LARGEST_FRAME_BYTES = 16 * 2**20  # a rendered picture of a 4K window
 MOST_LETTERS = 10_000
+_MOST_OF_ERROR = 100  # letters, for it may name what was sent
 _MOST_PIXELS = 50_000_000  # of a rendered picture
 _PNG = b"\x89PNG\r\n\x1a\n"
 _MOST_WITHOUT_LIMITS = 1e9  # for controls that have none
@@ -163,7 +165,9 @@ def check_message(
     try:
         message = decoder.decode(raw)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, OverflowError, MemoryError) as error:
-        raise RefusedError(f"a message of {len(raw)} bytes that is none of the page's ({_short(error)})") from error
+        raise RefusedError(
+            f"a message of {len(raw)} bytes that is none of the page's ({one_line(str(error), _MOST_OF_ERROR)})"
+        ) from error
     if isinstance(message, ViewerCameraMessage):
         _check_viewpoint(message)
     elif isinstance(message, GuiUpdateMessage):
@@ -222,11 +226,6 @@ def _check_viewpoint(message: ViewerCameraMessage) -> None:
     numbers = (*message.wxyz, *message.position, *message.look_at, *message.up_direction)
     if not all(map(math.isfinite, (*numbers, message.fov, message.near, message.far))):
         raise RefusedError("a viewpoint that is not finite")
-
-
-def _short(error: Exception) -> str:
-    """What is wrong, cut, for it may name what was sent."""
-    return "".join(letter if letter.isprintable() else " " for letter in str(error)[:100])
 
 
 def _check_picture(payload: bytes) -> None:

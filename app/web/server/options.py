@@ -8,6 +8,7 @@ from pathlib import Path
 from dockpose.sources import NO_WISHES, Wishes
 
 UPLOAD_LIMIT_BYTES = 200 * 2**20
+DEFAULT_PORT = 8080
 SESSIONS_FOLDER = Path("dockpose-sessions")
 RECORDINGS_FOLDER = "dockpose-recordings"  # beside the former
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import viser
 from dockpose.app.inputs.filenames import clean_name
-from dockpose.app.web.server.journal import LOG, log_failure, one_line
+from dockpose.app.web.server.journal import LOG, log_failure
 from dockpose.app.web.server.options import UPLOAD_LIMIT_BYTES
+from dockpose.checks import one_line
 from viser import _messages as messages
 
 MOST_AT_ONCE = 16  # files of one browser; the page sends one after the other

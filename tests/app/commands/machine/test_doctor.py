@@ -84,7 +84,7 @@ def test_a_port_that_is_taken_is_told_with_a_free_one(monkeypatch):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        monkeypatch.setattr(checkup, "_PORT", taken.getsockname()[1])
+        monkeypatch.setattr(checkup, "DEFAULT_PORT", taken.getsockname()[1])
         finding = found(checkup._port)["port"]
     assert finding.state == WARNING
     assert "is taken; dockpose serve --port " in finding.text

@@ -49,7 +49,7 @@ lint: $(VENV)/.test $(VENV)/.lint
 	$(BIN)/pyright
 
 bench: $(VENV)/.test $(VENV)/.chromium
-	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py'
+	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py' -o faulthandler_timeout=0
 
 # A million inputs that nobody would make on purpose; atheris has no wheel for every Python.
 fuzz: $(VENV)/.test

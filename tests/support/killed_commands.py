@@ -188,7 +188,9 @@ class Killer:
         if deadly < 0:
             ours.poll(self._rng.uniform(0, lasts_s))
             program.kill()
-        program.join(60)
+        program.join(2 * lasts_s + 1)
+        program.kill()  # what has no end, as a stream, may not come to the change that was to be deadly
+        program.join()
         told.ended += program.exitcode != -signal.SIGKILL
         ours.close()
 

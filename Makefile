@@ -54,7 +54,7 @@ bench: $(VENV)/.test $(VENV)/.chromium
 # A million inputs that nobody would make on purpose; atheris has no wheel for every Python.
 fuzz: $(VENV)/.test
 	-$(PIP) atheris
-	$(BIN)/python -m tests.fuzz --inputs 1000000 --guided 20000
+	$(BIN)/python -m tests.fuzz --inputs 1000000 --guided 5000
 
 # Attacks a running page over the loopback, and writes what came of it into SECURITY.md: three minutes, on Linux.
 security: $(VENV)/.test

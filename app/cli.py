@@ -66,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     with forgiving_output(), ended_by_sigterm(), METHODS.telling(_warn):
         try:
-            arguments = _parser().parse_args(_with_command(list(sys.argv[1:] if argv is None else argv)))
+            arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))
             with logged(arguments):
                 return _run(arguments)
         except (ValueError, OSError) as error:  # of the arguments themselves
@@ -127,11 +127,25 @@ def _is_source(word: str) -> bool:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Spells out in its messages what cannot be printed."""
+    """Says in one line what is wrong, rather than after a list of all options."""
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong with the arguments, and exit."""
-        super().error(printable(message))
+        self.exit(EXIT_BAD_ARGUMENTS, f"{self.prog}: {printable(message)} ({self.prog} --help lists the options)\n")
+
+
+def _parsed(words: list[str]) -> argparse.Namespace:
+    """The arguments that the words of a command are; what it does not know ends the program."""
+    parser = _parser()
+    arguments, unknown = parser.parse_known_args(words)
+    if unknown:
+        command: argparse.ArgumentParser = arguments.parser
+        near = difflib.get_close_matches(unknown[0].partition("=")[0], command._option_string_actions, 1, cutoff=0.75)
+        what = (
+            f"there is no option {unknown[0]}" if unknown[0].startswith("-") else f"{unknown[0]!r} is one word too many"
+        )
+        command.error(f"{what}; did you mean {near[0]}?" if near else what)
+    return arguments
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -145,6 +159,7 @@ def _parser() -> argparse.ArgumentParser:
     for name, command in COMMANDS.items():
         command.add_parser(commands)
         add_logging(commands.choices[name])
+        commands.choices[name].set_defaults(parser=commands.choices[name])
     parser.set_defaults(program=parser)  # which completion needs
     return parser
 

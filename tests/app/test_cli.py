@@ -49,6 +49,13 @@ def test_the_samples_are_named_from_any_folder(tmp_path, monkeypatch, capsys):
     assert str(sample_path("plain")) in capsys.readouterr().out
 
 
+def test_a_word_too_many_is_named(capsys):
+    with pytest.raises(SystemExit):
+        main(["budget", "tank", "--camera", "c.yaml", "--dock-diameter", "0.3", "--lights", "10"])
+    wanted = "dockpose budget: 'tank' is one word too many (dockpose budget --help lists the options)\n"
+    assert capsys.readouterr().err == wanted
+
+
 def test_a_mistyped_command_is_told_once():
     command = [sys.executable, "-m", "dockpose", "estimat"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)

@@ -171,11 +171,23 @@ def test_bad_arguments_end_with_2_and_one_sentence(tank, capsys, arguments, mess
     assert captured.out == ""
 
 
-def test_an_unknown_method_or_option_ends_with_2(tank):
-    for arguments in (["s1.png", "--method", "magic"], ["s1.png", "--fast"], []):
-        with pytest.raises(SystemExit) as ended:
-            main(["estimate", *arguments])
-        assert ended.value.code == 2
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["s1.png", "--method", "magic"], "argument --method: invalid choice: 'magic'"),
+        (["s1.png", "--fast"], "there is no option --fast"),
+        (["s1.png", "--jsn=-"], "there is no option --jsn=-; did you mean --json?"),
+        (["s1.png", "--rate", "often"], "argument --rate: invalid float value: 'often'"),
+        ([], "give a SOURCE, or --session FOLDER"),
+    ],
+)
+def test_an_unknown_method_or_option_ends_with_2_and_one_line(tank, capsys, arguments, told):
+    with pytest.raises(SystemExit) as ended:
+        main(["estimate", *arguments])
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"dockpose estimate: {told}")
+    assert line.endswith(" (dockpose estimate --help lists the options)")
 
 
 def test_the_program_runs_as_a_process(tank):

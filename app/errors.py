@@ -59,6 +59,8 @@ def why(error: OSError) -> str:
         return "the disk is full"
     if error.errno == errno.EFBIG:
         return "the disk or this account takes no larger file"
+    if error.errno == errno.ENOENT:
+        return "there is no such file or folder"
     if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
         return "it may not be written to (read-only, or open in another program)"
     return error.strerror or str(error)

@@ -31,6 +31,7 @@ from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, render, save_sequence
 
 from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, pictures
+from tests.support.docks import uneven
 from tests.support.forked import forked
 from tests.support.left_files import faults, files_of
 from tests.support.scenes import CAMERA, random_scene
@@ -235,8 +236,8 @@ def make_inputs(folder: Path) -> Path:
     camera = CAMERA.for_size(320, 240)
     save_camera(camera, folder / "camera.yaml")
     save_camera(CAMERA, folder / "air.yaml")
-    for number in range(9):
-        cv2.imwrite(str(folder / "dock" / f"{number}.png"), render(random_scene(number))[0])
+    for number in range(12):  # lights off their places tell which light is which
+        cv2.imwrite(str(folder / "dock" / f"{number}.png"), render(random_scene(number, dock=uneven(0)))[0])
     scene = random_scene(4, camera=camera, position_m=(0.05, 0.0, 1.0))
     motion = Approach(frames=FILM_FRAMES, start_m=1.2, end_m=0.8, rate_hz=20, drift_m=0.02)
     save_sequence(FilmPlan(scene=scene, motion=motion), folder / "scene.yaml")

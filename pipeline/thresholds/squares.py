@@ -1,4 +1,4 @@
-"""Loops that see a picture in squares of some pixels, where it has too many to look at each by itself."""
+"""A picture in squares of some pixels, where it has too many to look at each by itself."""
 
 from __future__ import annotations
 
@@ -6,20 +6,18 @@ import numpy as np
 from dockpose.thresholds.compiled import compiled
 
 
-@compiled
 def brightest_of_squares(levels: np.ndarray, side: int) -> np.ndarray:
     """The brightest pixel (h, w) of each square of ``side`` by ``side``, which the picture's edges may cut."""
     height, width = levels.shape
-    across = -(-width // side)
-    brightest = np.zeros((-(-height // side), across), levels.dtype)
-    for y in range(height):
-        row = brightest[y // side]
-        for square in range(across):
-            most = row[square]
-            for level in levels[y, square * side : (square + 1) * side]:
-                most = max(most, level)
-            row[square] = most
-    return brightest
+    if height % side or width % side:
+        levels = np.pad(levels, ((0, -height % side), (0, -width % side)), mode="edge")
+    rows = levels[::side]
+    for offset in range(1, side):
+        rows = np.maximum(rows, levels[offset::side])
+    columns = rows[:, ::side]
+    for offset in range(1, side):
+        columns = np.maximum(columns, rows[:, offset::side])
+    return np.ascontiguousarray(columns)
 
 
 @compiled

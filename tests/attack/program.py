@@ -75,7 +75,10 @@ class Program:
 
 
 class Bystanders:
-    """Two browsers: what one types, the other shows; how long that takes, again and again, in seconds."""
+    """Two browsers: what one types, the other shows; how long that takes, again and again, in seconds.
+
+    An attack may type into the same box, whose text then stands there in place of ours: that is an answer too.
+    """
 
     def __init__(self, address: str, every_s: float = 0.1):
         self._one, self._other = Visitor(address), Visitor(address)
@@ -107,11 +110,11 @@ class Bystanders:
         while not self._is_over.wait(self._every_s):
             number += 1
             text = f"note {number}"
-            began_s = time.monotonic()
+            began_s, before = time.monotonic(), self._other.values[note]
             try:
                 self._one.set("Notes", text)
             except Exception:  # it was closed: no answer ever
                 self.took_s.append(float("inf"))
                 return
-            is_there = self._other.until(lambda page, text=text: page.values[note] == text, 10)
+            is_there = self._other.until(lambda page, before=before: page.values[note] != before, 10)
             self.took_s.append(time.monotonic() - began_s if is_there else float("inf"))

@@ -32,7 +32,7 @@ from dockpose.app.commands.paper import budget, reproduce, study
 from dockpose.app.commands.ros import command as ros
 from dockpose.app.errors import OutputError, UserError
 from dockpose.app.inputs.samples import sample_source
-from dockpose.checks import printable
+from dockpose.checks import one_line
 from dockpose.thresholds import METHODS
 from dockpose.thresholds.compiled import on_compiling
 
@@ -131,7 +131,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong with the arguments, and exit."""
-        self.exit(EXIT_BAD_ARGUMENTS, f"{self.prog}: {printable(message)} ({self.prog} --help lists the options)\n")
+        self.exit(EXIT_BAD_ARGUMENTS, f"{self.prog}: {one_line(message)} ({self.prog} --help lists the options)\n")
 
 
 def _parsed(words: list[str]) -> argparse.Namespace:

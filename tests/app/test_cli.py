@@ -56,6 +56,17 @@ def test_a_word_too_many_is_named(capsys):
     assert capsys.readouterr().err == wanted
 
 
+@pytest.mark.parametrize("words", [["--method", "1" * 5000], ["1" * 5000], ["--" + "x" * 5000]])
+def test_what_is_wrong_with_long_words_is_told_in_a_short_line(words, capsys):
+    with pytest.raises(SystemExit):
+        main(["budget", *words])
+    told = capsys.readouterr().err
+    assert told.startswith("dockpose budget: ")
+    assert told.endswith("(dockpose budget --help lists the options)\n")
+    assert len(told) < 1100  # a message has 900 characters at most
+    assert told.count("\n") == 1
+
+
 def test_a_mistyped_command_is_told_once():
     command = [sys.executable, "-m", "dockpose", "estimat"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 from dockpose.camera.image import ImageError, read, to_grey, to_levels
-from dockpose.estimate import geometry
+from dockpose.estimate import geometry, palette
 
 if TYPE_CHECKING:
     from dockpose.estimate.result import Estimate
 
-# Blue, green and red, of Okabe and Ito's palette: pose A and B, a light, the ellipse, what is no light, words.
-_POSES = ((178, 114, 0), (0, 159, 230))
-_LIGHT, _ELLIPSE, _OTHER, _WORDS = (115, 158, 0), (167, 121, 204), (0, 94, 213), (255, 255, 255)
+_POSES = tuple(palette.bgr(colour) for colour in palette.POSE_COLOURS)
+_LIGHT, _ELLIPSE = palette.bgr(palette.LIGHT_COLOUR), palette.bgr(palette.ELLIPSE_COLOUR)
+_DROPPED, _TEXT = palette.bgr(palette.DROPPED_COLOUR), palette.bgr(palette.TEXT_COLOUR)
 _SHIFT = 4  # OpenCV draws to a sixteenth of a pixel
 _LARGEST_PX = 1200  # of the drawing's longer side: notebooks keep what they show
 
@@ -59,7 +59,7 @@ def draw(found: Estimate) -> np.ndarray:
         for point, radius, is_light in zip(found.markers.points_px, radii, geometry.on_ring(found), strict=True):
             canvas.mark(point, radius, is_light)
     for number, line in enumerate(str(found).splitlines()):
-        canvas.words(line, number, _POSES[number - 1] if 0 < number <= 2 and found.candidates else _WORDS)
+        canvas.words(line, number, _POSES[number - 1] if 0 < number <= 2 and found.candidates else _TEXT)
     return canvas.pixels
 
 
@@ -102,7 +102,7 @@ class _Canvas:
             return
         reach = radius / self._scale * np.array([[-1, -1], [1, 1]]) / np.sqrt(2)
         for way in ((1, 1), (1, -1)):
-            self.line(point + reach * way, _OTHER, 1)
+            self.line(point + reach * way, _DROPPED, 1)
 
     def words(self, text: str, number: int, colour: tuple[int, int, int]) -> None:
         """Write a line, the first at the top."""

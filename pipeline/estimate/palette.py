@@ -1,7 +1,7 @@
 """The colours of a result, wherever it is drawn.
 
 The palette is Okabe and Ito's, which colour-blind people can tell apart (Color Universal Design, 2008). Colours are
-written as in HTML; :func:`rgb` and :func:`bgr` convert them for viser and OpenCV.
+written as in HTML; :func:`rgb` and :func:`bgr` give numbers in either order.
 """
 
 from __future__ import annotations

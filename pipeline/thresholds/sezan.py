@@ -43,9 +43,11 @@ def sezan(histogram: Histogram) -> Threshold:
         peaks = find_peaks(cumulative, half)
         if len(peaks) <= 2:
             break
-    if len(peaks) < 2 and len(last) > 2:
-        # Growing the window removed more than one peak at once: keep the two that hold the most pixels.
-        peaks = sorted(sorted(last, key=lambda peak: -_share(cumulative, peak))[:2])
+    crowded = peaks if len(peaks) > 2 else last
+    if len(peaks) != 2 and len(crowded) > 2:
+        # Growing the window removed more than one peak at once, or left more of levels that are spread evenly: keep the
+        # two that hold the most pixels.
+        peaks = sorted(sorted(crowded, key=lambda peak: -_share(cumulative, peak))[:2])
     if len(peaks) < 2:
         level = peaks[0][1] + 1 if peaks else LEVELS
         return threshold_at("sezan", histogram, min(level, LEVELS), "One peak is left; the level is where it ends.")

@@ -105,6 +105,22 @@ def test_sezan_of_one_lobe_is_where_it_ends():
     assert "One peak" in threshold.reason
 
 
+def test_sezan_of_a_few_levels_far_apart_keeps_the_two_fullest_peaks():
+    # Spread so evenly that the cumulative histogram crosses its mean often, however large the window.
+    levels = [0, 6, 12, 12, 38, 44, 63, 111, 113, 151, 203, 219, 221, 230, 242, 248, 250]
+    histogram = histogram_of(np.array([levels], np.uint8))
+    assert len(find_peaks(np.cumsum(histogram.counts) / len(levels), 255)) > 2
+    assert 0 < sezan(histogram).level <= 250
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_sezan_takes_any_few_levels(seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(40):
+        levels = rng.integers(0, 256, (1, rng.integers(2, 30)), dtype=np.uint8)
+        assert 0 < sezan(histogram_of(levels)).level <= 256
+
+
 def test_sezans_signal_by_hand():
     # All pixels at level 100: the cumulative histogram is a step, which lies below its sliding mean before it and
     # above from it on. With a window of 5 the signal is negative from 98, and largest at 100.

@@ -51,11 +51,16 @@ def judge(target: Target, data: bytes, most_s: float = MOST_S) -> str | None:
 
     An input that takes long is given twice, since loops that were not needed before are compiled on first use.
     """
-    wrong = _judged_once(target, data, most_s)
-    return _judged_once(target, data, most_s) if wrong and wrong.startswith(_TOOK) else wrong
+    return _judged(target, data, most_s)[0]
 
 
-def _judged_once(target: Target, data: bytes, most_s: float) -> str | None:
+def _judged(target: Target, data: bytes, most_s: float = MOST_S) -> tuple[str | None, float]:
+    """See :func:`judge`; and how many seconds the input took."""
+    wrong, took_s = _judged_once(target, data, most_s)
+    return _judged_once(target, data, most_s) if wrong and wrong.startswith(_TOOK) else (wrong, took_s)
+
+
+def _judged_once(target: Target, data: bytes, most_s: float) -> tuple[str | None, float]:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         start_s = time.process_time()
@@ -70,7 +75,7 @@ def _judged_once(target: Target, data: bytes, most_s: float) -> str | None:
         else:
             wrong = None
         took_s = time.process_time() - start_s
-    return f"{_TOOK} {took_s:.1f} s" if took_s > most_s and not wrong else wrong
+    return (f"{_TOOK} {took_s:.1f} s" if took_s > most_s and not wrong else wrong), took_s
 
 
 def _wrong_with(message: str, error: ValueError) -> str:
@@ -103,9 +108,8 @@ def attack(name: str, inputs: int, seed: int, current: Path, found: Path) -> Out
     for _ in range(inputs):
         data = mutated(rng, seeds)
         current.write_bytes(data)
-        start_s = time.process_time()
-        wrong = judge(target, data)
-        outcome.slowest_s = max(outcome.slowest_s, time.process_time() - start_s)
+        wrong, took_s = _judged(target, data)
+        outcome.slowest_s = max(outcome.slowest_s, took_s)
         outcome.inputs += 1
         outcome.taken += wrong is None
         outcome.refused += wrong == ""

@@ -17,9 +17,9 @@ from dockpose.app.inputs.samples import sample_path
 
 from tests.attack import files, messages, requests
 from tests.attack.program import PAGE, Bystanders, Program
+from tests.attack.report import write_table
 
-SECURITY = Path(__file__).resolve().parents[2] / "SECURITY.md"
-BEGIN, END = "<!-- make security writes this table -->", "<!-- end of the table -->"
+BEGIN = "<!-- make security writes this table -->"
 LONGEST_ANSWER_S = 0.25
 MOST_MEMORY_BYTES = 8 * PAGE  # after an attack, above what was there before it
 # Without a line in the log: these are no refusals.
@@ -117,17 +117,13 @@ def table(outcomes) -> str:
 def replaced(old: str, outcomes) -> str:
     """The table with the rows of some attacks made anew."""
     rows = {one.name: one.row() for one in outcomes}
-    return "\n".join(rows.get(line.split("|")[1].strip(), line) for line in old.strip().splitlines())
+    return "\n".join(rows.get(line.split("|")[1].strip(), line) for line in old.splitlines())
 
 
 def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         outcomes = attacked(Path(folder), *sys.argv[1:2])
-    text = SECURITY.read_text(encoding="utf-8")
-    before, _, rest = text.partition(BEGIN)
-    old, _, after = rest.partition(END)
-    new = replaced(old, outcomes) if sys.argv[1:] else table(outcomes)
-    SECURITY.write_text(f"{before}{BEGIN}\n\n{new}\n\n{END}{after}", encoding="utf-8")
+    write_table(BEGIN, lambda old: replaced(old, outcomes) if sys.argv[1:] else table(outcomes))
     faulty = [one for one in outcomes if one.faults]
     for one in faulty:
         print(f"{one.name}: {'; '.join(one.faults)}", file=sys.stderr)

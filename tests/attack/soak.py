@@ -23,11 +23,14 @@ import cv2
 import numpy as np
 
 from tests.attack.program import Program
+from tests.attack.report import write_table
 from tests.support.visitors import Visitor
 
 READERS, DEAF, RATE_HZ = 14, 5, 10
 SETTLED_S, WINDOW_S, MOST_GROWTH = 60.0, 20.0, 0.05
 STOPPED_S = 15.0
+LEAST_MINUTES_TO_TELL = 30.0  # of a soak whose table SECURITY.md shows
+BEGIN = "<!-- make soak writes this table -->"
 LEAST_RATE_HZ = 1.0  # frames shown; a page without a graphics card and twenty browsers share the cores
 _FRAME = re.compile(r'"at":(\d+)')
 
@@ -109,11 +112,18 @@ def soak(minutes: float) -> int:
     settled = [size for at_s, size in memory if SETTLED_S <= at_s < SETTLED_S + WINDOW_S]
     last = [size for at_s, size in memory if at_s >= memory[-1][0] - WINDOW_S]
     growth = median(last) / median(settled) - 1
-    print(f"{minutes:g} minutes, {READERS + DEAF + 1} browsers, {heard} to one of them, {len(shown)} frames shown")
-    print(
-        f"memory: {median(settled) / 1e6:.0f} MB after a minute, {median(last) / 1e6:.0f} MB at the end ({growth:+.1%})"
+    rows = (
+        ("Minutes, browsers", f"{minutes:g}, {READERS + DEAF + 1}"),
+        ("Sent to one of them", heard),
+        ("Frames shown", f"{len(shown)}"),
+        ("Memory after a minute, at the end", f"{_mb(settled)}, {_mb(last)} ({growth:+.1%})"),
+        ("Threads before, after", f"{threads}, {threads_left}"),
+        ("Open files before, after", f"{handles}, {handles_left}"),
     )
-    print(f"threads: {threads} before, {threads_left} after; open files: {handles} before, {handles_left} after")
+    table = "\n".join(("| What | Measured |", "|---|---|", *(f"| {what} | {told} |" for what, told in rows)))
+    print(table)
+    if minutes >= LEAST_MINUTES_TO_TELL:
+        write_table(BEGIN, lambda _: table)
     faults += [f"memory grew by {growth:.1%}"] * (growth > MOST_GROWTH)
     faults += ["the video did not play"] * (len(shown) < 60 * minutes * LEAST_RATE_HZ)
     faults += ["threads stay"] * (threads_left > threads + 32)  # the library's pool has up to 32, whoever is there
@@ -122,6 +132,10 @@ def soak(minutes: float) -> int:
     for fault in faults:
         print(f"fault: {fault}", file=sys.stderr)
     return 1 if faults else 0
+
+
+def _mb(sizes: list[int]) -> str:
+    return f"{median(sizes) / 1e6:.0f} MB"
 
 
 def watched(program, stopped, deaf, minutes) -> list[tuple[float, int]]:

@@ -84,15 +84,24 @@ def _wrong_with(message: str, error: ValueError) -> str:
         return f"a refusal of several lines at {_where(error)}: {message[:100]!r}"
     if len(message) > 1000:
         return f"a refusal of {len(message)} characters at {_where(error)}"
-    inner = traceback.extract_tb(error.__traceback__)[-1].filename
-    if type(error) is ValueError and not any(part in inner for part in ("/app/", "/pipeline/")):
-        return f"ValueError from the depths at {_where(error)}: {message[:100]}"
+    if not type(error).__module__.startswith("dockpose.") and not _is_raised_by_us(error):
+        return f"{type(error).__name__} from the depths at {_where(error)}: {message[:100]}"
     return ""
+
+
+def _is_raised_by_us(error: ValueError) -> bool:
+    """Whether a statement of ours raises it on purpose, and not what the statement calls or unpacks."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return _is_ours(last) and (last.line or "").startswith("raise ")
+
+
+def _is_ours(frame: traceback.FrameSummary) -> bool:
+    return "/app/" in frame.filename or "/pipeline/" in frame.filename
 
 
 def _where(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
-    ours = [frame for frame in frames if "/app/" in frame.filename or "/pipeline/" in frame.filename]
+    ours = [frame for frame in frames if _is_ours(frame)]
     last = (ours or frames)[-1]
     return f"{Path(last.filename).name}:{last.lineno}"
 

@@ -51,6 +51,8 @@ def raising(error):
         (ValueError("two\nlines"), "several lines"),
         (ValueError("\x1b[31m"), "several lines"),
         (ValueError("x" * 2000), "2000 characters"),
+        (ValueError("not enough values to unpack"), "ValueError from the depths"),  # here no code of ours raises it
+        (UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte"), "UnicodeDecodeError from the depths"),
         (LieError("not finite"), "LieError"),
         (MemoryError(), "MemoryError"),
         (RuntimeWarning("overflow"), "RuntimeWarning"),

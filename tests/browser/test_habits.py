@@ -140,7 +140,7 @@ def test_two_browsers_show_the_same_and_one_may_leave(page, second):
     second.page.close()
     page.until(lambda: len(page.app._server.get_clients()) == 1)
     # What it had under way is forgotten by a callback of its own, a moment after it is gone.
-    page.until(lambda: len(page.app._uploads._underway) == 1)
+    page.until(lambda: len(page.app._uploads._clients) == 1)
     page.box("fx (px)").fill("760")
     page.until(lambda: page.app.view.camera.fx == 760)
 

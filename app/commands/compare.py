@@ -29,6 +29,7 @@ from dockpose.app.inputs.sequences import FrameSource, typed
 from dockpose.app.inputs.sidecar import known, read_sidecar
 from dockpose.app.processing.comparison import compare
 from dockpose.camera.yaml_file import FileError
+from dockpose.checks import printable
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.sources import Kind, kind_of
 
@@ -72,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
             if montages is not None:
                 montages.write(label or picture.path.stem, montage(picture.image, found, truth))
             if json_file is None and montages is None:
-                put(table(f"{picture.path}{label and f' {label}'}", found, truth))
+                put(*table(f"{picture.path}{label and f' {label}'}", found, truth).split("\n"))
 
         for picture, found in batch.run(work):
             write(picture, found)
@@ -114,7 +115,7 @@ def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = N
     rows = [_HEAD] + [_cells(name, one) for name, one in found.items()]
     widths = [max(len(row[column]) for row in rows) for column in range(len(_HEAD))]
     remarks = [""] + [_remark(one, truth) for one in found.values()]
-    lines = [title]
+    lines = [printable(title)]
     for row, remark in zip(rows, remarks, strict=True):
         numbers = (cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))
         lines.append("  ".join(("", row[0].ljust(widths[0]), *numbers, remark)).rstrip())

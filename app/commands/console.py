@@ -59,8 +59,8 @@ def say(text: str, level: int = logging.INFO) -> None:
         print(f"dockpose: {printable(text)}", file=sys.stderr, flush=True)
 
 
-def put(text: str) -> None:
-    """Write a result, one line or several, to standard output at once; what cannot be printed is spelt out.
+def put(*lines: str) -> None:
+    """Write the lines of a result to standard output at once; what cannot be printed, a line break too, is spelt out.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def put(text: str) -> None:
     BrokenPipeError
         If its reader has gone.
     """
-    put_text("".join(f"{printable(line)}\n" for line in text.split("\n")))
+    put_text("".join(f"{printable(line)}\n" for line in lines))
 
 
 def put_text(text: str) -> None:

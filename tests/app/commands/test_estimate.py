@@ -72,6 +72,19 @@ def test_a_broken_picture_is_told_and_the_others_are_done(tank, capsys):
     assert "gone.png: cannot be read" in captured.err
 
 
+@pytest.mark.parametrize("command", ["estimate", "compare"])
+def test_a_line_break_in_a_name_begins_no_line(command, tank, capsys):
+    """A name might pretend to be another picture's result, or hide the escape sequence that clears the screen."""
+    name = "a\nb.png: Dock found.\x1b[2J.png"
+    Path("s1.png").rename(name)
+    arguments = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
+    assert main([command, name, *arguments]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith(r"a\nb.png: Dock found.\x1b[2J.png")
+    assert "\x1b" not in told
+    assert not any(line.startswith("b.png") for line in told.splitlines())
+
+
 def test_a_frame_without_a_dock_is_a_result(tank, capsys):
     cv2.imwrite("dark.png", np.zeros((480, 640), np.uint8))
     assert main(["estimate", "dark.png", "--camera", "camera.yaml", "--dock-diameter", "0.3", "--json", "-"]) == 0

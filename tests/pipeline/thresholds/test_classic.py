@@ -109,8 +109,11 @@ def test_sezan_of_a_few_levels_far_apart_keeps_the_two_fullest_peaks():
     # Spread so evenly that the cumulative histogram crosses its mean often, however large the window.
     levels = [0, 6, 12, 12, 38, 44, 63, 111, 113, 151, 203, 219, 221, 230, 242, 248, 250]
     histogram = histogram_of(np.array([levels], np.uint8))
-    assert len(find_peaks(np.cumsum(histogram.counts) / len(levels), 255)) > 2
-    assert 0 < sezan(histogram).level <= 250
+    peaks = find_peaks(np.cumsum(histogram.counts) / len(levels), 255)
+    assert len(peaks) > 2
+    # The first holds six pixels and ends at 44, the last holds seven and starts at 172; the others hold one each.
+    assert (peaks[0][1], peaks[-1][0]) == (44, 172)
+    assert sezan(histogram).level == (44 + 172) / 2
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -7,6 +7,7 @@ from html import escape
 
 import cv2
 import numpy as np
+from dockpose.app.drawing.colours import BLUE, bgr
 from dockpose.app.export.calibration import advice, outcome
 from dockpose.app.web.html import row, table
 from dockpose.camera.board import Board, Sighting
@@ -15,7 +16,7 @@ from dockpose.camera.coverage import Coverage
 
 SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
 WIDTH_PX = 340
-_SEEN_BGR = (178, 114, 0)  # the blue of Okabe and Ito
+_SEEN_BGR = bgr(BLUE)
 _CELL = "width: 2.2em; height: 1.6em; text-align: center; border: 1px solid rgba(128,128,128,0.5)"
 
 

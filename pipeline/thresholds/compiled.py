@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import tempfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ from numba.core import config, event
 
 _HOW: dict[str, Any] = {"error_model": "numpy"}  # division by zero gives infinity, not an exception
 _FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
+_ROOT = Path(__file__).parents[1]  # of all compiled functions
 
 
 def compiled(loop: Callable[..., Any]) -> Any:
@@ -22,7 +25,8 @@ def compiled(loop: Callable[..., Any]) -> Any:
 
     It is kept beside the source file, or in the user's cache folder; where neither can be written, as with a read-only
     installation and no home, in a temporary folder that belongs to the user alone; failing that, it is not kept.
-    Where ``NUMBA_DISABLE_JIT`` is set, the function stays as it is, and a debugger can step through it.
+    What was kept is used until a file with compiled functions changes. Where ``NUMBA_DISABLE_JIT`` is set, a function
+    stays as it is, and a debugger can step through it.
     """
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return loop
@@ -35,6 +39,8 @@ def compiled(loop: Callable[..., Any]) -> Any:
 def _kept(loop: Callable[..., Any]) -> Any:
     """Compile on the first call and keep the result, unless the disk is full then, which must not end the run."""
     function: Any = njit(cache=True, **_HOW)(loop)
+    # Numba's own stamp is of the function's file alone, but the functions that it calls are compiled into it.
+    function._cache._cache_file._source_stamp = stamp_of_sources(_ROOT)
     keep = function._cache.save_overload
 
     def keep_if_there_is_room(signature: Any, data: Any) -> None:
@@ -43,6 +49,13 @@ def _kept(loop: Callable[..., Any]) -> Any:
 
     function._cache.save_overload = keep_if_there_is_room
     return function
+
+
+@cache
+def stamp_of_sources(root: Path) -> str:
+    """Hash of all files below a folder that have compiled functions; these use no constants of other files."""
+    sources = [path.read_bytes() for path in sorted(root.rglob("*.py"))]
+    return hashlib.sha256(b"".join(source for source in sources if b"@compiled" in source)).hexdigest()
 
 
 def on_compiling(tell: Callable[[], object]) -> AbstractContextManager[None]:

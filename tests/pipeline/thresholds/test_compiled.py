@@ -1,9 +1,18 @@
-"""Compiling goes on where its result cannot be kept."""
+"""Compiling goes on where its result cannot be kept, and what is kept is never older than the sources."""
 
+import ast
+import importlib
+import inspect
+import pkgutil
+import shutil
 import subprocess
 import sys
+from types import ModuleType
 
+import dockpose
 import pytest
+from dockpose.thresholds import compiled as compiling
+from numba.core.dispatcher import Dispatcher
 
 PROGRAM = """
 import resource, signal
@@ -24,3 +33,43 @@ def test_a_full_disk_does_not_end_the_run(tmp_path):
     command = [sys.executable, "-c", PROGRAM]
     done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
     assert (done.returncode, done.stdout.strip()) == (0, "4"), done.stderr[-500:]
+
+
+def test_an_edited_helper_changes_what_calls_it_from_another_file(tmp_path):
+    folder = tmp_path / "loops" / "steps"
+    folder.mkdir(parents=True)
+    shutil.copy(compiling.__file__, folder / "compiled.py")
+    helper = folder / "helper.py"
+    text = "from loops.steps.compiled import compiled\n\n@compiled\ndef step(x):\n    return x + 1\n"
+    helper.write_text(text)
+    (folder / "caller.py").write_text(text.replace("def step", "def twice").replace("x + 1", "step(step(x))"))
+    (folder / "caller.py").write_text("from loops.steps.helper import step\n" + (folder / "caller.py").read_text())
+    program = "from loops.steps.caller import twice; print(twice(1), sum(twice.stats.cache_hits.values()))"
+
+    def run():
+        done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
+        return done.stdout.split()
+
+    assert run() == ["3", "0"]
+    assert run() == ["3", "1"]
+    helper.write_text(text.replace("x + 1", "x + 10"))
+    assert run() == ["21", "0"]
+
+
+def test_a_compiled_function_uses_nothing_of_a_file_without_compiled_functions():
+    names = [one.name for one in pkgutil.walk_packages(dockpose.__path__, "dockpose.")]
+    modules = [importlib.import_module(name) for name in names if "__main__" not in name]
+    with_compiled = {module.__name__ for module in modules if any(_compiled_here(module))}
+    assert len(with_compiled) > 10
+    for module in modules:
+        imports = [one for one in ast.walk(ast.parse(inspect.getsource(module))) if isinstance(one, ast.ImportFrom)]
+        ours = [one for one in imports if (one.module or "").startswith("dockpose.")]
+        origin = {alias.name: one.module for one in ours for alias in one.names}
+        for function in _compiled_here(module):
+            used = {origin[name] for name in function.py_func.__code__.co_names if name in origin}
+            assert used <= with_compiled, (module.__name__, function.py_func.__name__)
+
+
+def _compiled_here(module: ModuleType) -> list[Dispatcher]:
+    found = [one for one in vars(module).values() if isinstance(one, Dispatcher)]
+    return [one for one in found if one.py_func.__module__ == module.__name__]

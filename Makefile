@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).py)
 
-.PHONY: licences release try-release run report test test-page test-oldest resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: licences release try-release run report test test-page test-busy test-oldest resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -28,6 +28,11 @@ test: $(VENV)/.test $(VENV)/.chromium
 # Everything that the page does, in a real browser: about nine minutes.
 test-page: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest --reruns 1 tests/browser
+
+# The tests, ten times, beside four processes that hold the cores.
+RUNS ?= 10
+test-busy: $(VENV)/.test $(VENV)/.chromium
+	$(BIN)/python -m tests.bench.busy --runs $(RUNS)
 
 # A fast part of the tests with the oldest version of each dependency, which compiles into a folder of its own.
 test-oldest: $(OLDEST)/.test

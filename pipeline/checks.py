@@ -124,6 +124,13 @@ def check_whole(name: str, value: Any, *, least: int) -> None:
         raise ValueError(f"{name} is {shown(value)}; it must be at most {_most(name):g}")
 
 
+def check_turn(name: str, value: Any) -> int:
+    """Return by how much a picture is turned clockwise: 0, 90, 180 or 270 degrees; ValueError for anything else."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value not in (0, 90, 180, 270):
+        raise ValueError(f"{name} is {shown(value)}; it must be 0, 90, 180 or 270, clockwise")
+    return int(value)
+
+
 def as_points(name: str, points: Any, columns: int) -> np.ndarray:
     """Return ``points`` as a float array of shape (N, columns), or raise a ValueError that names it."""
     array = np.asarray(points, dtype=float)

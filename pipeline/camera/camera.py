@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from dockpose.camera.lens import bend, straighten, tangents_of
 from dockpose.camera.port import FlatPort
-from dockpose.checks import as_points, check_number, check_whole, make_plain
+from dockpose.checks import as_points, check_number, check_turn, check_whole, make_plain
 
 DISTORTION_LENGTHS = (0, 4, 5, 8)
 FISHEYE_LENGTHS = (0, 4)
@@ -252,6 +252,52 @@ class Camera(
             width=width,
             height=height,
         )
+
+    def rotated(self, degrees: int) -> Camera:
+        """Return the camera of the picture turned clockwise.
+
+        The picture is still that of the same sensor; what was on its right, as it was, lies at the bottom after 90
+        degrees. Positions turn about the axis along: (x, y, z) becomes (-y, x, z) by 90 degrees.
+
+        Parameters
+        ----------
+        degrees : {0, 90, 180, 270}
+            How far the picture is turned clockwise, as one turns it to see it upright.
+
+        Returns
+        -------
+        Camera
+            With the focal lengths, the principal point, the size and the tangential distortion that belong to the
+            turned picture. Radial distortion, a fisheye's too, and a port at right angles to the axis stay as they are.
+
+        Raises
+        ------
+        ValueError
+            If ``degrees`` is none of these.
+
+        Examples
+        --------
+        >>> camera = Camera(fx=700, fy=710, cx=300, cy=200, width=640, height=480).rotated(90)
+        >>> camera.fx, camera.cx, camera.cy, camera.width, camera.height
+        (710, 279, 300, 480, 640)
+        """
+        camera = self
+        for _ in range(check_turn("degrees", degrees) // 90):
+            radial, more = camera.distortion, ()
+            if not camera.fisheye and len(camera.distortion) >= 4:
+                k1, k2, p1, p2, *rest = camera.distortion
+                radial, more = (k1, k2, p2, -p1), tuple(rest)
+            camera = msgspec.structs.replace(
+                camera,
+                fx=camera.fy,
+                fy=camera.fx,
+                cx=camera.height - 1 - camera.cy,
+                cy=camera.cx,
+                width=camera.height,
+                height=camera.width,
+                distortion=(*radial, *more),
+            )
+        return camera
 
     def pinhole_rays(self, undistorted_px: np.ndarray) -> np.ndarray:
         """Directions (N, 3) with z = 1 along which points (N, 2) of the undistorted picture look."""

@@ -10,15 +10,29 @@ from typing import Any
 
 import cv2
 import numpy as np
+from dockpose.camera import tiff
 from dockpose.camera.yaml_file import FileError, read_small
 from dockpose.checks import InputError
-from PIL import Image, UnidentifiedImageError
+from PIL import ExifTags, Image, UnidentifiedImageError
 
 MAX_PIXELS = 100_000_000
 # Of the decoded picture; decoding needs twice as much memory, and some two seconds.
 _MAX_BYTES = 200_000_000
 _STRIP_PIXELS = 500_000  # of which the alpha channel is applied at once
 _SIGNIFICANT_BITS = (10, 12, 14, 16)
+ANIMATED = ("GIF", "WEBP", "PNG")  # as Pillow names them; the further pictures of a JPEG are its previews
+# EXIF's numbers of orientations: how a picture lies, and how far to turn it clockwise, where that sets it upright.
+_ORIENTATIONS = {
+    0: ("askew", None),
+    2: ("mirrored", None),
+    3: ("upside down", 180),
+    4: ("mirrored and upside down", None),
+    5: ("mirrored and on its side", None),
+    6: ("on its side", 90),
+    7: ("mirrored and on its side", None),
+    8: ("on its side", 270),
+}
+_PNG_WITH_TAGS = (b"eXIf", b"XML:com.adobe.xmp", b"Raw profile type")  # else Pillow decodes all of it to look for them
 
 
 class ImageError(InputError):
@@ -51,7 +65,7 @@ def read_picture_file(path: str | Path) -> bytes:
 
 
 def decode(data: bytes, name: str = "image") -> np.ndarray:
-    """Decode the bytes of a picture file (PNG, JPEG, TIFF, BMP, WebP, PNM).
+    """Decode the bytes of a picture file (PNG, JPEG, TIFF, BMP, GIF, WebP, PNM).
 
     Parameters
     ----------
@@ -63,34 +77,98 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
     Returns
     -------
     (H, W) grey or (H, W, 3) BGR array, uint8 or uint16
-        The picture; transparent pixels are blended onto black.
+        The picture as the sensor has it: no tag turns it, see :func:`orientation_of`. Transparent pixels are blended
+        onto black, and levels from 0 to 1 become 16 bits.
 
     Raises
     ------
     ImageError
-        If the file is empty, not a picture, cut short, neither 8 nor 16 bit, or has more than 100 megapixels or 200 MB
-        of them (judged by its header, before anything is decoded).
+        If the file is empty, not a picture, holds several, is cut short, neither 8 nor 16 bit, or has more than 100
+        megapixels or 200 MB of them (judged by its header, before anything is decoded).
     """
     if not data:
         raise ImageError(f"{name}: the file is empty (0 bytes)")
-    width, height, pixel_bytes = _size_from_header(data, name)
-    if width * height > MAX_PIXELS:
-        raise ImageError(
-            f"{name}: the picture is {width} x {height}, {width * height / 1e6:.0f} megapixels; "
-            f"at most {MAX_PIXELS // 1_000_000} are read"
-        )
-    if width * height * pixel_bytes > _MAX_BYTES:
-        raise ImageError(
-            f"{name}: the picture is {width} x {height} with {pixel_bytes} bytes a pixel, "
-            f"{width * height * pixel_bytes / 1e6:.0f} MB; at most {_MAX_BYTES // 1_000_000} are read"
-        )
+    if tiff.is_tiff(data):
+        pages = tiff_pages(data, name)
+        if len(pages) > 1:
+            raise ImageError(f"{name}: has {len(pages)} pages, which are a sequence; open it by itself, like a video")
+        return decode_page(pages[0], name)
+    width, height, pixel_bytes, is_animated, is_gif = _header(data, name)
+    check_size(width, height, pixel_bytes, name)
+    if is_animated:
+        raise ImageError(f"{name}: is an animation, which is a sequence; open it by itself, like a video")
+    if is_gif:  # not read by OpenCV before 4.11
+        with Image.open(io.BytesIO(data)) as picture:
+            return of_pillow(picture, name)
     image = None
     if not _is_cut_short(data):  # OpenCV sets memory aside for as much as a damaged PNG says that follows
-        with contextlib.suppress(cv2.error):
-            image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+        image = _decoded(data)
     if image is None:
         raise ImageError(f"{name}: the picture is damaged or cut short ({len(data)} bytes)")
-    return _check(_without_alpha(image), name)
+    return as_picture(image, name)
+
+
+def tiff_pages(data: Any, name: str) -> list[tiff.Page]:
+    """The pages of a TIFF, of bytes or what can be sliced to them. Raises ImageError, by ``name``, if it is damaged."""
+    try:
+        return tiff.pages(data)
+    except ValueError as error:
+        raise ImageError(f"{name}: {error}") from error
+
+
+def decode_page(page: tiff.Page, name: str) -> np.ndarray:
+    """Decode one page of a TIFF as :func:`decode` does; its errors too."""
+    check_size(page.width, page.height, page.samples * page.sample_bytes, name)
+    try:
+        image = page.decoded(_decoded)
+    except ValueError as error:
+        raise ImageError(f"{name}: {error}") from error
+    return as_picture(image, name)
+
+
+def of_pillow(picture: Image.Image, name: str) -> np.ndarray:
+    """The frame (H, W, 3) uint8 BGR at which a picture of Pillow is; transparent pixels are blended onto black."""
+    try:
+        return _without_alpha(cv2.cvtColor(np.asarray(picture.convert("RGBA")), cv2.COLOR_RGBA2BGRA))
+    except Exception as error:  # Pillow's readers raise many kinds on damaged files
+        raise ImageError(f"{name}: the picture is damaged or cut short ({error})") from error
+
+
+def orientation_sentence(tag: int, name: str) -> str:
+    """Sentence that names a tag of orientation, which is not applied; empty for 1, which says that all is well.
+
+    ``tag`` is EXIF's number, see :func:`orientation_of`; 0 for what it has no number for.
+    """
+    if tag not in _ORIENTATIONS:
+        return ""
+    how, degrees = _ORIENTATIONS[tag]
+    turn = f"; --rotate {degrees} (in Python Camera.rotated) turns picture and camera together" if degrees else ""
+    number = f" {tag}" if tag else ""
+    return f"{name}: its orientation tag{number} says that it lies {how}; pixels stay as the sensor has them{turn}"
+
+
+def orientation_of(source: bytes | Image.Image) -> int:
+    """EXIF's number of the orientation, 1 to 8, of a picture's file or of what Pillow opened; 1 where it has none."""
+    try:
+        if isinstance(source, Image.Image):
+            tag = source.getexif().get(ExifTags.Base.Orientation, 1)
+        elif tiff.is_tiff(source):
+            tag = tiff.pages(source)[0].orientation
+        elif source.startswith(b"\x89PNG") and not any(mark in source for mark in _PNG_WITH_TAGS):
+            return 1
+        else:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                with Image.open(io.BytesIO(source)) as picture:
+                    return orientation_of(picture)
+    except Exception:  # damaged tags, for which Pillow raises many kinds of errors
+        return 1
+    return tag if tag in _ORIENTATIONS and tag else 1
+
+
+def turned(image: np.ndarray, degrees: int) -> np.ndarray:
+    """A picture (H, W, ...) turned clockwise by 0, 90, 180 or 270 degrees; see :meth:`Camera.rotated`."""
+    return np.ascontiguousarray(np.rot90(image, -degrees // 90)) if degrees else image
 
 
 def to_grey(image: Any) -> np.ndarray:
@@ -98,8 +176,8 @@ def to_grey(image: Any) -> np.ndarray:
 
     Parameters
     ----------
-    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array_like, uint8 or uint16
-        The picture.
+    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array_like
+        The picture, see :func:`as_picture`.
 
     Returns
     -------
@@ -111,7 +189,7 @@ def to_grey(image: Any) -> np.ndarray:
     ImageError
         If it is any other array.
     """
-    array = _check(_without_alpha(np.asarray(image)), "image")
+    array = as_picture(image)
     return array if array.ndim == 2 else cv2.cvtColor(array, cv2.COLOR_BGR2GRAY)
 
 
@@ -132,22 +210,51 @@ def to_levels(grey: np.ndarray) -> tuple[np.ndarray, int]:
     return (grey, 1) if shift == 0 else ((grey >> shift).astype(np.uint8), 1 << shift)
 
 
-def _size_from_header(data: bytes, name: str) -> tuple[int, int, int]:
-    """Width, height and bytes of a decoded pixel."""
+def check_size(width: int, height: int, pixel_bytes: int, name: str) -> None:
+    """Raise ImageError for a picture that would take too much memory."""
+    if width * height > MAX_PIXELS:
+        raise ImageError(
+            f"{name}: the picture is {width} x {height}, {width * height / 1e6:.0f} megapixels; "
+            f"at most {MAX_PIXELS // 1_000_000} are read"
+        )
+    if width * height * pixel_bytes > _MAX_BYTES:
+        raise ImageError(
+            f"{name}: the picture is {width} x {height} with {pixel_bytes} bytes a pixel, "
+            f"{width * height * pixel_bytes / 1e6:.0f} MB; at most {_MAX_BYTES // 1_000_000} are read"
+        )
+
+
+def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
+    """Width, height and bytes of a decoded pixel; whether it is an animation, and a GIF."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             with Image.open(io.BytesIO(data)) as header:
                 is_deep = header.mode.startswith(("I", "F")) or (data.startswith(b"\x89PNG") and data[24] == 16)
                 channels = 3 if header.mode == "P" else len(header.getbands())
-                return *header.size, channels * (2 if is_deep else 1)
+                size, is_animated = header.size, is_animation(header)
+                return *size, channels * (2 if is_deep else 1), is_animated, header.format == "GIF"
     except UnidentifiedImageError as error:
-        raise ImageError(f"{name}: is not a picture that can be read (PNG, JPEG, TIFF, BMP, WebP, PNM)") from error
+        raise ImageError(f"{name}: is not a picture that can be read (PNG, JPEG, TIFF, BMP, GIF, WebP, PNM)") from error
     except Image.DecompressionBombError as error:
         at_most = MAX_PIXELS // 1_000_000
         raise ImageError(f"{name}: the picture has far more than the {at_most} megapixels that are read") from error
     except Exception as error:  # Pillow's readers raise many kinds on damaged headers
         raise ImageError(f"{name}: the picture's header is damaged or cut short ({error})") from error
+
+
+def is_animation(picture: Image.Image) -> bool:
+    """Whether a picture that Pillow opened is an animated GIF, WebP or PNG; of a large one, which is refused, False."""
+    if picture.format not in ANIMATED or picture.size[0] * picture.size[1] > MAX_PIXELS:
+        return False
+    return getattr(picture, "is_animated", False)
+
+
+def _decoded(data: bytes) -> np.ndarray | None:
+    """What OpenCV makes of a file; None where it cannot be read."""
+    with contextlib.suppress(cv2.error):
+        return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    return None
 
 
 def _is_cut_short(data: bytes) -> bool:
@@ -168,7 +275,7 @@ def _is_cut_short(data: bytes) -> bool:
 def _without_alpha(image: np.ndarray) -> np.ndarray:
     if image.ndim == 3 and image.shape[2] == 1:
         return image[:, :, 0]
-    if image.ndim != 3 or image.shape[2] != 4 or image.dtype not in (np.uint8, np.uint16):
+    if image.ndim != 3 or image.shape[2] != 4:
         return image
     opaque = np.iinfo(image.dtype).max
     if (image[:, :, 3] == opaque).all():
@@ -181,11 +288,40 @@ def _without_alpha(image: np.ndarray) -> np.ndarray:
     return blended
 
 
-def _check(image: np.ndarray, name: str) -> np.ndarray:
-    if image.dtype not in (np.uint8, np.uint16):
-        raise ImageError(f"{name}: pixels are {image.dtype}; they must be 8 or 16 bit (uint8 or uint16)")
-    if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3) or image.size == 0:
+def as_picture(image: Any, name: str = "image") -> np.ndarray:
+    """Return an array as a picture.
+
+    Parameters
+    ----------
+    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array_like
+        Of uint8 or uint16 in any order of bytes, or of floats from 0 to 1 as scikit-image has them.
+    name : str
+        What to call it in an error.
+
+    Returns
+    -------
+    (H, W) or (H, W, 3) array, uint8 or uint16
+        The same array where that is possible; floats become 16 bits, and transparent pixels are blended onto black.
+
+    Raises
+    ------
+    ImageError
+        If it is any other array, or has masked pixels.
+    """
+    if np.ma.is_masked(image):
+        raise ImageError(f"{name}: has masked pixels; say what they are, as by image.filled(0)")
+    array = np.asarray(image)
+    if array.ndim not in (2, 3) or array.shape[2:] not in ((), (1,), (3,), (4,)) or array.size == 0:
         raise ImageError(
-            f"{name}: has shape {image.shape}; it must be grey (H, W), BGR (H, W, 3) or BGRA (H, W, 4), not empty"
+            f"{name}: has shape {array.shape}; it must be grey (H, W), BGR (H, W, 3) or BGRA (H, W, 4), not empty"
         )
-    return image
+    if array.dtype.kind == "f":
+        least, most = float(array.min()), float(array.max())
+        if not (least >= 0 and most <= 1):
+            there = "not all numbers" if np.isnan(least) else f"from {least:g} to {most:g}"
+            raise ImageError(f"{name}: pixels are {array.dtype}, {there}; floats must be from 0 to 1")
+        array = np.rint(array * np.float64(65535)).astype(np.uint16)
+    if array.dtype.kind != "u" or array.dtype.itemsize > 2:
+        wanted = "8 or 16 bit (uint8 or uint16), or floats from 0 to 1"
+        raise ImageError(f"{name}: pixels are {array.dtype}; they must be {wanted}")
+    return _without_alpha(array.astype(array.dtype.newbyteorder("="), copy=False))

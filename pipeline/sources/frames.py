@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import TypeVar
 
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.checks import InputError
+from dockpose.camera.image import orientation_sentence, turned
+from dockpose.checks import InputError, check_turn
 from dockpose.dock import Dock
 
 Tell = Callable[[str], None]
@@ -93,6 +94,7 @@ class Frames(abc.ABC):
         self.skipped = 0
         self.is_cut_short = False
         self._tell: Tell = tell or (lambda text: None)
+        self._turn_deg, self._told_tags = 0, set[int]()
 
     @abc.abstractmethod
     def __iter__(self) -> Iterator[Frame]:
@@ -121,6 +123,17 @@ class Frames(abc.ABC):
         known = "" if self.count is None else f" of {self.count}"
         raise SourceError(f"{self.source}: frame {index}{known} is not there or corrupt")
 
+    def turn(self, degrees: int) -> None:
+        """Turn all frames clockwise by 0, 90, 180 or 270 degrees, and the source's own camera with them, once.
+
+        Raises
+        ------
+        ValueError
+            If ``degrees`` is none of these.
+        """
+        self._turn_deg = check_turn("degrees", degrees)
+        self.camera = None if self.camera is None else self.camera.rotated(degrees)
+
     def close(self) -> None:  # noqa: B027  # most have nothing to release
         """Release files, cameras and threads."""
 
@@ -129,6 +142,20 @@ class Frames(abc.ABC):
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
+
+    def _turned(self, frame: Frame) -> Frame:
+        """The frame as it is given out."""
+        if not self._turn_deg:
+            return frame
+        shown, degrees = frame.shown, self._turn_deg
+        turned_shown = None if shown is None else lambda: turned(shown(), degrees)
+        return replace(frame, image=turned(frame.image, degrees), shown=turned_shown)
+
+    def _tell_orientation(self, tag: int, name: str) -> None:
+        """Name a tag of orientation where it is the first of its kind in this source."""
+        if tag != 1 and tag not in self._told_tags and (sentence := orientation_sentence(tag, name)):
+            self._tell(sentence)
+        self._told_tags.add(tag)
 
     def _skip(self, text: str, frames: int = 1) -> None:
         self.skipped += frames

@@ -117,7 +117,7 @@ class Live(Frames):
                 raise SourceError(f"{self.source}: cannot be read any more ({self._error})") from self._error
             if frame is None or self._stop.is_set():
                 return
-            yield frame
+            yield self._turned(frame)
 
     def ask(self, wishes: Wishes) -> None:
         """Ask the source for something else; the reading thread does so before the next frame."""

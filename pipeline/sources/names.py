@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 from dockpose.sources.frames import SourceError
+from dockpose.sources.pictures import has_pages
 
 _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
@@ -21,6 +22,7 @@ class Kind(enum.Enum):
     """The kind of a source."""
 
     PICTURE = "picture"
+    PAGES = "pages"  # several pictures in one file
     FOLDER = "folder"
     GLOB = "glob"
     VIDEO = "video"
@@ -34,7 +36,7 @@ def kind_of(source: str) -> Kind:
     """Tell what kind of source a text names.
 
     An existing file or folder takes precedence, whatever its name: a video or a bag by its suffix, a scene if it is
-    YAML, else a picture; a folder that rosbag2 wrote is a bag. Otherwise digits alone are a camera's number, as is a
+    YAML, else a picture, or the pages of one; a folder that rosbag2 wrote is a bag. Otherwise digits alone are a camera's number, as is a
     device like ``/dev/video0``, and a text that begins like an address (``rtsp://``, ``http://``) is a stream.
 
     Parameters
@@ -73,7 +75,9 @@ def kind_of(source: str) -> Kind:
         return Kind.SIMULATED
     if ending in BAG_ENDINGS:
         return Kind.BAG
-    return Kind.VIDEO if ending in VIDEO_ENDINGS else Kind.PICTURE
+    if ending in VIDEO_ENDINGS:
+        return Kind.VIDEO
+    return Kind.PAGES if path.is_file() and has_pages(path) else Kind.PICTURE
 
 
 def camera_number(source: str) -> int | None:

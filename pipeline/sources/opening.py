@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import time
+from pathlib import Path
 
+import numpy as np
 from dockpose.camera.yaml_file import FileError
+from dockpose.checks import check_turn, shown
 from dockpose.simulate import load_sequence
 from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Camera, Wishes
 from dockpose.sources.frames import Frames, SourceError, Tell
 from dockpose.sources.live import Live
 from dockpose.sources.names import Kind, camera_number, check_regular, kind_of
-from dockpose.sources.pictures import Pictures, list_pictures
+from dockpose.sources.pictures import Pages, Pictures, list_pictures
 from dockpose.sources.simulated import Simulated
 from dockpose.sources.stream import StreamCapture
 from dockpose.sources.video import Video
@@ -20,7 +24,7 @@ TIMEOUT_S = 10.0
 
 
 def open_frames(
-    source: str,
+    source: str | os.PathLike[str] | int,
     tell: Tell | None = None,
     *,
     rate_hz: float | None = None,
@@ -28,12 +32,13 @@ def open_frames(
     grey: bool = False,
     wishes: Wishes = NO_WISHES,
     topic: str | None = None,
+    rotate: int = 0,
 ) -> Frames:
-    """Open the source that a text names: see :func:`dockpose.sources.kind_of`.
+    """Open the source that a path, a text or a number names: see :func:`dockpose.sources.kind_of`.
 
     Parameters
     ----------
-    source : str
+    source : str, path-like or int
         Path of a picture, folder, video, bag or scene file, a glob, a camera's number or device, or a stream's address.
     tell : callable, optional
         Called with plain sentences about corrupt frames, and when a live source goes away and comes back, from
@@ -49,6 +54,9 @@ def open_frames(
         What a camera is asked for; see ``Live.about`` for what it gives.
     topic : str, optional
         Which topic of a bag; None for the only one with pictures.
+    rotate : {0, 90, 180, 270}, degrees
+        By how much to turn the frames clockwise; :meth:`Camera.rotated` turns the camera with them. Tags of orientation
+        are named to ``tell`` and not applied.
 
     Returns
     -------
@@ -57,6 +65,8 @@ def open_frames(
 
     Raises
     ------
+    ValueError
+        If ``source`` is no text, path or number, or ``rotate`` none of these.
     SourceError
         If nothing has that name, it does not answer in time, or it yields no frames.
 
@@ -72,11 +82,38 @@ def open_frames(
     ...         [(frame.index, frame.time_s, Path(frame.name).name) for frame in frames]
     [(0, 0.0, 'frame2.png'), (1, 0.1, 'frame10.png')]
     """
+    name = _name_of(source)
+    check_turn("rotate", rotate)
+    frames = _opened(name, tell, rate_hz, timeout_s, grey, wishes, topic)
+    frames.turn(rotate)
+    return frames
+
+
+def _name_of(source: object) -> str:
+    if isinstance(source, (int, np.integer)) and not isinstance(source, bool) and source >= 0:
+        return str(int(source))
+    name = os.fspath(source) if isinstance(source, (str, os.PathLike)) else None
+    if not isinstance(name, str):
+        raise ValueError(f"source is {shown(source)}; it must be a path, a camera's number or a stream's address")
+    return name
+
+
+def _opened(
+    source: str,
+    tell: Tell | None,
+    rate_hz: float | None,
+    timeout_s: float,
+    grey: bool,
+    wishes: Wishes,
+    topic: str | None,
+) -> Frames:
     kind = kind_of(source)
     if kind not in (Kind.CAMERA, Kind.STREAM, Kind.FOLDER, Kind.GLOB):
         check_regular(source)
     if kind is Kind.VIDEO:
         return Video(source, tell, grey=grey)
+    if kind is Kind.PAGES:
+        return Pages(Path(source), source, rate_hz, tell)
     if kind is Kind.BAG:
         return Bag(source, tell, topic)
     if kind is Kind.SIMULATED:

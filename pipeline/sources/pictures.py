@@ -1,22 +1,36 @@
-"""Picture files as frames: a single one, a folder's, or those that match a glob."""
+"""Picture files as frames: a single one, a folder's, or those that match a glob; and the pages of one."""
 
 from __future__ import annotations
 
 import glob
 import hashlib
 import io
+import mmap
 import re
+import warnings
 from collections.abc import Iterator, Sequence
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-from dockpose.camera.image import ImageError, decode, read_picture_file
+from dockpose.camera.image import (
+    ImageError,
+    check_size,
+    decode,
+    decode_page,
+    is_animation,
+    of_pillow,
+    orientation_of,
+    read_picture_file,
+    tiff_pages,
+)
+from dockpose.camera.tiff import is_tiff
 from dockpose.checks import as_text
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from PIL import ExifTags, Image
 
-PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".pgm", ".ppm")
+PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp", ".pgm", ".ppm")
+_MAX_FRAMES = 100_000
 _WITH_EXIF = (b"\xff\xd8", b"II*\0", b"MM\0*", b"RIFF")  # the first bytes of JPEG, TIFF and WebP
 
 
@@ -51,12 +65,127 @@ class Pictures(Frames):
         for index in range(max(0, start), min(stop, len(self.paths))):
             path = self.paths[index]
             try:
-                image, sha256, taken_s = read_picture_and_time(path)
+                image, sha256, taken_s, tag = read_tagged(path)
             except ImageError as error:
                 self._skip(str(error))
                 continue
+            self._tell_orientation(tag, str(path))
             time_s = None if self.rate_hz is None else index / self.rate_hz
-            yield Frame(image, index, time_s, as_text(str(path)), sha256, time_unix_s=taken_s)
+            yield self._turned(Frame(image, index, time_s, as_text(str(path)), sha256, time_unix_s=taken_s))
+
+
+class Pages(Frames):
+    """The pages of a TIFF, or the frames of an animated GIF, WebP or PNG, each decoded when it is due.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    source : str
+        Display name.
+    rate_hz : float, hertz, optional
+        Frames per second. None takes the times that an animation has; a TIFF, and an animation that leaves one out,
+        have none.
+    tell : callable, optional
+        Called with a sentence for each page that cannot be read, which is skipped.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read.
+    """
+
+    def __init__(self, path: Path, source: str, rate_hz: float | None = None, tell: Tell | None = None) -> None:
+        super().__init__(source, tell)
+        self.rate_hz, self._is_rated = rate_hz, rate_hz is not None
+        try:
+            with path.open("rb") as file:
+                self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+            self._pages = tiff_pages(self._data, source) if is_tiff(self._data) else []
+            self._times_s = [] if self._pages else _times_s(path)
+        except SourceError:
+            raise
+        except Exception as error:  # Pillow's readers raise many kinds on damaged files
+            raise SourceError(f"{source}: cannot be read ({error})") from error
+        self._path = path
+        self.count = len(self._pages or self._times_s)
+        if rate_hz is None and len(times := [time for time in self._times_s if time is not None]) > 1:
+            self.rate_hz = (len(times) - 1) / times[-1]
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, self.count or 0)
+
+    def between(self, start: int, stop: int) -> Iterator[Frame]:
+        """Yield the pages with ``start`` <= index < ``stop``."""
+        span = range(max(0, start), min(stop, self.count or 0))
+        yield from self._of_tiff(span) if self._pages else self._of_animation(span)
+
+    def close(self) -> None:
+        """Release the file."""
+        self._data.close()
+
+    def _of_tiff(self, span: range) -> Iterator[Frame]:
+        for index in span:
+            page, name = self._pages[index], f"{self.source}: page {index + 1}"
+            try:
+                image = decode_page(page, name)
+                self._tell_orientation(page.orientation, self.source)
+            except ValueError as error:
+                self._skip(str(error))
+                continue
+            yield self._frame(image, index, None)
+
+    def _of_animation(self, span: range) -> Iterator[Frame]:
+        if not span:
+            return
+        with _quietly(self._path) as picture:
+            self._tell_orientation(orientation_of(picture), self.source)
+            for index in span:
+                try:
+                    picture.seek(index)
+                    image = of_pillow(picture, f"{self.source}: frame {index}")
+                except (ImageError, EOFError, OSError, ValueError) as error:
+                    self._skip(str(error) if isinstance(error, ImageError) else f"{self.source}: frame {index}: {error}")
+                    continue
+                yield self._frame(image, index, self._times_s[index])
+
+    def _frame(self, image: np.ndarray, index: int, time_s: float | None) -> Frame:
+        if self._is_rated:
+            time_s = index / self.rate_hz
+        return self._turned(Frame(image, index, time_s, self.source))
+
+
+def has_pages(path: Path) -> bool:
+    """Whether a picture file holds several pictures that follow each other; False for what cannot be read."""
+    try:
+        with path.open("rb") as file:
+            if is_tiff(file.read(4)):
+                with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                    return len(tiff_pages(data, str(path))) > 1
+        with _quietly(path) as picture:
+            return is_animation(picture)
+    except Exception:  # Pillow's readers raise many kinds on damaged files
+        return False
+
+
+def _times_s(path: Path) -> list[float | None]:
+    """When each frame of an animation is shown, in seconds; None for all where one of them has no duration."""
+    with _quietly(path) as picture:
+        check_size(*picture.size, 4, str(path))
+        count = min(getattr(picture, "n_frames", 1), _MAX_FRAMES)
+        times_s: list[float] = [0.0]
+        for index in range(count):
+            picture.seek(index)
+            picture.load()  # before, WebP does not tell
+            times_s.append(times_s[-1] + picture.info.get("duration", 0) / 1000)
+    is_timed = all(after > before for before, after in zip(times_s, times_s[1:-1], strict=False))
+    return [round(time, 6) if is_timed else None for time in times_s[:-1]]
+
+
+def _quietly(path: Path) -> Image.Image:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return Image.open(path)
 
 
 def read_picture(path: Path) -> tuple[np.ndarray, str]:
@@ -79,13 +208,14 @@ def read_picture(path: Path) -> tuple[np.ndarray, str]:
     ImageError
         If the file cannot be read or is not a picture.
     """
-    return read_picture_and_time(path)[:2]
+    return read_tagged(path)[:2]
 
 
-def read_picture_and_time(path: Path) -> tuple[np.ndarray, str, float | None]:
-    """Read a picture file as :func:`read_picture`, and when it was taken as :func:`taken_unix_s`."""
+def read_tagged(path: Path) -> tuple[np.ndarray, str, float | None, int]:
+    """Read a picture file as :func:`read_picture`, when it was taken as :func:`taken_unix_s`, and its orientation."""
     data = read_picture_file(path)
-    return decode(data, str(path)), hashlib.sha256(data).hexdigest(), taken_unix_s(data)
+    image = decode(data, str(path))
+    return image, hashlib.sha256(data).hexdigest(), taken_unix_s(data), orientation_of(data)
 
 
 def taken_unix_s(data: bytes) -> float | None:

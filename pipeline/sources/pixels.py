@@ -10,11 +10,22 @@ import numpy as np
 
 # Formats whose first plane is the brightness, with as many bits as the first component has, from the lowest bit on.
 _LUMA_FIRST = ("yuv4", "yuvj4", "yuva4", "gray", "nv12", "nv16", "nv21", "nv24")
+# EXIF's numbers, by where a display matrix takes the picture's x axis and its y axis (ISO 14496-12, section 8.3.2).
+_ORIENTATIONS = {
+    (1, 0, 0, 1): 1,
+    (-1, 0, 0, 1): 2,
+    (-1, 0, 0, -1): 3,
+    (1, 0, 0, -1): 4,
+    (0, 1, 1, 0): 5,
+    (0, 1, -1, 0): 6,
+    (0, -1, -1, 0): 7,
+    (0, -1, 1, 0): 8,
+}
 _FULL_RANGE, _LIMITED_RANGE = 2, 1  # FFmpeg's AVCOL_RANGE_JPEG and AVCOL_RANGE_MPEG
 
 
 def picture_of(frame: av.VideoFrame, *, grey: bool = False) -> np.ndarray:
-    """Return the picture that a frame shows.
+    """Return the picture that a frame shows, as the sensor has it: see :func:`orientation_of`.
 
     Parameters
     ----------
@@ -31,11 +42,17 @@ def picture_of(frame: av.VideoFrame, *, grey: bool = False) -> np.ndarray:
     """
     name = frame.format.name
     if name.startswith(_LUMA_FIRST) and (grey or name.startswith("gray")):
-        picture = _luma(frame)
-    else:
-        picture = _converted(frame, grey=grey)
-    turns = round(frame.rotation / 90) % 4
-    return np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture
+        return _luma(frame)
+    return _converted(frame, grey=grey)
+
+
+def orientation_of(frame: av.VideoFrame) -> int:
+    """How a frame is to be shown, by EXIF's numbers: 1 as it is, 2 to 8 turned or mirrored, 0 askew; not applied."""
+    for side in frame.side_data:
+        if side.type.name == "DISPLAYMATRIX":
+            a, b, _, c, d = np.frombuffer(bytes(side), np.int32)[:5] / 65536
+            return _ORIENTATIONS.get((round(a), round(b), round(c), round(d)), 0)
+    return 1
 
 
 def _luma(frame: av.VideoFrame) -> np.ndarray:

@@ -51,9 +51,9 @@ class Simulated(Frames):
         try:
             if isinstance(self.sequence.motion, ClosedLoop):
                 for filmed in islice(film(self.sequence, self._observe), start, stop):
-                    yield Frame(filmed.image, filmed.number - 1, filmed.time_s, self.source)
+                    yield self._turned(Frame(filmed.image, filmed.number - 1, filmed.time_s, self.source))
                 return
             for index, (time_s, scene) in enumerate(islice(scenes(self.sequence), start, stop), start):
-                yield Frame(render(scene)[0], index, time_s, self.source)
+                yield self._turned(Frame(render(scene)[0], index, time_s, self.source))
         except ValueError as error:
             raise SourceError(f"{self.source}: {error}") from error

@@ -17,7 +17,7 @@ from av.container import InputContainer
 from av.error import FFmpegError
 from dockpose.sources.cut_short import WholeBoxes, breaks_off
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
-from dockpose.sources.pixels import picture_of
+from dockpose.sources.pixels import orientation_of, picture_of
 
 _NEAR = 32  # frames this far ahead are reached by reading on rather than by seeking
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
@@ -119,7 +119,8 @@ class Video(Frames):
         shown = partial(picture_of, decoded) if self._grey else None
         began_s = self._began_unix_s
         taken_s = None if began_s is None or time_s is None else round(began_s + time_s, _DECIMALS)
-        return Frame(image, index, time_s, self.source, shown=shown, time_unix_s=taken_s)
+        self._tell_orientation(orientation_of(decoded), self.source)
+        return self._turned(Frame(image, index, time_s, self.source, shown=shown, time_unix_s=taken_s))
 
     def _time_s(self, index: int, decoded: av.VideoFrame) -> float | None:
         if self._stamps is not None:

@@ -87,7 +87,7 @@ class Bag(Frames):
         time_ns = self._time_ns(message, self._places[index])
         time_s = round((time_ns - self._first_ns) / 1e9, _DECIMALS)
         time_unix_s = time_ns / 1e9 if time_ns >= _LEAST_UNIX_NS else None
-        return Frame(image, index, time_s, self.source, time_unix_s=time_unix_s)
+        return self._turned(Frame(image, index, time_s, self.source, time_unix_s=time_unix_s))
 
     def _time_ns(self, message: Any, place: Place) -> int:
         return (_stamp_ns(message) if self._has_stamps else 0) or place.time_ns

@@ -124,6 +124,12 @@ def check_whole(name: str, value: Any, *, least: int) -> None:
         raise ValueError(f"{name} is {shown(value)}; it must be at most {_most(name):g}")
 
 
+def check_is(name: str, value: Any, kind: type) -> None:
+    """Raise a ValueError that names the argument unless ``value`` is of that class."""
+    if not isinstance(value, kind):
+        raise ValueError(f"{name} is {shown(value)}; it must be a {kind.__name__}")
+
+
 def check_turn(name: str, value: Any) -> int:
     """Return by how much a picture is turned clockwise: 0, 90, 180 or 270 degrees; ValueError for anything else."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value not in (0, 90, 180, 270):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
@@ -51,6 +53,17 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     angles_deg: tuple[float, ...] = ()
     colours: tuple[str, ...] = ()
     offsets_m: tuple[tuple[float, float, float], ...] = ()
+
+    if TYPE_CHECKING:  # what is taken is more than what is kept
+
+        def __init__(
+            self,
+            diameter: float,
+            lights: int | None = None,
+            angles_deg: Sequence[float] | np.ndarray = (),
+            colours: Sequence[str] = (),
+            offsets_m: Sequence[Sequence[float]] | np.ndarray = (),
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         make_plain(self)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 import msgspec
+import numpy as np
 from dockpose.checks import check_number, check_whole, make_plain
 from dockpose.lights.markers import CENTROIDS
 from dockpose.lights.masks import Mask, check_masks
@@ -56,6 +58,20 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     max_speed_m_per_s: float = 2.0
     max_turn_deg_per_s: float = 30.0
     lost_after_s: float = 1.0
+
+    if TYPE_CHECKING:  # what is taken is more than what is kept
+
+        def __init__(
+            self,
+            method: str = "hats",
+            level: int | None = None,
+            min_area_px: int = 2,
+            centroid: str = "grey",
+            masks: Sequence[Sequence[float]] | np.ndarray = (),
+            max_speed_m_per_s: float = 2.0,
+            max_turn_deg_per_s: float = 30.0,
+            lost_after_s: float = 1.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         make_plain(self)

@@ -44,6 +44,18 @@ def add_camera_and_dock(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--lights", type=int, metavar="N", help="number of evenly spaced lights (default: not known)")
 
 
+def add_rotate(parser: argparse._ActionsContainer) -> None:
+    """Add ``--rotate``."""
+    parser.add_argument(
+        "--rotate",
+        type=int,
+        default=0,
+        choices=(90, 180, 270),
+        help="turn pictures clockwise by so many degrees to see them upright, and the camera with them, whose file is "
+        "for the sensor's pixels (default: as they are; tags of orientation are not applied)",
+    )
+
+
 def add_wishes(parser: argparse._ActionsContainer) -> None:
     """Add ``--exposure``, ``--gain``, ``--fps`` and ``--format``."""
     parser.add_argument(

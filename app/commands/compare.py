@@ -13,6 +13,7 @@ from dockpose.app.commands.arguments import (
     Commands,
     add_camera_and_dock,
     add_masks,
+    add_rotate,
     add_sources,
     add_topic,
     camera_of,
@@ -39,8 +40,9 @@ _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "
 def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command ``compare``."""
     parser = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
-    add_sources(parser, "+", "a picture, a folder of pictures, a glob, or a bag of ROS")
+    add_sources(parser, "+", "a picture, a folder of pictures, a glob, a picture of several pages, or a bag of ROS")
     add_camera_and_dock(parser)
+    add_rotate(parser)
     parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
     parser.add_argument("--montage", metavar="DIR", type=Path, help="write a picture of all methods side by side")
     add_topic(parser)
@@ -54,10 +56,10 @@ def run(arguments: argparse.Namespace) -> int:
     Where neither a file nor a montage is asked for, a table of each picture is printed.
     """
     settings, camera, dock = Settings(masks=masks_of(arguments)), camera_of(arguments), dock_of(arguments)
-    recorded = [source for source in arguments.sources if kind_of(source) is Kind.BAG]
+    recorded = [source for source in arguments.sources if kind_of(source) in (Kind.BAG, Kind.PAGES)]
     paths = expand([source for source in arguments.sources if source not in recorded])
-    batch = Batch(paths, camera, dock, say)
-    bags = [typed(source, camera, dock, topic=arguments.topic) for source in recorded]
+    batch = Batch(paths, camera, dock, say, arguments.rotate)
+    bags = [typed(source, camera, dock, topic=arguments.topic, rotate_deg=arguments.rotate) for source in recorded]
 
     def work(picture: Picture) -> dict[str, Estimate]:
         return compare(picture.image, picture.camera, picture.dock, settings)
@@ -67,9 +69,12 @@ def run(arguments: argparse.Namespace) -> int:
         montages = None if arguments.montage is None else PictureFolder(arguments.montage, paths)
 
         def write(picture: Picture, found: Mapping[str, Estimate], frame: int = 0, label: str = "") -> None:
-            truth = _truth(picture.path)
+            truth = _truth(picture.path, arguments.rotate)
             if json_file is not None:
-                write_line(json_file, to_line(picture, found, frame))
+                write_line(
+                    json_file,
+                    to_line(picture, found, frame) | ({"rotate_deg": arguments.rotate} if arguments.rotate else {}),
+                )
             if montages is not None:
                 montages.write(label or picture.path.stem, montage(picture.image, found, truth))
             if json_file is None and montages is None:
@@ -151,9 +156,10 @@ def _remark(found: Estimate, truth: KnownPose | None) -> str:
     return f"{'right' if error.agrees else 'wrong'}: {error}"
 
 
-def _truth(path: Path) -> KnownPose | None:
-    """What the YAML beside a picture tells of the truth; None where there is none or it cannot be read."""
+def _truth(path: Path, rotate_deg: int = 0) -> KnownPose | None:
+    """The truth by the YAML beside a picture, in the turned camera; None where there is none or it cannot be read."""
     try:
-        return read_sidecar(path).truth
+        truth = read_sidecar(path).truth
+        return None if truth is None else truth.rotated(rotate_deg)
     except FileError:
         return None

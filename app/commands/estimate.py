@@ -15,6 +15,7 @@ from dockpose.app.commands.arguments import (
     add_camera_and_dock,
     add_masks,
     add_method,
+    add_rotate,
     add_sources,
     add_topic,
     add_wishes,
@@ -62,7 +63,9 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         "a picture, a folder of pictures, a glob, a video, a bag of ROS, a camera (0, /dev/video0), the address of a "
         "stream (http://, rtsp://), or a scene file to simulate",
     )
-    add_camera_and_dock(parser.add_argument_group("camera and dock"))
+    group = parser.add_argument_group("camera and dock")
+    add_camera_and_dock(group)
+    add_rotate(group)
     _add_detection(parser.add_argument_group("detection"))
     _add_outputs(parser.add_argument_group("output"))
     _add_sequences(parser.add_argument_group("sequences and bags"))
@@ -145,7 +148,16 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.smooth and arguments.json is None and arguments.csv is None:
         raise UserError("--smooth needs --json FILE or --csv FILE, which is where smoothed poses go")
     wishes = wishes_of(arguments, arguments.sources)
-    how = How(rate_hz, arguments.topic, jobs, arguments.scheduler, wishes, arguments.record, arguments.smooth)
+    how = How(
+        rate_hz,
+        arguments.topic,
+        jobs,
+        arguments.scheduler,
+        wishes,
+        arguments.record,
+        arguments.smooth,
+        arguments.rotate,
+    )
     return estimate_sources(arguments.sources, camera, dock, settings, to, how)
 
 
@@ -184,7 +196,7 @@ def estimate_sources(
         if a source has no camera or dock or no pictures, or an output cannot be written.
     """
     how = how or How()
-    found = resolve(sources, camera, dock, say, how.rate_hz, how.topic)
+    found = resolve(sources, camera, dock, say, how.rate_hz, how.topic, how.rotate_deg)
     parts = [dataclasses.replace(part, wishes=how.wishes) if isinstance(part, FrameSource) else part for part in found]
     if to.is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
         raise UserError(f"--annotate {to.annotate}: a video is made of one sequence; give a folder instead")
@@ -244,7 +256,8 @@ def _estimate_pictures(
             if folder is not None:
                 folder.write(path.stem, annotate(read(), found, headline=headline_of(trust)))
 
-        results.write(found.to_dict(as_text(str(path)), 0, None, sha256, taken_s) | NO_TRACK, str(path), trust, draw)
+        line = found.to_dict(as_text(str(path)), 0, None, sha256, taken_s) | NO_TRACK | how.turned
+        results.write(line, str(path), trust, draw)
         seen = Seen(as_text(str(path)), results.frames - 1, found, trust)
         recordings.write(seen, (None, taken_s), read, lambda: annotate(read(), found, headline=headline_of(trust)))
 
@@ -254,6 +267,7 @@ def _estimate_pictures(
                 if one.estimate is None:
                     batch.skip(one.told)
                 else:
+                    batch.tell_orientation(one.tag, batch.files[one.index].path)
                     file = batch.files[one.index]
                     write(file.path, one.sha256, one.time_unix_s, one.estimate, lambda file=file: file.read().image)
         return

@@ -51,6 +51,8 @@ class How:
         File for every frame of a live source.
     is_smoothed : bool
         Whether lines and rows are held until the end of a sequence, when its poses are smoothed over all frames.
+    rotate_deg : int
+        By how much frames and cameras are turned clockwise.
     """
 
     rate_hz: float | None = None
@@ -60,6 +62,12 @@ class How:
     wishes: Wishes = NO_WISHES
     record: Path | None = None
     is_smoothed: bool = False
+    rotate_deg: int = 0
+
+    @property
+    def turned(self) -> dict[str, int]:
+        """What a line says of the turn; nothing where there is none."""
+        return {"rotate_deg": self.rotate_deg} if self.rotate_deg else {}
 
     @property
     def is_split(self) -> bool:
@@ -113,8 +121,7 @@ def estimate_sequence(
         lines = files.enter_context(_Smoothed(run, settings, results)) if how.is_smoothed else None
         recordings = Recordings(results.to, source.name, files, progress.tell)
         for found, tracked in run:
-            line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s)
-
+            line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s) | how.turned
             selected = _with_selection(tracked)
             trust = trust_of(selected, tracked)
 
@@ -204,7 +211,8 @@ class _Run:
 
     def _split(self, count: int) -> Iterator[tuple[Found, Tracked]]:
         source = self._source
-        work = SequenceWork(source.source, source.paths, source.rate_hz, self.camera, self._dock, count, source.topic)
+        camera, dock, turn = self.camera, self._dock, source.rotate_deg
+        work = SequenceWork(source.source, source.paths, source.rate_hz, camera, dock, count, source.topic, turn)
         auto_masks = AutoMasks(self._settings, self._tell)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
             for found in split(work, executor, at_once, auto_masks, self._settings):

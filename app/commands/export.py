@@ -7,8 +7,8 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, put
+from dockpose.app.commands.arguments import Commands, add_camera_and_dock, add_rotate, camera_of, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ, put, say
 from dockpose.app.drawing.overlay import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
@@ -44,15 +44,24 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         help="what to draw on the picture (default: %(default)s)",
     )
     add_camera_and_dock(parser)
+    add_rotate(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose export``; returns the exit status."""
-    return export(arguments.source, camera_of(arguments), dock_of(arguments), arguments.out, layers=arguments.layers)
+    camera, dock = camera_of(arguments), dock_of(arguments)
+    return export(arguments.source, camera, dock, arguments.out, arguments.layers, arguments.rotate)
 
 
-def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, layers: str = ",".join(LAYERS)) -> int:
+def export(
+    source: Path,
+    camera: Camera | None,
+    dock: Dock | None,
+    out: Path,
+    layers: str = ",".join(LAYERS),
+    rotate_deg: int = 0,
+) -> int:
     """Write what can be taken away of a source, and print which files that are.
 
     Parameters
@@ -65,6 +74,8 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
         A folder, which is made if need be, or one file whose ending says what it is to be.
     layers : str
         Names of ``dockpose.app.drawing.overlay.LAYERS`` with commas between them.
+    rotate_deg : int
+        By how much a picture and its camera are turned clockwise.
 
     Returns
     -------
@@ -82,7 +93,7 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
     check_folder(out if not out.suffix or out.is_dir() else out.parent, f"--out {out}")
     from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
 
-    files = _files(source, camera, dock, chosen)
+    files = _files(source, camera, dock, chosen, rotate_deg)
     if not out.suffix or out.is_dir():
         with writing(f"--out {out}"):
             out.mkdir(parents=True, exist_ok=True)
@@ -96,12 +107,14 @@ def export(source: Path, camera: Camera | None, dock: Dock | None, out: Path, la
 
 
 def _files(
-    source: Path, camera: Camera | None, dock: Dock | None, layers: Collection[str]
+    source: Path, camera: Camera | None, dock: Dock | None, layers: Collection[str], rotate_deg: int
 ) -> dict[str, Callable[[], bytes]]:
     from dockpose.app.export.bundle import picture_files, sequence_files, session_files
     from dockpose.app.processing.analysis import analyse
     from dockpose.app.state.view import open_source
 
+    if rotate_deg and (is_session(source) or source.suffix.lower() in _LINES_ENDINGS):
+        raise UserError(f"--rotate {rotate_deg} is for a picture; {source} says itself how its pictures lie")
     if is_session(source):
         return session_files(read_session(source))
     if source.suffix.lower() in _LINES_ENDINGS:
@@ -110,7 +123,9 @@ def _files(
         raise UserError(f"{source}: is a folder, but no session; it has no file session.yaml")
     if source.is_file():  # else it is told when it is opened
         camera, dock = camera_and_dock(source, camera, dock)
-    view = open_source(str(source), camera, dock)
+    view = open_source(str(source), camera, dock, rotate_deg=rotate_deg)
+    if view.note:
+        say(view.note)
     return picture_files(analyse(view), layers=layers, sha256=view.sha256)
 
 

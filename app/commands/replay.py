@@ -14,7 +14,20 @@ from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.experiment.versions import versions
 from dockpose.camera.image import decode, read_picture_file
 
-_OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "json", "csv", "annotate", "rate")
+_OWN = (
+    "camera",
+    "dock_diameter",
+    "lights",
+    "method",
+    "level",
+    "min_area",
+    "mask",
+    "json",
+    "csv",
+    "annotate",
+    "rate",
+    "rotate",
+)
 _MOST_NUMBERS = 4  # of a row that are told one by one
 
 
@@ -33,7 +46,7 @@ def run_session(arguments: argparse.Namespace) -> int:
     if arguments.sources:
         raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
     for name in _OWN:
-        if getattr(arguments, name, None) not in (None, []):
+        if getattr(arguments, name, None) not in (None, [], 0):
             option = name.replace("_", "-")
             raise UserError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
     return replay_session(arguments.session)

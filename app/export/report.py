@@ -29,7 +29,7 @@ from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.replay import estimate_again
 from dockpose.app.resources import static_path
-from dockpose.camera.image import decode
+from dockpose.camera.image import decode, turned
 from dockpose.pose.known import pose_error
 from markupsafe import Markup
 
@@ -229,7 +229,7 @@ def _picture_of(line: Mapping[str, Any], folder: Path) -> np.ndarray | None:
         try:
             data = path.read_bytes()
             if hashlib.sha256(data).hexdigest() == line["sha256"]:
-                return decode(data, str(path))
+                return turned(decode(data, str(path)), line.get("rotate_deg") or 0)
         except (OSError, ValueError):
             continue
     return None

@@ -10,10 +10,11 @@ from typing import TypeVar
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.inputs.sidecar import camera_and_dock
+from dockpose.camera.image import orientation_sentence, turned
 from dockpose.camera.yaml_file import FileError
 from dockpose.pose.known import KnownPose
 from dockpose.sources import list_pictures
-from dockpose.sources.pictures import read_picture_and_time
+from dockpose.sources.pictures import read_tagged
 
 Result = TypeVar("Result")
 
@@ -36,6 +37,8 @@ class Picture:
         Where the dock really is.
     time_unix_s : float or None, seconds
         When it was taken, since 1970-01-01 00:00 UTC.
+    tag : int
+        Of its orientation, by EXIF's numbers; not applied.
     """
 
     path: Path
@@ -45,20 +48,23 @@ class Picture:
     dock: Dock
     truth: KnownPose | None = None
     time_unix_s: float | None = None
+    tag: int = 1
 
 
 @dataclass(frozen=True)
 class PictureFile:
-    """A picture that is to be read, with its camera and dock."""
+    """A picture that is to be read and turned clockwise, with the camera of the turned picture and the dock."""
 
     path: Path
     camera: Camera
     dock: Dock
+    rotate_deg: int = 0
 
     def read(self) -> Picture:
         """Read and decode it. Raises ImageError, which names the file, where that cannot be done."""
-        image, sha256, taken_s = read_picture_and_time(self.path)
-        return Picture(self.path, image, sha256, self.camera, self.dock, time_unix_s=taken_s)
+        image, sha256, taken_s, tag = read_tagged(self.path)
+        image = turned(image, self.rotate_deg)
+        return Picture(self.path, image, sha256, self.camera, self.dock, time_unix_s=taken_s, tag=tag)
 
 
 class Batch:
@@ -71,7 +77,9 @@ class Batch:
     camera, dock : Camera, Dock or None
         For all pictures; where None, each picture's own, from the YAML beside it.
     report : callable
-        Told why a picture cannot be read.
+        Told why a picture cannot be read, and of tags of orientation.
+    rotate_deg : int
+        By how much all pictures and cameras are turned clockwise.
 
     Attributes
     ----------
@@ -87,13 +95,20 @@ class Batch:
     """
 
     def __init__(
-        self, paths: Sequence[Path], camera: Camera | None, dock: Dock | None, report: Callable[[str], None]
+        self,
+        paths: Sequence[Path],
+        camera: Camera | None,
+        dock: Dock | None,
+        report: Callable[[str], None],
+        rotate_deg: int = 0,
     ) -> None:
         self._report, self.all_read = report, True
+        self._told_tags: set[int] = set()
         files: list[PictureFile] = []
         for path in paths:
             try:
-                files.append(PictureFile(path, *camera_and_dock(path, camera, dock)))
+                own_camera, own_dock = camera_and_dock(path, camera, dock)
+                files.append(PictureFile(path, own_camera.rotated(rotate_deg), own_dock, rotate_deg))
             except FileError as error:
                 self.skip(str(error))
         self.files = tuple(files)
@@ -106,11 +121,18 @@ class Batch:
         for file in self.files:
             try:
                 picture = file.read()
+                self.tell_orientation(picture.tag, file.path)
                 result = work(picture)
             except ValueError as error:
                 self.skip(str(error) if str(file.path) in str(error) else f"{file.path}: {error}")
             else:
                 yield picture, result
+
+    def tell_orientation(self, tag: int, path: Path) -> None:
+        """Report a picture's tag of orientation, each kind once."""
+        if tag not in self._told_tags and (sentence := orientation_sentence(tag, str(path))):
+            self._report(sentence)
+        self._told_tags.add(tag)
 
     def skip(self, text: str) -> None:
         """Report why a picture could not be read."""

@@ -21,6 +21,7 @@ def resolve(
     report: Callable[[str], None],
     rate_hz: float | None = None,
     topic: str | None = None,
+    rotate_deg: int = 0,
 ) -> list[Batch | FrameSource | None]:
     """Return what the sources stand for, in order.
 
@@ -39,6 +40,8 @@ def resolve(
         Of pictures that follow each other; None where they do not.
     topic : str or None
         Of bags; None for the only one with pictures.
+    rotate_deg : int
+        By how much all frames and cameras are turned clockwise.
 
     Returns
     -------
@@ -58,7 +61,9 @@ def resolve(
         try:
             is_batch = paths and rate_hz is None
             found.append(
-                Batch(paths, camera, dock, report) if is_batch else typed(group[0], camera, dock, paths, rate_hz, topic)
+                Batch(paths, camera, dock, report, rotate_deg)
+                if is_batch
+                else typed(group[0], camera, dock, paths, rate_hz, topic, rotate_deg)
             )
         except FileError as error:
             report(str(error))

@@ -60,6 +60,8 @@ class FrameSource:
         Holds a file that was sent, until :meth:`discard`.
     wishes : Wishes
         What a camera is asked for; without a size of its own, for that of the camera file.
+    rotate_deg : int
+        By how much the frames, and ``camera`` with them, are turned clockwise on opening.
     """
 
     source: str
@@ -72,6 +74,7 @@ class FrameSource:
     topic: str | None = None
     folder: tempfile.TemporaryDirectory[str] | None = None
     wishes: Wishes = NO_WISHES
+    rotate_deg: int = 0
 
     def open(self, tell: Tell, *, grey: bool = False) -> Frames:
         """Open the frames, which then carry the camera and the dock.
@@ -105,6 +108,7 @@ class FrameSource:
         if isinstance(frames, Bag) and frames.camera is not None and self.camera is None:
             tell(f"{self.name}: the camera is that of the bag's topic {frames.camera_topic}")
         frames.camera, frames.dock = self.camera or frames.camera, self.dock or frames.dock
+        frames.turn(self.rotate_deg)
         return frames
 
     def discard(self) -> None:
@@ -125,6 +129,7 @@ def typed(
     paths: Sequence[Path] = (),
     rate_hz: float | None = None,
     topic: str | None = None,
+    rotate_deg: int = 0,
 ) -> FrameSource:
     """Return a sequence that was typed, with its camera and dock.
 
@@ -140,6 +145,8 @@ def typed(
         Of its pictures.
     topic : str or None
         Of a bag; whether that brings a camera is found out when it is opened.
+    rotate_deg : int
+        By how much the frames and the camera are turned clockwise.
 
     Raises
     ------
@@ -160,7 +167,7 @@ def typed(
         camera, dock = camera or beside.camera, dock or beside.dock
     else:
         camera, dock = camera_and_dock(paths[0] if paths else Path(source), camera, dock)
-    return FrameSource(source, name, tuple(paths), rate_hz, camera, dock, course, topic)
+    return FrameSource(source, name, tuple(paths), rate_hz, camera, dock, course, topic, rotate_deg=rotate_deg)
 
 
 def given(source: str, camera: Camera | None, dock: Dock | None, topic: str | None = None) -> FrameSource:
@@ -169,7 +176,8 @@ def given(source: str, camera: Camera | None, dock: Dock | None, topic: str | No
     if kind in (Kind.CAMERA, Kind.STREAM):
         return FrameSource(source, _live_name(source), camera=camera, dock=dock)
     first = None if kind is Kind.SIMULATED else Path(source) if kind is Kind.BAG else list_pictures(source)[0]
-    found = FrameSource(source, Path(source).name or source, (), PICTURES_HZ, camera, dock, topic=topic)
+    rate_hz = None if kind is Kind.PAGES else PICTURES_HZ  # an animation has times of its own
+    found = FrameSource(source, Path(source).name or source, (), rate_hz, camera, dock, topic=topic)
     return found if first is None else _with_sidecar(found, first)
 
 

@@ -50,6 +50,7 @@ class Found:
     told: str = ""
     skipped: int = 0
     time_unix_s: float | None = None
+    tag: int = 1  # of a picture's orientation
 
 
 class Work(Protocol):
@@ -77,7 +78,8 @@ class SequenceWork:
     """The frames of one recording.
 
     Each worker opens ``source``, so on a cluster all must see it under the same path; relative paths start from
-    ``folder``. ``paths`` and ``rate_hz`` belong to sequences of pictures only, ``topic`` to bags.
+    ``folder``. ``paths`` belong to sequences of pictures only, ``rate_hz`` to them and to pages, ``topic`` to bags.
+    ``camera`` is that of the frames as they are turned, by ``rotate_deg``.
     """
 
     source: str
@@ -87,6 +89,7 @@ class SequenceWork:
     dock: Dock
     frames: int
     topic: str | None = None
+    rotate_deg: int = 0
     folder: str = field(default_factory=os.getcwd)
 
     def count(self) -> int:
@@ -138,7 +141,9 @@ def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
 def _estimate_frames(
     work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
 ) -> list[Found]:
-    frames, told = _opened(work.source, work.paths, work.rate_hz, work.folder, not work.dock.colours, work.topic)
+    frames, told = _opened(
+        work.source, work.paths, work.rate_hz, work.folder, not work.dock.colours, work.topic, work.rotate_deg
+    )
     told.clear()
     search = search_of(work.camera, work.dock, settings)
     if before is not None and before.estimate is not None:
@@ -174,7 +179,9 @@ def _estimate_pictures(files: tuple[PictureFile, ...], folder: str, start: int, 
             text = _as_typed(str(error), [name], folder)
             done.append(Found(index, None, name, None, None, text if name in text else f"{name}: {text}", 1))
         else:
-            done.append(Found(index, None, name, picture.sha256, found, time_unix_s=picture.time_unix_s))
+            done.append(
+                Found(index, None, name, picture.sha256, found, time_unix_s=picture.time_unix_s, tag=picture.tag)
+            )
     return done
 
 
@@ -247,13 +254,22 @@ def _cancel(waiting: deque[Future[list[Found]]]) -> None:
 
 @functools.lru_cache(maxsize=1)
 def _opened(
-    source: str, paths: tuple[Path, ...], rate_hz: float | None, folder: str, grey: bool, topic: str | None
+    source: str,
+    paths: tuple[Path, ...],
+    rate_hz: float | None,
+    folder: str,
+    grey: bool,
+    topic: str | None,
+    rotate_deg: int,
 ) -> tuple[Frames, list[str]]:
     """A source that stays open in a worker from chunk to chunk, and the list of its messages."""
     told: list[str] = []
     if paths:
-        return Pictures([Path(folder) / path for path in paths], source, rate_hz, told.append), told
-    return open_frames(str(Path(folder) / source), told.append, grey=grey, topic=topic), told
+        frames: Frames = Pictures([Path(folder) / path for path in paths], source, rate_hz, told.append)
+    else:
+        frames = open_frames(Path(folder) / source, told.append, rate_hz=rate_hz, grey=grey, topic=topic)
+    frames.turn(rotate_deg)
+    return frames, told
 
 
 def _leave_interrupts() -> None:

@@ -15,10 +15,10 @@ from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
 from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.tank import Tank
-from dockpose.camera.image import ImageError, decode, read_picture_file
+from dockpose.camera.image import ImageError, decode, orientation_of, orientation_sentence, read_picture_file, turned
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Scene, load_scene
-from dockpose.sources.pictures import read_picture
+from dockpose.sources.pictures import read_tagged
 from msgspec.structs import replace as changed
 
 NO_TANK = Tank()
@@ -117,7 +117,9 @@ class View:
         return tuple(sentences)
 
 
-def open_source(source: str | None, camera: Camera | None, dock: Dock | None, tank: Tank | None = None) -> View:
+def open_source(
+    source: str | None, camera: Camera | None, dock: Dock | None, tank: Tank | None = None, rotate_deg: int = 0
+) -> View:
     """Return the view to start with.
 
     Parameters
@@ -130,6 +132,8 @@ def open_source(source: str | None, camera: Camera | None, dock: Dock | None, ta
         The operator's; None takes the one in the YAML beside the picture, or else My tank's.
     tank : Tank, optional
         My tank; None for an unknown one. ``camera`` and ``dock`` become part of it.
+    rotate_deg : int
+        By how much the picture is turned clockwise, its camera and the truth with it.
 
     Raises
     ------
@@ -141,11 +145,14 @@ def open_source(source: str | None, camera: Camera | None, dock: Dock | None, ta
     if source is None:
         return _sample_view(sample_names()[0], mine, camera=camera, dock=dock)
     path = Path(source)
-    image, sha256 = read_picture(path)
+    image, sha256, _, tag = read_tagged(path)
     beside = read_sidecar(path)
-    brought_camera, brought_dock = camera or beside.camera, dock or beside.dock
-    view = _view(image, path.name, mine, brought_camera, brought_dock, truth=beside.truth)
-    return replace(view, sha256=sha256, list_name="beside", item=path.resolve().name)
+    brought_camera, brought_dock, truth = camera or beside.camera, dock or beside.dock, beside.truth
+    brought_camera = None if brought_camera is None else brought_camera.rotated(rotate_deg)
+    truth = None if truth is None else truth.rotated(rotate_deg)
+    view = _view(turned(image, rotate_deg), path.name, mine, brought_camera, brought_dock, truth=truth)
+    note = orientation_sentence(tag, path.name)
+    return replace(view, sha256=sha256, list_name="beside", item=path.resolve().name, note=note)
 
 
 def with_sample(view: View, name: Any) -> View:
@@ -163,7 +170,9 @@ def with_file(view: View, path: Path, name: str, list_name: str = "folder") -> V
     beside = read_sidecar(path) if path.with_suffix(".yaml").resolve().parent == path.parent else Sidecar()
     data = _read_bytes(path, name)
     shown = _view(decode(data, name), name, view.tank, beside.camera, beside.dock, view.settings, truth=beside.truth)
-    return replace(shown, list_name=list_name, item=name, sha256=hashlib.sha256(data).hexdigest())
+    return replace(
+        shown, list_name=list_name, item=name, sha256=hashlib.sha256(data).hexdigest(), note=_note(data, name)
+    )
 
 
 def with_upload(view: View, data: bytes, name: str) -> View:
@@ -173,7 +182,9 @@ def with_upload(view: View, data: bytes, name: str) -> View:
     the notes say so. Raises ValueError (ImageError) for a file that is no picture, naming it.
     """
     shown = _view(decode(data, name), name, view.tank, settings=view.settings)
-    return replace(shown, list_name="uploads", item=name, sha256=hashlib.sha256(data).hexdigest())
+    return replace(
+        shown, list_name="uploads", item=name, sha256=hashlib.sha256(data).hexdigest(), note=_note(data, name)
+    )
 
 
 def with_first_frame(view: View, image: np.ndarray, source: str, camera: Camera | None, dock: Dock | None) -> View:
@@ -223,6 +234,10 @@ def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, Owner]:
         return camera.for_size(width, height), "tank"
     except ValueError:
         return guess_camera(image), "guess"
+
+
+def _note(data: bytes, name: str) -> str:
+    return orientation_sentence(orientation_of(data), name)
 
 
 def _read_bytes(path: Path, name: str) -> bytes:

@@ -11,7 +11,10 @@ from dockpose.camera.bundle import Sigmas
 from dockpose.camera.camera import Camera
 from dockpose.camera.coverage import Coverage, coverage_of, outer_corners_px
 from dockpose.camera.fitting import LENSES, TERMS, CalibrationError, Fitted, Lens, fit, sigmas_of
+from dockpose.camera.image import to_grey, to_levels
 from dockpose.camera.ladder import FEWEST, Rung, climb
+from dockpose.checks import check_is
+from numpy.typing import ArrayLike
 
 LENS_CHOICES = ("auto", *LENSES)
 FEWEST_PICTURES = 3
@@ -123,15 +126,15 @@ class Gathering:
     size: tuple[int, int] | None = None
     counted_as: str = "squares"
 
-    def add(self, name: str, grey: np.ndarray | None, *, thorough: bool = True) -> Sighting | None:
+    def add(self, name: str, grey: ArrayLike | None, *, thorough: bool = True) -> Sighting | None:
         """Look for the board in one more picture.
 
         Parameters
         ----------
         name : str
             Of the picture; one name stands for one picture.
-        grey : (H, W) uint8 array or None
-            The picture; None where it could not be read.
+        grey : (H, W) grey or (H, W, 3) BGR array or None
+            The picture, see :func:`dockpose.camera.image.as_picture`; None where it could not be read.
         thorough : bool
             See :func:`dockpose.camera.board.find_board`.
 
@@ -140,7 +143,7 @@ class Gathering:
         Sighting or None
             The board, whether it counts or not, as ``views[name].dropped`` says; None where there is none.
         """
-        dropped, found = self._look(name, grey, thorough)
+        dropped, found = self._look(name, None if grey is None else to_levels(to_grey(grey))[0], thorough)
         if found is not None and not dropped and self.distinct:
             dropped = self._alike(found)
         self.views[name] = BoardView(name, None, 0 if found is None else len(found.picture_px), dropped)
@@ -191,13 +194,13 @@ class Gathering:
         self.views[name] = BoardView(name, None, self.views[name].corners, why)
 
 
-def calibrate(pictures: Iterable[tuple[str, np.ndarray | None]], board: Board, lens: str = "auto") -> Calibration:
+def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, lens: str = "auto") -> Calibration:
     """Calibrate a camera from pictures of a board.
 
     Parameters
     ----------
-    pictures : iterable of (str, (H, W) uint8 array or None)
-        Name and grey picture; None for a picture that could not be read. They are consumed one at a time, so they
+    pictures : iterable of (str, (H, W) grey or (H, W, 3) BGR array or None)
+        Name and picture, as :func:`dockpose.estimate` takes it; None for a picture that could not be read. They are consumed one at a time, so they
         need not fit in memory together.
     board : Board
         The board in the pictures.
@@ -212,12 +215,13 @@ def calibrate(pictures: Iterable[tuple[str, np.ndarray | None]], board: Board, l
     Raises
     ------
     ValueError
-        If the lens model is unknown.
+        If the lens model is unknown, or an array is no picture.
     CalibrationError
         If fewer than three pictures show the board, or they do not determine the camera.
     """
     if lens not in LENS_CHOICES:
         raise ValueError(f"lens is {lens!r}; it must be one of {', '.join(LENS_CHOICES)}")
+    check_is("board", board, Board)
     gathering = Gathering(board)
     for name, grey in pictures:
         gathering.add(name, grey)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 from dockpose.camera.lens import bend, straighten, tangents_of
 from dockpose.camera.port import FlatPort
-from dockpose.checks import as_points, check_number, check_turn, check_whole, make_plain
+from dockpose.checks import as_points, check_is, check_number, check_turn, check_whole, make_plain
+from numpy.typing import ArrayLike
 
 DISTORTION_LENGTHS = (0, 4, 5, 8)
 FISHEYE_LENGTHS = (0, 4)
@@ -74,8 +76,25 @@ class Camera(
     port: FlatPort | None = None
     fisheye: bool = False
 
+    if TYPE_CHECKING:  # what is taken is more than what is kept
+
+        def __init__(
+            self,
+            fx: float,
+            fy: float,
+            cx: float,
+            cy: float,
+            width: int,
+            height: int,
+            distortion: Sequence[float] | np.ndarray = (),
+            port: FlatPort | None = None,
+            fisheye: bool = False,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         make_plain(self)
+        if self.port is not None:
+            check_is("port", self.port, FlatPort)
         check_number("fx", self.fx, above=0)
         check_number("fy", self.fy, above=0)
         check_number("cx", self.cx)
@@ -105,7 +124,7 @@ class Camera(
         angles = np.arctan2(np.hypot(directions[:, 0], directions[:, 1]), directions[:, 2])
         return float(angles[0] + angles[1]), float(angles[2] + angles[3])
 
-    def undistort(self, points_px: Any) -> np.ndarray:
+    def undistort(self, points_px: ArrayLike) -> np.ndarray:
         """Move picture points to where the same camera with an ideal pinhole lens would see them.
 
         Parameters
@@ -124,28 +143,28 @@ class Camera(
             return points.copy()
         return self._pixels(tangents_of(self._directions(points)))
 
-    def distort(self, points_px: Any) -> np.ndarray:
+    def distort(self, points_px: ArrayLike) -> np.ndarray:
         """Move points (N, 2) of the undistorted picture to where the lens puts them, in pixels."""
         points = as_points("points_px", points_px, 2)
         if self._is_pinhole:
             return points.copy()
         return self._through_lens(self.pinhole_rays(points))
 
-    def rays(self, points_px: Any) -> np.ndarray:
+    def rays(self, points_px: ArrayLike) -> np.ndarray:
         """Unit vectors (N, 3), in the water, along which picture points (N, 2) look; see :meth:`ray_starts`."""
         directions = self._directions(as_points("points_px", points_px, 2))
         if self.port is not None:
             return self.port.into_water(directions)[1]
         return directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
-    def ray_starts(self, points_px: Any) -> np.ndarray:
+    def ray_starts(self, points_px: ArrayLike) -> np.ndarray:
         """Points (N, 3) in metres where the rays of picture points (N, 2) start: the origin unless there is a port."""
         points = as_points("points_px", points_px, 2)
         if self.port is None:
             return np.zeros((len(points), 3))
         return self.port.into_water(self._directions(points))[0]
 
-    def project(self, points_m: Any) -> np.ndarray:
+    def project(self, points_m: ArrayLike) -> np.ndarray:
         """Project points in the camera frame into the picture.
 
         Parameters
@@ -161,7 +180,7 @@ class Camera(
         points = as_points("points_m", points_m, 3)
         return self._through_lens(points if self.port is None else self.port.into_air(points))
 
-    def virtual_pixels(self, points_px: Any, depths_m: Any) -> np.ndarray:
+    def virtual_pixels(self, points_px: ArrayLike, depths_m: float | np.ndarray) -> np.ndarray:
         """Where a pinhole at the camera's centre, without lens or port, would see what picture points show.
 
         Parameters
@@ -184,7 +203,7 @@ class Camera(
         nearer = 1 - starts[:, 2] / depths_m
         return self._pixels(rays[:, :2] / rays[:, 2:] * nearer[:, None])
 
-    def picture_slopes(self, points_px: Any, depths_m: Any) -> np.ndarray:
+    def picture_slopes(self, points_px: ArrayLike, depths_m: float | np.ndarray) -> np.ndarray:
         """How far picture points move per step of their virtual pixels: derivatives (N, 2, 2), pixel per pixel.
 
         They carry the noise of a light's centroid, which arises in the picture, over to the pinhole in which poses are

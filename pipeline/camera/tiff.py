@@ -100,9 +100,7 @@ class Page:
     def _opacity(self) -> int:
         return self.number(_EXTRA, 0) if self.number(_PHOTOMETRIC, 1) == _RGB else 0
 
-    def _of_planes(
-        self, plain: Tags, chunks: list[bytes], decode: Callable[[bytes], np.ndarray | None]
-    ) -> np.ndarray:
+    def _of_planes(self, plain: Tags, chunks: list[bytes], decode: Callable[[bytes], np.ndarray | None]) -> np.ndarray:
         """Pixels of a page that has each colour by itself, as a grey page of its own."""
         if self.number(_PHOTOMETRIC, 1) != _RGB or self.samples not in (3, 4) or len(chunks) % self.samples:
             raise ValueError("is a TIFF with separate planes that are not red, green and blue, which is not read")

@@ -11,7 +11,17 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.camera.image import read, significant_bits, to_grey
+from dockpose.camera.image import (
+    ImageError,
+    as_picture,
+    decode,
+    orientation_of,
+    orientation_sentence,
+    read_picture_file,
+    significant_bits,
+    to_grey,
+)
+from dockpose.checks import check_is, shown
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
@@ -52,7 +62,7 @@ class _Picture:
 
 
 def estimate(
-    image: Any,
+    image: np.ndarray | str | os.PathLike[str],
     camera: Camera,
     dock: Dock,
     settings: Settings | None = None,
@@ -65,7 +75,9 @@ def estimate(
     Parameters
     ----------
     image : array or path
-        (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16; or the path of a picture file.
+        (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array of uint8 or uint16, or of floats from 0 to 1, which become 16
+        bits; pixels that are masked, as of ``numpy.ma``, are not looked at. Or the path of a picture file, of which no
+        tag of orientation is applied; the message names it.
     camera : Camera
         Its intrinsics; a picture that is the calibration's rescaled is taken, another size is refused.
     dock : Dock
@@ -87,8 +99,8 @@ def estimate(
     Raises
     ------
     ValueError
-        if the file cannot be read, the image is no 8- or 16-bit picture or does not belong to the camera, or the
-        region has no pixel of it.
+        if the file cannot be read, an argument is of another kind, the image is no such picture or does not belong to
+        the camera, or the region has no pixel of it.
 
     Notes
     -----
@@ -98,22 +110,32 @@ def estimate(
     lies within. Other than in the whole picture, the background is that of the region alone, so that the level may be
     another one, and the centres differ by what the neighbouring groups outside would take from them.
     """
-    given, path = image, None
+    check_is("camera", camera, Camera)
+    check_is("dock", dock, Dock)
+    check_is("settings", settings := settings or Settings(), Settings)
+    given, path, note = image, None, ""
     if isinstance(image, (str, os.PathLike)):
-        image, path = read(Path(image)), Path(image)
+        path = Path(image)
+        data = read_picture_file(path)
+        image, note = decode(data, str(path)), orientation_sentence(orientation_of(data), str(path))
+    elif not hasattr(image, "__array__"):
+        raise ImageError(f"image is {shown(image)}; it must be an array of pixels, or the path of a picture file")
     start = time.perf_counter()
-    settings = settings or Settings()
+    hidden = np.ma.getmaskarray(image) if np.ma.is_masked(image) else None
     whole = np.asarray(image)
     image, part = whole, None
     if whole.ndim >= 2 and region is not None:
         part = part_of(region, whole.shape[1], whole.shape[0])
-        image = crop(whole, part)
+        image, hidden = crop(whole, part), None if hidden is None else crop(hidden, part)
     # Compiled code is for arrays without gaps that may be written to, and would be compiled anew for others.
+    image = as_picture(image)
     grey = np.require(to_grey(image), requirements=["C", "W"])
     part = part or part_of(None, *grey.shape[::-1])
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
-    grey, counted = hide(grey, masks_within(settings.masks, part))
+    if hidden is not None:
+        hidden = hidden.reshape(*grey.shape, -1).any(axis=2)
+    grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
     picture = _Picture(image, grey, histogram_of(grey, counted), part, width)
     if counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
@@ -121,6 +143,8 @@ def estimate(
         status, message, stages = _search(picture, scaled, dock, settings, fall_back)
     if scaled is not camera:
         message += f" The camera's intrinsics were scaled from {camera.width} x {camera.height} to {width} x {height}."
+    if note:
+        message += f" {note[:1].upper()}{note[1:]}."
     elapsed_ms = 1000 * (time.perf_counter() - start)
     bits = significant_bits(grey)
     return Estimate(

@@ -64,7 +64,9 @@ def hidden_pixels(shape: tuple[int, int], masks: Sequence[Mask]) -> np.ndarray:
     return hidden
 
 
-def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, np.ndarray | None]:
+def hide(
+    grey: np.ndarray, masks: Sequence[Mask], also: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray | None]:
     """Blacken the masked pixels of a picture.
 
     Parameters
@@ -73,6 +75,8 @@ def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, np.ndarra
         Grey picture.
     masks : sequence of Mask
         Rectangles to hide.
+    also : (H, W) bool array, optional
+        Further pixels to hide.
 
     Returns
     -------
@@ -81,9 +85,11 @@ def hide(grey: np.ndarray, masks: Sequence[Mask]) -> tuple[np.ndarray, np.ndarra
     counted : (H, W) uint8 array or None
         255 where a pixel counts, 0 where it is masked; None without masks.
     """
-    if not masks:
+    if not masks and also is None:
         return grey, None
     hidden = hidden_pixels(grey.shape, masks)
+    if also is not None:
+        hidden |= also
     blackened = grey.copy()
     blackened[hidden] = 0
     return blackened, np.where(hidden, 0, 255).astype(np.uint8)

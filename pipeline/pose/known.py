@@ -45,6 +45,16 @@ class KnownPose(msgspec.Struct, frozen=True):
         """Rotation (3, 3) from the dock's frame to the camera's, without roll."""
         return rotation_from_angles(math.radians(self.theta_x_deg), math.radians(self.theta_y_deg))
 
+    def rotated(self, degrees: int) -> KnownPose:
+        """The same pose in the camera of the picture turned clockwise, see :meth:`Camera.rotated`."""
+        pose = self
+        for _ in range(degrees // 90):
+            (x, y, z), normal = pose.position_m, -pose.rotation[:, 2]
+            theta_x = math.asin(min(1.0, max(-1.0, normal[0])))
+            theta_y = math.atan2(normal[1], -normal[2])
+            pose = KnownPose((-y, x, z), math.degrees(theta_x), math.degrees(theta_y))
+        return pose
+
 
 def read_known_pose(content: Any) -> KnownPose | None:
     """Read the pose from the ``truth`` of a YAML file, ignoring other keys; None where it lacks position or angles."""

@@ -82,23 +82,24 @@ def open_frames(
     ...         [(frame.index, frame.time_s, Path(frame.name).name) for frame in frames]
     [(0, 0.0, 'frame2.png'), (1, 0.1, 'frame10.png')]
     """
-    name = _name_of(source)
     check_turn("rotate", rotate)
-    frames = _opened(name, tell, rate_hz, timeout_s, grey, wishes, topic)
+    kind, name = _kind_and_name(source)
+    frames = _opened(kind, name, tell, rate_hz, timeout_s, grey, wishes, topic)
     frames.turn(rotate)
     return frames
 
 
-def _name_of(source: object) -> str:
+def _kind_and_name(source: object) -> tuple[Kind, str]:
     if isinstance(source, (int, np.integer)) and not isinstance(source, bool) and source >= 0:
-        return str(int(source))
+        return Kind.CAMERA, str(int(source))  # whether or not there is a file of that name
     name = os.fspath(source) if isinstance(source, (str, os.PathLike)) else None
     if not isinstance(name, str):
         raise ValueError(f"source is {shown(source)}; it must be a path, a camera's number or a stream's address")
-    return name
+    return kind_of(name), name
 
 
 def _opened(
+    kind: Kind,
     source: str,
     tell: Tell | None,
     rate_hz: float | None,
@@ -107,7 +108,6 @@ def _opened(
     wishes: Wishes,
     topic: str | None,
 ) -> Frames:
-    kind = kind_of(source)
     if kind not in (Kind.CAMERA, Kind.STREAM, Kind.FOLDER, Kind.GLOB):
         check_regular(source)
     if kind is Kind.VIDEO:

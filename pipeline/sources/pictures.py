@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import hashlib
 import io
+import itertools
 import mmap
 import re
 import warnings
@@ -145,7 +146,9 @@ class Pages(Frames):
                     picture.seek(index)
                     image = of_pillow(picture, f"{self.source}: frame {index}")
                 except (ImageError, EOFError, OSError, ValueError) as error:
-                    self._skip(str(error) if isinstance(error, ImageError) else f"{self.source}: frame {index}: {error}")
+                    self._skip(
+                        str(error) if isinstance(error, ImageError) else f"{self.source}: frame {index}: {error}"
+                    )
                     continue
                 yield self._frame(image, index, self._times_s[index])
 
@@ -176,9 +179,10 @@ def _times_s(path: Path) -> list[float | None]:
         times_s: list[float] = [0.0]
         for index in range(count):
             picture.seek(index)
-            picture.load()  # before, WebP does not tell
+            if picture.format == "WEBP":  # which does not tell before
+                picture.load()
             times_s.append(times_s[-1] + picture.info.get("duration", 0) / 1000)
-    is_timed = all(after > before for before, after in zip(times_s, times_s[1:-1], strict=False))
+    is_timed = all(after > before for before, after in itertools.pairwise(times_s[:-1]))
     return [round(time, 6) if is_timed else None for time in times_s[:-1]]
 
 

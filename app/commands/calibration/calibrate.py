@@ -21,13 +21,14 @@ from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, Calibration, Gat
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.fitting import CalibrationError
-from dockpose.camera.image import read, to_grey, to_levels
+from dockpose.camera.image import orientation_sentence, to_grey, to_levels
 from dockpose.camera.port_fit import fit_port
 from dockpose.sources import Kind, kind_of, open_frames
+from dockpose.sources.pictures import read_tagged
 from rich.console import Console
 from rich.progress import track
 
-_OF_FRAMES = (Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
+_OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
 
 
 def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -174,9 +175,14 @@ def _board(arguments: argparse.Namespace) -> Board:
 
 def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:
     """Names and grey pictures of 8 bits, None for what cannot be read; with a progress bar on standard error."""
-    console = Console(file=sys.stderr)
+    console, told = Console(file=sys.stderr), {1}
     for path in track(paths, "Looking for the board", console=console, disable=not console.is_terminal):
         try:
-            yield path.name, to_levels(to_grey(read(path)))[0]
+            image, _, _, tag = read_tagged(path)
         except (OSError, ValueError):
             yield path.name, None
+            continue
+        if tag not in told:
+            told.add(tag)
+            say(orientation_sentence(tag, str(path)))
+        yield path.name, to_levels(to_grey(image))[0]

@@ -200,8 +200,8 @@ def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, le
     Parameters
     ----------
     pictures : iterable of (str, (H, W) grey or (H, W, 3) BGR array or None)
-        Name and picture, as :func:`dockpose.estimate` takes it; None for a picture that could not be read. They are consumed one at a time, so they
-        need not fit in memory together.
+        Name and picture, as :func:`dockpose.estimate` takes it; None for a picture that could not be read. They are
+        consumed one at a time, so they need not fit in memory together.
     board : Board
         The board in the pictures.
     lens : str

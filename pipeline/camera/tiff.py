@@ -127,7 +127,7 @@ class Page:
 
 
 def pages(data: Any) -> list[Page]:
-    """Pages of a TIFF or BigTIFF, without smaller versions and masks of them; ValueError where its header is damaged."""
+    """Pages of a TIFF or BigTIFF, but for smaller versions and masks; ValueError where its header is damaged."""
     found: list[Page] = []
     try:
         order = "<" if data[:2] == b"II" else ">"

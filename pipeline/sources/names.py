@@ -36,8 +36,9 @@ def kind_of(source: str) -> Kind:
     """Tell what kind of source a text names.
 
     An existing file or folder takes precedence, whatever its name: a video or a bag by its suffix, a scene if it is
-    YAML, else a picture, or the pages of one; a folder that rosbag2 wrote is a bag. Otherwise digits alone are a camera's number, as is a
-    device like ``/dev/video0``, and a text that begins like an address (``rtsp://``, ``http://``) is a stream.
+    YAML, else a picture, or the pages of one; a folder that rosbag2 wrote is a bag. Otherwise digits alone are a
+    camera's number, as is a device like ``/dev/video0``, and a text that begins like an address (``rtsp://``,
+    ``http://``) is a stream.
 
     Parameters
     ----------

@@ -5,6 +5,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera
+from dockpose.camera.image import turned
 from dockpose.camera.port import FlatPort
 
 PINHOLE = Camera(700, 690, 320, 240, 640, 480)
@@ -165,3 +166,56 @@ def test_bad_values_are_named(change, message):
 def test_points_of_a_wrong_shape_are_named():
     with pytest.raises(ValueError, match=r"points_m has shape \(3,\)"):
         PINHOLE.project([1, 2, 3])
+
+
+TURNED_BY_RULE = {  # where a pixel of a 640 x 480 picture goes
+    0: lambda x, y: (x, y),
+    90: lambda x, y: (479 - y, x),
+    180: lambda x, y: (639 - x, 479 - y),
+    270: lambda x, y: (y, 639 - x),
+}
+
+
+@pytest.mark.parametrize("degrees", TURNED_BY_RULE)
+@pytest.mark.parametrize(
+    "camera",
+    [
+        PINHOLE,
+        BARREL,
+        msgspec.structs.replace(BARREL, distortion=BARREL.distortion[:4]),
+        RATIONAL,
+        FISHEYE,
+        msgspec.structs.replace(BARREL, port=FlatPort(0.02, 0.01)),
+        msgspec.structs.replace(FISHEYE, port=FlatPort(0.02, 0.01)),
+    ],
+)
+def test_the_turned_camera_sees_the_turned_point_where_the_turned_picture_has_it(camera, degrees):
+    rng = np.random.default_rng(1)
+    points = np.column_stack([rng.uniform(-0.5, 0.5, (50, 2)), rng.uniform(1, 3, 50)])
+    wanted = np.column_stack(TURNED_BY_RULE[degrees](*camera.project(points).T))
+    angle = math.radians(degrees)
+    about_axis = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    turned = camera.rotated(degrees)
+    np.testing.assert_allclose(turned.project(points @ about_axis.T), wanted, atol=1e-9)
+    np.testing.assert_allclose(turned.rays(wanted), camera.rays(camera.project(points)) @ about_axis.T, atol=1e-9)
+    assert (turned.width, turned.height) == ((480, 640) if degrees % 180 else (640, 480))
+
+
+def test_a_turn_goes_on_and_a_picture_turns_by_the_same_rule():
+    picture = np.arange(480 * 640, dtype=np.int32).reshape(480, 640)
+    for degrees, rule in TURNED_BY_RULE.items():
+        x, y = rule(5, 7)
+        assert turned(picture, degrees)[y, x] == picture[7, 5]
+    assert BARREL.rotated(90).rotated(270) == BARREL
+    assert BARREL.rotated(90).rotated(90) == BARREL.rotated(180)
+
+
+@pytest.mark.parametrize("degrees", [45, -90, 360, 90.0, "90", None, True])
+def test_other_turns_are_refused(degrees):
+    with pytest.raises(ValueError, match=rf"degrees is {degrees!r}; it must be 0, 90, 180 or 270"):
+        BARREL.rotated(degrees)
+
+
+def test_a_port_of_another_kind_is_refused():
+    with pytest.raises(ValueError, match="port is 0.02; it must be a FlatPort"):
+        msgspec.structs.replace(BARREL, port=0.02)

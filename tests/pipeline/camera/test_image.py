@@ -1,3 +1,4 @@
+import io
 import os
 import struct
 import tracemalloc
@@ -7,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.camera.image import ImageError, decode, read, significant_bits, to_grey, to_levels
+from PIL import Image
 
 GRADIENT = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
 
@@ -103,7 +105,11 @@ def test_a_huge_picture_costs_no_memory():
 @pytest.mark.parametrize(
     ("image", "message"),
     [
-        (np.zeros((4, 4)), "float64"),
+        (np.full((4, 4), 1.5), "float64, from 1.5 to 1.5; floats must be from 0 to 1"),
+        (np.full((4, 4), -0.1), "float64, from -0.1"),
+        (np.full((4, 4), np.nan), "float64, not all numbers"),
+        (np.zeros((4, 4), np.int32), "int32"),
+        (np.ma.masked_less(GRADIENT, 10), "masked"),
         (np.zeros((4, 4), bool), "bool"),
         (np.zeros((4, 4, 2), np.uint8), r"\(4, 4, 2\)"),
         (np.zeros((0, 4), np.uint8), r"\(0, 4\)"),
@@ -166,3 +172,27 @@ def test_a_pipe_or_a_device_is_no_picture(tmp_path):
     for path in (tmp_path / "pipe.png", "/dev/zero"):
         with pytest.raises(ImageError, match="is no regular file"):
             read(path)
+
+
+def test_floats_from_0_to_1_and_any_order_of_bytes_are_taken():
+    levels = np.array([[0, 1, 257], [32768, 65534, 65535]], np.uint16)
+    np.testing.assert_array_equal(to_grey(levels / 65535), levels)
+    np.testing.assert_array_equal(to_grey((levels / 65535).astype(np.float32)), levels)
+    swapped = to_grey(levels.astype(">u2"))
+    np.testing.assert_array_equal(swapped, levels)
+    assert swapped.dtype.isnative
+    assert to_grey(np.ma.array(GRADIENT)).tolist() == GRADIENT.tolist()  # nothing is masked
+
+
+def test_a_gif_is_a_picture_and_an_animation_is_refused():
+    frames = [Image.fromarray(GRADIENT + step) for step in (0, 3)]
+    for more in ([], frames[1:]):
+        file = io.BytesIO()
+        frames[0].save(file, "GIF", save_all=bool(more), append_images=more)
+        if more:
+            with pytest.raises(
+                ImageError, match=r"^dock\.gif: is an animation, which is a sequence; open it by itself"
+            ):
+                decode(file.getvalue(), "dock.gif")
+        else:
+            assert to_grey(decode(file.getvalue())).tolist() == GRADIENT.tolist()

@@ -1,0 +1,107 @@
+"""TIFF files as other programs write them, by tifffile: what is read is what was written."""
+
+import io
+import struct
+
+import numpy as np
+import pytest
+import tifffile
+from dockpose.camera.image import ImageError, decode
+
+RNG = np.random.default_rng(0)
+STORED = [
+    {},
+    {"byteorder": ">"},
+    {"bigtiff": True},
+    {"rowsperstrip": 7},
+    {"tile": (64, 64)},
+    {"compression": "deflate", "predictor": True},
+]
+
+
+def tiff(pixels, **how):
+    file = io.BytesIO()
+    tifffile.imwrite(file, pixels, metadata=None, **{"photometric": "minisblack"} | how)
+    return file.getvalue()
+
+
+def noise(kind, *shape):
+    return RNG.integers(0, np.iinfo(kind).max, shape, dtype=kind)
+
+
+def in_planes(pixels):
+    return np.ascontiguousarray(np.moveaxis(pixels, 2, 0))
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+@pytest.mark.parametrize("how", STORED, ids=str)
+def test_grey_and_colours_come_back_however_they_are_stored(kind, how):
+    grey, rgb = noise(kind, 60, 80), noise(kind, 60, 80, 3)
+    np.testing.assert_array_equal(decode(tiff(grey, **how)), grey)
+    inverted = tiff(np.iinfo(kind).max - grey, **how | {"photometric": "miniswhite"})
+    np.testing.assert_array_equal(decode(inverted), grey)
+    np.testing.assert_array_equal(decode(tiff(rgb, photometric="rgb", **how)), rgb[:, :, ::-1])
+    planes = tiff(in_planes(rgb), photometric="rgb", planarconfig="separate", **how)
+    np.testing.assert_array_equal(decode(planes), rgb[:, :, ::-1])
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+@pytest.mark.parametrize("planes", [False, True])
+@pytest.mark.parametrize(("extra", "is_applied"), [("unassalpha", True), ("assocalpha", False), ("unspecified", False)])
+def test_opacity_is_applied_once_where_it_is_not_yet(kind, planes, extra, is_applied):
+    most, rgba = int(np.iinfo(kind).max), noise(kind, 60, 80, 4)
+    bgr, alpha = rgba[:, :, 2::-1].astype(np.int64), rgba[:, :, 3:].astype(np.int64)
+    wanted = (bgr * alpha + most // 2) // most if is_applied else bgr
+    how = {"photometric": "rgb", "extrasamples": [extra]}
+    data = tiff(in_planes(rgba), planarconfig="separate", **how) if planes else tiff(rgba, **how)
+    np.testing.assert_array_equal(decode(data), wanted)
+
+
+@pytest.mark.parametrize("planes", [False, True])
+def test_one_that_is_cut_short_is_refused_wherever_it_ends(planes):
+    rgb = noise(np.uint16, 60, 80, 3)
+    data = tiff(in_planes(rgb), photometric="rgb", planarconfig="separate") if planes else tiff(rgb, photometric="rgb")
+    for length in (4, 8, 60, 200, len(data) // 2, len(data) - 1):
+        with pytest.raises(ImageError, match=r"^dock\.tif: .*cut short"):
+            decode(data[:length], "dock.tif")
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (tiff(noise(np.uint8, 5, 6, 8)), "has 5 pages, which are a sequence; open it by itself"),
+        (tiff(np.zeros((6, 8), np.int32)), "pixels are int32"),
+        (tiff(np.full((6, 8), 2, np.float32)), "floats must be from 0 to 1"),
+        (tiff(noise(np.uint8, 6, 8, 2), extrasamples=["unassalpha"], planarconfig="contig"), "grey with opacity"),
+    ],
+)
+def test_what_is_not_read_is_said_in_a_sentence(data, message):
+    with pytest.raises(ImageError, match=rf"^dock\.tif: .*{message}"):
+        decode(data, "dock.tif")
+
+
+def test_floats_from_0_to_1_are_read_and_a_small_version_is_no_page():
+    levels = noise(np.uint16, 6, 8)
+    np.testing.assert_array_equal(decode(tiff(levels / 65535)), levels)
+    file = io.BytesIO()
+    with tifffile.TiffWriter(file) as writer:
+        writer.write(levels, photometric="minisblack", metadata=None)
+        writer.write(levels[::2, ::2], photometric="minisblack", metadata=None, subfiletype=1)
+    np.testing.assert_array_equal(decode(file.getvalue()), levels)
+
+
+def test_a_file_that_claims_too_much_is_refused_before_it_is_decoded():
+    data = tiff(noise(np.uint8, 6, 8))
+    huge = data.replace(struct.pack("<HHII", 256, 4, 1, 8), struct.pack("<HHII", 256, 4, 1, 2**31))
+    assert huge != data
+    with pytest.raises(ImageError, match="megapixels"):
+        decode(huge, "dock.tif")
+
+
+def test_a_ring_of_pages_ends():
+    data = bytearray(tiff(noise(np.uint8, 6, 8)))
+    first = struct.unpack("<I", data[4:8])[0]
+    entries = struct.unpack("<H", data[first : first + 2])[0]
+    after = first + 2 + 12 * entries
+    data[after : after + 4] = data[4:8]
+    assert decode(bytes(data)).shape == (6, 8)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -16,6 +15,7 @@ from dockpose.pose.circle import CirclePose, circle_poses
 from dockpose.pose.few_lights import FEWEST, poses_from_few_lights
 from dockpose.pose.refine import light_rays, on_planes
 from dockpose.thresholds.compiled import compiled
+from numpy.typing import ArrayLike
 
 _ROUNDS = 6
 _SETTLED = 1e-7  # share of the range
@@ -24,7 +24,7 @@ _ON_A_LINE_PX = 0.01  # no centroid is better than this; a smaller scatter, such
 
 
 def find_poses(
-    points_px: Any,
+    points_px: ArrayLike,
     camera: Camera,
     dock: Dock,
     labels: Sequence[str | None] | None = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -206,12 +207,14 @@ class Tracker:
         self._ring: Ellipse | None = None
         self._search, self._frames = Search(self.camera, self.dock, self.settings), 0
 
-    def see(self, image: Any, time_s: float | None = None, command: Command | None = None) -> Tracked:
+    def see(
+        self, image: np.ndarray | str | os.PathLike[str], time_s: float | None = None, command: Command | None = None
+    ) -> Tracked:
         """Search the next frame and update the track.
 
         Parameters
         ----------
-        image : (H, W) or (H, W, 3) array, uint8 or uint16
+        image : (H, W) or (H, W, 3) array, or path
             The frame, as for :func:`dockpose.estimate.estimate`.
         time_s : float or None, seconds
             When it was taken; None for a tenth of a second after the previous frame.

@@ -6,8 +6,11 @@ import importlib
 import inspect
 import re
 
+import dockpose
 import msgspec
 import pytest
+
+from tests.support.layout import ROOT
 
 validate = pytest.importorskip("numpydoc.validate").validate
 NumpyDocString = pytest.importorskip("numpydoc.docscrape").NumpyDocString
@@ -111,3 +114,11 @@ def test_arrays_have_shapes_and_numbers_units(name):
             assert re.search(r"\(.*\)|as for|as it", f"{kind} {text}"), parameter
         if re.search(r"\bfloat\b", kind) and not parameter.endswith(ENDINGS):
             assert UNIT.search(f"{kind} {text}") or parameter in WITHOUT_UNIT, parameter
+
+
+def test_the_page_on_python_has_every_public_name():
+    page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+    shown = set(re.findall(r"^::: \S+\.(\w+)$", page, re.MULTILINE))
+    shown |= {name for names in re.findall(r"members: \[(.*?)\]", page) for name in names.split(", ")}
+    names = {name for name in dockpose.__all__ if not name.startswith("_")}
+    assert names | {"Board", "calibrate", "load_camera", "load_scene", "save_camera"} <= shown

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Settings, estimate
+from dockpose.camera.image import turned
 from dockpose.simulate import render
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -42,7 +43,7 @@ def test_a_distorted_picture_gives_the_same_pose():
     assert min(errors(pose, truth)[0] for pose in without.candidates) > 2 * range_error
 
 
-@pytest.mark.parametrize("kind", ["grey", "bgr", "bgra", "16 bit", "12 bit"])
+@pytest.mark.parametrize("kind", ["grey", "bgr", "bgra", "16 bit", "12 bit", "big-endian", "float"])
 def test_every_kind_of_picture_gives_the_same_pose(kind):
     image, _ = render(random_scene(2))
     pictures = {
@@ -51,10 +52,12 @@ def test_every_kind_of_picture_gives_the_same_pose(kind):
         "bgra": np.dstack([image, image, image, np.full_like(image, 255)]),
         "16 bit": image.astype(np.uint16) << 8,
         "12 bit": image.astype(np.uint16) << 4,
+        "big-endian": (image.astype(np.uint16) << 8).astype(">u2"),
+        "float": (image.astype(np.uint16) << 8) / 65535,
     }
     found = estimate(pictures[kind], CAMERA, DOCK)
     reference = estimate(image, CAMERA, DOCK)
-    assert found.bits == {"16 bit": 16, "12 bit": 12}.get(kind, 8)
+    assert found.bits == {"16 bit": 16, "12 bit": 12, "big-endian": 16, "float": 16}.get(kind, 8)
     assert found.threshold.level == reference.threshold.level
     np.testing.assert_allclose(found.selected.position_m, reference.selected.position_m, atol=1e-4)
 
@@ -235,3 +238,34 @@ def test_poses_from_few_lights_say_that_offsets_are_not_used(lights, is_said):
     found = estimate(image, CAMERA, dock)
     assert found.status == "ok"
     assert ("the dock file's offsets are not used" in found.message) is is_said
+
+
+@pytest.mark.parametrize("degrees", [90, 180, 270])
+def test_the_turned_picture_with_the_turned_camera_gives_the_turned_pose(degrees):
+    camera = msgspec.structs.replace(CAMERA, cx=300.0, cy=250.0, distortion=(-0.2, 0.05, 0.002, -0.001, 0.0))
+    image, _ = render(random_scene(3, camera=camera))
+    found = estimate(image, camera, DOCK).selected
+    other = estimate(turned(image, degrees), camera.rotated(degrees), DOCK).selected
+    assert found is not None
+    assert other is not None
+    angle = math.radians(degrees)
+    about_axis = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    np.testing.assert_allclose(other.position_m, about_axis @ found.position_m, atol=1e-5)
+    np.testing.assert_allclose(other.normal, about_axis @ found.normal, atol=1e-4)
+
+
+def test_pixels_that_numpy_masks_are_not_looked_at():
+    image, _ = render(random_scene(2))
+    glare = image.copy()
+    glare[20:60, 30:90] = 255
+    hidden = np.zeros(image.shape, bool)
+    hidden[20:60, 30:90] = True
+    found = estimate(np.ma.array(glare, mask=hidden), CAMERA, DOCK)
+    same = estimate(glare, CAMERA, DOCK, Settings(masks=((30, 20, 60, 40),)))
+    np.testing.assert_array_equal(found.selected.position_m, same.selected.position_m)
+    assert len(found.markers) == len(same.markers) < len(estimate(glare, CAMERA, DOCK).markers)
+    deep = np.repeat(glare[:, :, None], 3, axis=2)
+    colour = estimate(np.ma.array(deep, mask=np.repeat(hidden[:, :, None], 3, axis=2)), CAMERA, DOCK)
+    np.testing.assert_array_equal(colour.selected.position_m, same.selected.position_m)
+    part = estimate(np.ma.array(glare, mask=hidden), CAMERA, DOCK, region=(0, 0, 90, 60))
+    assert part.status == "no_lights"

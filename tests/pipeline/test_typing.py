@@ -44,7 +44,7 @@ def test_what_cannot_be_a_picture_is_refused_by_name_and_value() -> None:
         estimate([[0, 1]], CAMERA, dock)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match="image is None; it must be an array"):
         estimate(None, CAMERA, dock)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match="camera is 'c.yaml'; it must be a Camera"):
+    with pytest.raises(ValueError, match=r"camera is 'c\.yaml'; it must be a Camera"):
         estimate(DARK, "c.yaml", dock)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match=r"dock is 0\.3; it must be a Dock"):
         estimate(DARK, CAMERA, 0.3)  # pyright: ignore[reportArgumentType]

@@ -19,6 +19,7 @@ from dockpose.camera.files import save_camera
 from dockpose.lights.masks import hidden_pixels
 from dockpose.simulate import save_scene
 from dockpose.simulate.parts import Text
+from PIL import ExifTags, Image
 
 from tests.support.scenes import CAMERA, random_scene
 
@@ -236,3 +237,44 @@ def test_text_that_stays_put_over_pictures_of_one_size_is_masked_told_once_and_s
     assert shown is not None
     x, y, width, _ = (int(number) for number in masks[8][1])
     assert (shown[y, x : x + width] == bgr(MASK_COLOUR)).all()
+
+
+def test_rotate_turns_picture_and_camera_and_a_tag_is_named_once(tank, capsys):
+    with Image.open("s1.png") as picture:
+        exif = Image.Exif()
+        exif[ExifTags.Base.Orientation] = 6
+        for name in ("a.png", "b.png"):
+            picture.save(name, exif=exif)
+    more = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10", "--json", "-"]
+    assert main(["estimate", "a.png", "b.png", *more]) == 0
+    captured = capsys.readouterr()
+    plain = lines(captured.out)[0]
+    assert captured.err.count("orientation tag 6") == 1
+    assert "a.png: its orientation tag 6 says" in captured.err
+    assert "--rotate 90" in captured.err
+    assert main(["estimate", "a.png", *more, "--rotate", "90"]) == 0
+    (turned,) = lines(capsys.readouterr().out)
+    (x, y, z), (image, camera) = plain["chosen"]["position_m"], (turned["image"], turned["camera"])
+    np.testing.assert_allclose(turned["chosen"]["position_m"], (-y, x, z), atol=1e-5)
+    assert (image["width"], image["height"], camera["width_px"], turned["rotate_deg"]) == (480, 640, 480, 90)
+    assert main(["estimate", "s1.png", "--rate", "10", *more, "--rotate", "90"]) == 0
+    (followed,) = lines(capsys.readouterr().out)
+    np.testing.assert_allclose(followed["chosen"]["position_m"], (-y, x, z), atol=1e-5)
+    assert main(["compare", "s1.png", *more, "--rotate", "90"]) == 0
+    (compared,) = lines(capsys.readouterr().out)
+    found = compared["methods"]["hats"]
+    np.testing.assert_allclose(found["candidates"][found["selected"]]["position_m"], (-y, x, z), atol=1e-5)
+
+
+def test_the_pages_of_a_tiff_are_frames(tank, capsys):
+    pages = [Image.open(f"s{number}.png") for number in (1, 2)]
+    pages[0].save("stack.tif", save_all=True, append_images=pages[1:])
+    more = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10", "--json", "-"]
+    assert main(["estimate", "stack.tif", "--rate", "5", *more]) == 0
+    found = lines(capsys.readouterr().out)
+    assert [(line["source"], line["frame"], line["time_s"]) for line in found] == [
+        ("stack.tif", 0, 0),
+        ("stack.tif", 1, 0.2),
+    ]
+    assert main(["compare", "stack.tif", *more]) == 0
+    assert [line["frame"] for line in lines(capsys.readouterr().out)] == [0, 1]

@@ -217,5 +217,5 @@ def test_other_turns_are_refused(degrees):
 
 
 def test_a_port_of_another_kind_is_refused():
-    with pytest.raises(ValueError, match="port is 0.02; it must be a FlatPort"):
+    with pytest.raises(ValueError, match=r"port is 0\.02; it must be a FlatPort"):
         msgspec.structs.replace(BARREL, port=0.02)

@@ -192,7 +192,7 @@ def test_a_folder_and_an_estimate_refuse_a_file_of_several_pictures(tmp_path):
 
 @pytest.mark.parametrize("source", [12.5, None, b"a.png", True, -1, ["a.png"]])
 def test_what_names_no_source_is_refused_with_its_value(source):
-    with pytest.raises(ValueError, match="source is .*; it must be a path, a camera's number or a stream's address"):
+    with pytest.raises(ValueError, match=r"source is .*; it must be a path, a camera's number or a stream's address"):
         open_frames(source)
 
 

@@ -112,7 +112,8 @@ def estimate(
     """
     check_is("camera", camera, Camera)
     check_is("dock", dock, Dock)
-    check_is("settings", settings := settings or Settings(), Settings)
+    settings = settings or Settings()
+    check_is("settings", settings, Settings)
     given, path, note = image, None, ""
     if isinstance(image, (str, os.PathLike)):
         path = Path(image)
@@ -121,8 +122,8 @@ def estimate(
     elif not hasattr(image, "__array__"):
         raise ImageError(f"image is {shown(image)}; it must be an array of pixels, or the path of a picture file")
     start = time.perf_counter()
-    hidden = np.ma.getmaskarray(image) if np.ma.is_masked(image) else None
-    whole = np.asarray(image)
+    whole: np.ndarray = np.asarray(image)
+    hidden = np.ma.getmaskarray(np.ma.asarray(image)) if np.ma.is_masked(image) else None
     image, part = whole, None
     if whole.ndim >= 2 and region is not None:
         part = part_of(region, whole.shape[1], whole.shape[0])

@@ -98,7 +98,7 @@ class Pages(Frames):
 
     def __init__(self, path: Path, source: str, rate_hz: float | None = None, tell: Tell | None = None) -> None:
         super().__init__(source, tell)
-        self.rate_hz, self._is_rated = rate_hz, rate_hz is not None
+        self.rate_hz = self._asked_hz = rate_hz
         try:
             with path.open("rb") as file:
                 self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -153,8 +153,8 @@ class Pages(Frames):
                 yield self._frame(image, index, self._times_s[index])
 
     def _frame(self, image: np.ndarray, index: int, time_s: float | None) -> Frame:
-        if self._is_rated:
-            time_s = index / self.rate_hz
+        if self._asked_hz is not None:
+            time_s = index / self._asked_hz
         return self._turned(Frame(image, index, time_s, self.source))
 
 

@@ -19,9 +19,9 @@ STORED = [
 ]
 
 
-def tiff(pixels, **how):
+def tiff(pixels, photometric="minisblack", **how):
     file = io.BytesIO()
-    tifffile.imwrite(file, pixels, metadata=None, **{"photometric": "minisblack"} | how)
+    tifffile.imwrite(file, pixels, metadata=None, photometric=photometric, **how)
     return file.getvalue()
 
 

@@ -7,6 +7,20 @@ const PHONE_QUERY = "(max-width: 36em)";
 const realMatchMedia = window.matchMedia.bind(window);
 window.matchMedia = (query) => realMatchMedia(query === PHONE_QUERY ? "not all" : query);
 
+// What this browser is goes along with its connection, in a cookie: whether its system is dark, and whether it draws the
+// 3D scene without a graphics card, for then each drawing holds the pictures back.
+function drawsInSoftware() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const names = context?.getExtension("WEBGL_debug_renderer_info");
+  const renderer = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(renderer);
+}
+const prefersDark = realMatchMedia("(prefers-color-scheme: dark)");
+const look = [prefersDark.matches && "dark", drawsInSoftware() && "software"].filter(Boolean).join(".");
+document.cookie = `dockpose${location.port && `_${location.port}`}_look=${look}; SameSite=Strict; Path=/`;
+prefersDark.addEventListener("change", () => location.reload());
+
 const PARTS = { picture: "Picture", view3d: "3D", tools: "Tools" };
 const OPEN_PART = "dockpose part";
 

@@ -2,7 +2,9 @@
 "use strict";
 
 // The token has done its work once the page is there; a shared screen need not show it.
-if (location.search.includes("token=")) history.replaceState(null, "", location.pathname);
+if (location.search.includes("token=")) {
+  history.replaceState(null, "", location.pathname + (document.documentElement.dataset.role === "view" ? "?view" : ""));
+}
 
 // viser's sorter of Gaussian splats starts with every page and builds functions from text. The page's content policy
 // refuses that, and nothing here is drawn with splats, so the refusal is no fault to be told.
@@ -105,19 +107,3 @@ document.addEventListener("keydown", (event) => {
   const take = new KeyboardEvent("keydown", { key: "t", code: "KeyT", bubbles: true });
   if (!event.repeat) setTimeout(() => document.body.dispatchEvent(take), SENT_MS);
 }, true);
-
-// Without a graphics card every drawing of the 3D scene holds the pictures back, so dockpose is told to draw it less often.
-function drawsInSoftware() {
-  const context = document.createElement("canvas").getContext("webgl2");
-  const names = context?.getExtension("WEBGL_debug_renderer_info");
-  const renderer = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
-  context?.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(renderer);
-}
-if (drawsInSoftware()) fetch("/software-webgl");
-
-// The page follows the system's light or dark until somebody chooses in the Settings.
-const prefersDark = matchMedia("(prefers-color-scheme: dark)");
-const tellColours = () => fetch(prefersDark.matches ? "/prefers-dark" : "/prefers-light");
-prefersDark.addEventListener("change", tellColours);
-tellColours();

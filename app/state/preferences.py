@@ -14,9 +14,10 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Settings, estimate
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.state.in_force import with_own_camera, with_own_dock
-from dockpose.app.state.tank import Tank, write_whole
+from dockpose.app.state.tank import Tank, make_private, write_whole
 from dockpose.app.state.view import View, open_source, with_sample, with_upload
 from dockpose.camera.yaml_file import FileError, read_yaml, to_yaml
 
@@ -100,6 +101,9 @@ class Memory:
         self._path = None if folder is None else folder / "last.yaml"
         self._written_s = -_EVERY_S
         self._pictured: np.ndarray | None = None
+        if self._path is not None and folder is not None and folder.is_dir():
+            with contextlib.suppress(OSError):
+                make_private(folder, self._path.name, _PICTURE)
         self.now = self._kept = self._read()
 
     def change(self, **changes: Any) -> None:
@@ -115,11 +119,28 @@ class Memory:
         self._pictured = view.image
         if view.list_name == "samples":
             self.change(sample=view.sample, upload=None)
+            with contextlib.suppress(UserError):
+                self._delete_picture()
         elif view.list_name == "uploads" and view.image.size <= _MOST_VALUES:
             with contextlib.suppress(OSError):
-                self._path.parent.mkdir(parents=True, exist_ok=True)
+                make_private(self._path.parent)
                 write_whole(self._path.with_name(_PICTURE), cv2.imencode(".png", view.image)[1].tobytes())
                 self.change(sample=None, upload=view.item)
+
+    def forget_picture(self) -> None:
+        """Delete the uploaded picture that was kept. Raises UserError where that fails."""
+        self.change(upload=None)
+        self.write()
+        self._delete_picture()
+
+    def _delete_picture(self) -> None:
+        if self._path is None:
+            return
+        path = self._path.with_name(_PICTURE)
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise UserError(f"{path}: the last picture cannot be deleted ({error.strerror or error})") from error
 
     def last_view(self, tank: Tank) -> View | None:
         """The picture of the last run with My tank; None where there was none that can be had again."""
@@ -137,7 +158,7 @@ class Memory:
             return
         self._written_s = time.monotonic()
         with contextlib.suppress(OSError):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
+            make_private(self._path.parent)
             write_whole(self._path, to_yaml(msgspec.to_builtins(self.now)))
             self._kept = self.now
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import stat
 from pathlib import Path
 
 import msgspec
@@ -96,7 +98,7 @@ class Tanks:
         if self._path is not None:
             text = to_yaml(msgspec.to_builtins(_File(tuple(tanks.values()))))
             try:
-                self._path.parent.mkdir(parents=True, exist_ok=True)
+                make_private(self._path.parent)
                 write_whole(self._path, text)
             except OSError as error:
                 raise UserError(f"{self._path}: the tanks cannot be saved ({error.strerror or error})") from error
@@ -104,10 +106,19 @@ class Tanks:
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file beside its place, flush it to the disk, and only then put it there, whole."""
+    """Write a file for its owner alone beside its place, flush it to the disk, and only then put it there, whole."""
     beside = path.with_suffix(".new")
-    with beside.open("wb") as file:
+    beside.unlink(missing_ok=True)
+    with open(beside, "xb", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
         file.write(content.encode() if isinstance(content, str) else content)
         file.flush()
         os.fsync(file.fileno())
     beside.replace(path)
+
+
+def make_private(folder: Path, *names: str) -> None:
+    """Make a folder, and its files of these names, open to their owner alone; what is there already likewise."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    for path in (folder, *(folder / name for name in names)):
+        with contextlib.suppress(OSError):  # not there, another's, or on a disk without owners
+            path.chmod(stat.S_IMODE(path.stat().st_mode) & 0o700)

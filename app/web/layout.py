@@ -87,7 +87,7 @@ class Layout:
                 gui.add_html(help_link(section), order=1e9)
 
         with tab("Pictures", "pictures"):
-            source = SourcePanel(gui, change, parts.uploads, parts.root, parts.beside, parts.sequence.take)
+            source = SourcePanel(gui, change, parts.uploads, parts.root, parts.beside, parts.sequence, parts.memory)
         with tab("Tank", "tank"):
             tanks = TanksPanel(gui, parts.tanks, change, parts.notify)
             camera = CameraPanel(gui, change)

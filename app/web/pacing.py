@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable
 
@@ -15,12 +14,12 @@ DRAWING_REST_S = 0.7  # a browser goes on drawing for 0.25 s after each change o
 class UpdatePacing:
     """Decides which frames of a sequence are shown, and how long the 3D scene of a picture rests.
 
-    ``draws_slowly`` is set where a browser draws without a graphics card, so that all else waits for the 3D scene.
+    ``draws_slowly()`` tells whether a browser draws without a graphics card, so that all else waits for the 3D scene.
     """
 
     def __init__(
         self,
-        draws_slowly: threading.Event,
+        draws_slowly: Callable[[], bool],
         is_playing: Callable[[], bool],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -33,7 +32,7 @@ class UpdatePacing:
 
     def hides_scene(self) -> bool:
         """Whether the 3D scene is hidden, since drawing it would hold up each frame by a quarter of a second."""
-        return self._is_playing() and self._draws_slowly.is_set()
+        return self._is_playing() and self._draws_slowly()
 
     def note(self) -> None:
         """Record that a frame was shown."""
@@ -41,8 +40,8 @@ class UpdatePacing:
 
     def drawing_rest_s(self) -> float:
         """Seconds for which the 3D scene rests after it was drawn."""
-        return DRAWING_REST_S if self._draws_slowly.is_set() else 0.0
+        return DRAWING_REST_S if self._draws_slowly() else 0.0
 
     def drawing_quiet_s(self) -> float:
         """Seconds without a newer result after which the 3D scene is drawn."""
-        return DRAWING_QUIET_S if self._draws_slowly.is_set() else 0.0
+        return DRAWING_QUIET_S if self._draws_slowly() else 0.0

@@ -81,6 +81,11 @@ class SequenceController:
         """Name of the open sequence, if any."""
         return None if self._source is None else self._source.name
 
+    @property
+    def is_sent(self) -> bool:
+        """Whether the open sequence was sent by a browser."""
+        return self._source is not None and self._source.folder is not None
+
     def names(self) -> list[str]:
         """Return the names of the sequences that can be chosen."""
         return choices(self._given, self._root)

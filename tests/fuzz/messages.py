@@ -18,7 +18,7 @@ from tests.support.visitors import VIEWPOINT, packed
 @functools.cache
 def page() -> tuple[viser.ViserServer, Mapping[str, Any]]:
     """A server with a control of each kind, and those that can be set by their ids."""
-    server = start.open_server("127.0.0.1", 0, Guard("127.0.0.1"), {})
+    server = start.open_server("127.0.0.1", 0, Guard("127.0.0.1"))
     gui = server.gui
     with gui.add_form("form"):
         gui.add_text("text", "")

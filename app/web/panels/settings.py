@@ -57,7 +57,7 @@ class SettingsPanel(Panel):
         on_click(card, self.show_first_card)
         on_person(self._dark.on_update, lambda client: self._set_dark(self._dark.value))
         self._add_commands(actions)
-        self._paint(bool(memory.now.dark))
+        _paint(server.gui, bool(memory.now.dark))
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load settings, and the first card if it is still to be seen."""
@@ -107,17 +107,14 @@ class SettingsPanel(Panel):
         if card is not None:
             card.close()
 
-    def follow(self, is_dark: bool) -> None:
-        """Take the colours of a browser's system, unless somebody chose them here."""
+    def follow(self, client: viser.ClientHandle, *, is_dark: bool) -> None:
+        """Give one browser the colours of its system, unless somebody chose them here."""
         if self._memory.now.dark is None:
-            self._paint(is_dark)
+            _paint(client.gui, is_dark)
 
     def _set_dark(self, is_dark: bool) -> None:
         self._memory.change(dark=bool(is_dark))
-        self._paint(is_dark)
-
-    def _paint(self, is_dark: bool) -> None:
-        self._server.gui.configure_theme(dark_mode=bool(is_dark), show_logo=False, show_share_button=False)
+        _paint(self._server.gui, bool(is_dark))
         self._dark.value = bool(is_dark)
 
     def _add_commands(self, actions: Actions) -> None:
@@ -140,3 +137,7 @@ class SettingsPanel(Panel):
     ) -> None:
         command = self._server.gui.add_command(label, description=description, hotkey=hotkey, modifier=modifier)
         on_person(command.on_trigger, act)
+
+
+def _paint(gui: viser.GuiApi, is_dark: bool) -> None:
+    gui.configure_theme(dark_mode=is_dark, show_logo=False, show_share_button=False)

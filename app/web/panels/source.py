@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,10 @@ from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
 from dockpose.app.inputs.samples import SAMPLE_WORDS, sample_names
 from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.state.preferences import Memory
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
+from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, on_change, on_click
 
@@ -25,7 +26,7 @@ class SourcePanel(Panel):
     """Samples, uploads, a folder, and buttons that page through the list that the picture is from.
 
     Only pictures below ``root`` are listed. ``beside`` is the folder of the picture given at the start; its pictures
-    can be paged through. Either may be None. ``take_video`` gets the bytes and the name of a video.
+    can be paged through. Either may be None. ``sequence`` takes videos, ``memory`` keeps the last picture.
     """
 
     def __init__(
@@ -35,10 +36,11 @@ class SourcePanel(Panel):
         uploads: UploadStore,
         root: Path | None,
         beside: Path | None,
-        take_video: Callable[[bytes, str, viser.ClientHandle], None],
+        sequence: SequenceController,
+        memory: Memory,
     ) -> None:
         self._change, self._uploads, self._root, self._beside = change, uploads, root, beside
-        self._take_video = take_video
+        self._sequence, self._memory = sequence, memory
         self._area = gui.add_folder(None)
         with self._area:
             self._sample = gui.add_dropdown(
@@ -58,7 +60,7 @@ class SourcePanel(Panel):
             self._forget = gui.add_button(
                 "Forget uploads",
                 icon=viser.Icon.TRASH,
-                hint="Give the memory back that uploaded pictures take. The picture that is shown stays.",
+                hint="Delete the pictures and the video that were sent, from the disk too; a sample is shown instead.",
                 order=2.7,
                 visible=False,
             )
@@ -100,7 +102,7 @@ class SourcePanel(Panel):
             self._area,
             client,
             uploads,
-            self._take_video,
+            self._sequence.take,
             "Upload a video",
             "MP4, AVI, MOV, MKV or WebM; or a bag of ROS: MCAP, BAG or DB3. It stays on this machine, and is deleted "
             "when another sequence is chosen.",
@@ -113,7 +115,8 @@ class SourcePanel(Panel):
         self._sample.value = view.sample or OWN_PICTURE
         self._words.content = small(escape(SAMPLE_WORDS.get(view.sample or "", "")))
         uploaded = self._uploads.names()
-        self._uploaded.visible = self._forget.visible = bool(uploaded)
+        self._uploaded.visible = bool(uploaded)
+        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or self._sequence.is_sent
         self._forget.label = f"Forget uploads ({_megabytes(self._uploads.kept_bytes)})"
         _fill(self._uploaded, uploaded, view.item if view.list_name == "uploads" else None)
         if self._root is not None:
@@ -148,11 +151,12 @@ class SourcePanel(Panel):
         return shown
 
     def _without_uploads(self, view: View, client: viser.ClientHandle) -> View:
-        """Forget the uploads; the picture that is shown stays."""
+        """Forget all that was sent; a sample takes the place of what is shown of it."""
         sentence = forgotten_sentence(len(self._uploads.names()), self._uploads.kept_bytes)
         self._uploads.make_room(0)
+        self._memory.forget_picture()
         client.add_notification("Uploads forgotten", sentence, color="green")
-        return view
+        return with_sample(view, sample_names()[0]) if view.list_name == "uploads" or self._sequence.is_sent else view
 
     def _with_uploaded(self, view: View) -> View:
         name = self._uploaded.value

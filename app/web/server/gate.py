@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 import viser
 from dockpose.app.web.server.journal import Journal, client_of
-from dockpose.app.web.server.messages import GuiUpdateMessage, RefusedError, check_message
+from dockpose.app.web.server.messages import LARGEST_BYTES, GuiUpdateMessage, RefusedError, check_message
 from viser import _messages as messages
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
@@ -138,7 +138,7 @@ class _Inbox:
         try:
             message = self._gate.check(raw, only_views=self._only_views)
         except RefusedError as refusal:
-            if not self._only_views:  # the page of a viewer sends what it always does
+            if not self._only_views or len(raw) > LARGEST_BYTES:  # the page of a viewer sends what it always does
                 self._gate.journal.note(self._client, f"refused {refusal}")
             if refusal.control is not None:
                 self._plan(refusal.control, refusal)

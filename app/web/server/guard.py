@@ -90,18 +90,19 @@ class Guard:
         """Whether a browser that may pass has shown no more than the token for viewing."""
         return self._shown(headers, path) != self.token
 
+    def asks_to_view(self, headers: Headers, path: str) -> bool:
+        """Whether a request that may pass is for the page of viewers, which who steers may see too."""
+        query = parse_qs(path.partition("?")[2], keep_blank_values=True)
+        tokens = query.get("token", [])
+        is_for_viewers = any(_same(shown, self.view_token) for shown in tokens) if self.view_token else False
+        return self.only_views(headers, path) or is_for_viewers or FOR_VIEWERS.removeprefix("?") in query
+
     def _shown(self, headers: Headers, path: str) -> str | None:
-        """The token that a request shows: in its address, unless it opens a WebSocket, or else in its cookie."""
-        tokens = [token for token in (self.token, self.view_token) if token]
-        wanted = f"{cookie_name(headers.get('Host', ''))}="
-        cookies = [part.strip() for header in headers.get_all("Cookie") for part in header.split(";")]
-        in_cookies = [part.removeprefix(wanted) for part in cookies if part.startswith(wanted)]
+        """The token for most that a request shows: in its cookies, or its address unless it opens a WebSocket."""
         in_address = [] if is_upgrade(headers) else parse_qs(path.partition("?")[2]).get("token", [])
-        for shown in (*in_address, *in_cookies):
-            for token in tokens:
-                if _same(shown, token):
-                    return token
-        return None
+        every = (*in_address, *_cookies(headers, cookie_name(headers.get("Host", ""))))
+        tokens = [token for token in (self.token, self.view_token) if token]
+        return next((token for token in tokens if any(_same(shown, token) for shown in every)), None)
 
     def _knows(self, host: str) -> bool:
         name = (_split(f"//{host}").hostname or "").lower()
@@ -112,6 +113,19 @@ def cookie_name(host: str) -> str:
     """Name of the cookie for a Host, with the port in it: browsers share cookies among the ports of a machine."""
     port = host.rpartition(":")[2]
     return f"dockpose_{port}" if port.isdecimal() else "dockpose"
+
+
+def look_of(headers: Headers) -> set[str]:
+    """What a browser says of itself in the cookie that static/layout.js sets: "dark", "software"."""
+    return {
+        word for look in _cookies(headers, f"{cookie_name(headers.get('Host', ''))}_look") for word in look.split(".")
+    }
+
+
+def _cookies(headers: Headers, name: str) -> list[str]:
+    """The values of all cookies of that name."""
+    parts = [part.strip().partition("=") for header in headers.get_all("Cookie") for part in header.split(";")]
+    return [value for one, _, value in parts if one == name]
 
 
 def is_upgrade(headers: Headers) -> bool:
@@ -140,6 +154,7 @@ def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> Iterator[Non
 
         SOCKETS_LOG.filters = [OneLine(gate.journal)]
         keywords |= {"max_size": LARGEST_FRAME_BYTES, "logger": SOCKETS_LOG, "create_connection": sockets.factory()}
+        keywords["compression"] = None  # what is sent here is as large as it looks
         return real(*arguments, process_request=check, **keywords)
 
     websocket_server.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
@@ -178,11 +193,9 @@ def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Req
     otherwise_page = otherwise(connection, request)  # called in any case, for it also silences the library's log
     path = request.path.partition("?")[0]
     page = pages.get(path)
-    if guard.only_views(request.headers, request.path):
+    if guard.asks_to_view(request.headers, request.path):
         page = pages.get(f"{path}{FOR_VIEWERS}", page)
     response = otherwise_page if page is None else _response(200, "OK", page)
-    if page is not None and page.on_request is not None:
-        page.on_request()
     response.headers["Set-Cookie"] = guard.cookie(request.headers, request.path)
     return response
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,15 +25,14 @@ _ICON = '<link rel="icon" type="image/svg+xml" href="/icon.svg" />'
 
 @dataclass(frozen=True)
 class Page:
-    """The answer to requests for one path, and what to call on each."""
+    """The answer to requests for one path."""
 
     content_type: str
     body: bytes
-    on_request: Callable[[], None] | None = None
 
 
-def own_pages(reports: Mapping[str, Callable[[], None]]) -> dict[str, Page]:
-    """Pages by path; ``reports`` are paths by which a browser tells something about itself, and what to call then."""
+def own_pages() -> dict[str, Page]:
+    """Pages by path."""
     html = "text/html; charset=utf-8"
     script = "application/javascript; charset=utf-8"
     front = with_ours(_viser_page())
@@ -49,7 +47,6 @@ def own_pages(reports: Mapping[str, Callable[[], None]]) -> dict[str, Page]:
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
         "/help": Page(html, help_page().encode()),
         "/paper": Page(html, static_path("paper.html").read_bytes()),
-        **{path: Page("text/plain; charset=utf-8", b"", report) for path, report in reports.items()},
     }
 
 

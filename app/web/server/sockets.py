@@ -9,6 +9,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.frames import CloseCode
 
 MOST_WAITING, MOST_OPEN = 128, 256
+_TO_READ_WHY_S = 1.0
 # Why websockets closes a connection whose frames are no frames, no text, or too large.
 _BAD_FRAMES = (CloseCode.PROTOCOL_ERROR, CloseCode.INVALID_DATA, CloseCode.MESSAGE_TOO_BIG)
 
@@ -24,6 +25,7 @@ class Sockets:
         self._journal = journal
         self._waiting: dict[ServerConnection, None] = {}  # the oldest first
         self._open: set[ServerConnection] = set()
+        self._bad: set[ServerConnection] = set()  # closed for their frames, and not gone yet
 
     def factory(self) -> type[ServerConnection]:
         """The class of connections to make, which report here."""
@@ -35,6 +37,10 @@ class Sockets:
             def connection_made(self, transport: asyncio.BaseTransport) -> None:
                 super().connection_made(transport)
                 sockets._begin(self)
+
+            def data_received(self, data: bytes) -> None:
+                super().data_received(data)
+                sockets._end_if_bad(self)
 
             def connection_lost(self, exc: Exception | None) -> None:
                 super().connection_lost(exc)
@@ -64,6 +70,14 @@ class Sockets:
     def _end(self, connection: ServerConnection) -> None:
         self._waiting.pop(connection, None)
         self._open.discard(connection)
+        self._bad.discard(connection)
+
+    def _end_if_bad(self, connection: ServerConnection) -> None:
+        """Write down that bad frames came, and let go of the connection soon, also where its browser never reads."""
         sent = connection.protocol.close_sent
-        if sent is not None and sent.code in _BAD_FRAMES and not connection.protocol.close_rcvd_then_sent:
+        if connection in self._bad or sent is None or sent.code not in _BAD_FRAMES:
+            return
+        if not connection.protocol.close_rcvd_then_sent:
+            self._bad.add(connection)
             self._journal.note(client_of(connection), f"closed its connection: {sent.reason}")
+            connection.loop.call_later(_TO_READ_WHY_S, connection.transport.abort)

@@ -6,7 +6,7 @@ import contextlib
 import io
 import os
 import socket
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from types import SimpleNamespace
 from zipfile import ZipFile
 
@@ -25,7 +25,7 @@ class PortBusyError(OSError):
     """The port cannot be had; the text names it and says why."""
 
 
-def open_server(host: str, port: int, guard: Guard, reports: Mapping[str, Callable[[], None]]) -> viser.ViserServer:
+def open_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
     """Start serving.
 
     Parameters
@@ -34,8 +34,6 @@ def open_server(host: str, port: int, guard: Guard, reports: Mapping[str, Callab
         Where to listen; port 0 takes any free one.
     guard : Guard
         Decides who may talk to the page.
-    reports : mapping of str to callable
-        Paths by which a browser tells something about itself, as that it has no graphics card, and what to call then.
 
     Raises
     ------
@@ -50,7 +48,7 @@ def open_server(host: str, port: int, guard: Guard, reports: Mapping[str, Callab
     wake_from_the_loop()
     check_port_is_free(host, port)
     gate = Gate(Journal())
-    with silence(), guarded(guard, gate, own_pages(reports)):
+    with silence(), guarded(guard, gate, own_pages()):
         server = viser.ViserServer(host=host, port=port, label="dockpose", verbose=False)
     try:
         if port not in (0, server.get_port()):  # taken between the check and viser's own attempt

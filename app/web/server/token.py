@@ -8,6 +8,8 @@ import re
 import secrets
 from pathlib import Path
 
+from dockpose.app.state.tank import make_private
+
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{24}")
 _BYTES = 18  # 24 letters
 
@@ -33,7 +35,7 @@ def token_for(folder: Path | None, name: str) -> str:
     except (OSError, UnicodeDecodeError):
         pass
     with contextlib.suppress(OSError):
-        folder.mkdir(parents=True, exist_ok=True)
+        make_private(folder)
         path.unlink(missing_ok=True)
         with open(path, "x", encoding="ascii", opener=_private) as file:
             file.write(new + "\n")

@@ -19,7 +19,7 @@ from tests.support.visitors import VIEWPOINT, packed
 
 @pytest.fixture(scope="module")
 def gui():
-    server = open_server("127.0.0.1", 0, Guard("127.0.0.1"), {})
+    server = open_server("127.0.0.1", 0, Guard("127.0.0.1"))
     yield server.gui
     with start.silence():
         server.stop()

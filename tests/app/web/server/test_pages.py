@@ -17,7 +17,7 @@ def test_help_has_the_section_that_a_tab_leads_to(name):
 
 
 def test_the_help_says_what_the_study_found_and_leads_to_the_paper():
-    pages = own_pages({})
+    pages = own_pages()
     text = pages["/help"].body.decode()
     assert "simulated scenes of seed" in text
     assert "study.html" not in text

@@ -32,7 +32,7 @@ def port():
 def refused(port):
     """The sentence; afterwards nobody listens on the port."""
     with pytest.raises(UnprotectedError) as caught:
-        open_server("127.0.0.1", port, Guard("127.0.0.1"), {})
+        open_server("127.0.0.1", port, Guard("127.0.0.1"))
     with socket.socket() as attempt:
         assert attempt.connect_ex(("127.0.0.1", port)) != 0
     assert isinstance(caught.value, UserError)
@@ -44,7 +44,7 @@ def refused(port):
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0", "localhost"])
 def test_the_viser_that_is_asked_for_is_protected(host):
-    server = open_server(host, 0, Guard(host), {})
+    server = open_server(host, 0, Guard(host))
     with start.silence():
         server.stop()
 

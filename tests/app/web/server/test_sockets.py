@@ -19,7 +19,7 @@ resource = pytest.importorskip("resource")
 @pytest.fixture(scope="module")
 def page():
     guard = Guard("127.0.0.1")
-    server = open_server("127.0.0.1", 0, guard, {})
+    server = open_server("127.0.0.1", 0, guard)
     yield server.get_port(), guard.token
     with silence():
         server.stop()

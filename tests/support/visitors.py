@@ -43,9 +43,12 @@ def asked(port, request, timeout_s=5.0, source="127.0.0.1"):
 
 
 class Visitor:
-    """A browser with the token that keeps the values of controls it is told; ``reads=False`` never reads."""
+    """A browser with the token that keeps the values of controls it is told; ``reads=False`` never reads.
 
-    def __init__(self, address, *, reads=True, source="127.0.0.1"):
+    ``look`` is what it says of itself, as "dark.software".
+    """
+
+    def __init__(self, address, *, reads=True, source="127.0.0.1", look=""):
         host = urlsplit(address).netloc
         to_server = socket.create_connection(("127.0.0.1", urlsplit(address).port), 10, (source, 0))
         to_server.settimeout(None)
@@ -53,7 +56,7 @@ class Visitor:
             f"ws://{host}",
             sock=to_server,
             origin=Origin(f"http://{host}"),
-            additional_headers={"Cookie": cookie_of(address)},
+            additional_headers={"Cookie": f"{cookie_of(address)}; dockpose_{urlsplit(address).port}_look={look}"},
             subprotocols=[SUBPROTOCOL],
             max_size=None,
             compression=None,
@@ -61,6 +64,7 @@ class Visitor:
             ping_interval=None,
         )
         self.hears: Callable[..., object] = lambda message: None  # may be replaced
+        self.is_dark: bool | None = None
         self.values, self.ids, self.buttons, self.notices = {}, {}, {}, []
         self.bytes_read, self.messages_read = 0, 0
         self.is_replayed, self.changed = threading.Event(), threading.Condition()
@@ -120,6 +124,8 @@ class Visitor:
         if kind == "GuiUpdateMessage":
             if "value" in message["updates"]:
                 self.values[message["uuid"]] = message["updates"]["value"]
+        elif kind == "ThemeConfigurationMessage":
+            self.is_dark = message["dark_mode"]
         elif kind == "ReplayDoneMessage":
             self.is_replayed.set()
         elif kind == "NotificationShowMessage":

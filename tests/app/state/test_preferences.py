@@ -1,19 +1,27 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalMemberAccess=false
 
+import gc
+import os
+import stat
+import weakref
 from dataclasses import replace
+from unittest.mock import Mock
 
 import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Settings
+from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import preferences as memory
 from dockpose.app.state import view as state
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.preferences import Memory, Remembered, settings_file, with_last_settings, with_settings_file
+from dockpose.app.state.tank import Tanks
 from dockpose.app.web.app import App
+from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.server.options import Options
 
 
@@ -160,3 +168,74 @@ def test_a_sample_is_back_and_a_lost_picture_is_left_out(tmp_path, view):
     first.change(sample=None, upload="gone.png")
     first.write()
     assert Memory(tmp_path).last_view(view.tank) is None
+
+
+def mode(path):
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="owners and modes of files are POSIX")
+def test_what_the_page_keeps_is_its_owners_alone_also_where_it_was_not(tmp_path, view):
+    folder = tmp_path / "config"
+    folder.mkdir(mode=0o755)
+    (folder / "last.yaml").write_text("dark: true")
+    for path, wide in ((folder, 0o755), (folder / "last.yaml", 0o644)):
+        path.chmod(wide)
+    kept = Memory(folder)
+    assert kept.now.dark
+    assert (mode(folder), mode(folder / "last.yaml")) == (0o700, 0o600)
+    (folder / "last-picture.new").write_text("left by a run that was killed")
+    (folder / "last-picture.new").chmod(0o666)
+    png = cv2.imencode(".png", np.eye(9, dtype=np.uint8))[1].tobytes()
+    kept.keep_picture(state.with_upload(view, png, "a.png"))
+    Tanks(folder).save(view.tank, "Pool")
+    assert len(list(folder.iterdir())) == 3
+    assert {mode(path) for path in folder.iterdir()} == {0o600}
+    Memory(tmp_path / "new").change(dark=True)
+    assert (mode(tmp_path / "new"), mode(tmp_path / "new" / "last.yaml")) == (0o700, 0o600)
+
+
+def test_another_picture_or_forgetting_deletes_the_one_that_was_kept(tmp_path, view):
+    png = cv2.imencode(".png", np.eye(9, dtype=np.uint8))[1].tobytes()
+    for forget in (lambda kept: kept.forget_picture(), lambda kept: kept.keep_picture(state.with_sample(view, "tilted"))):
+        kept = Memory(tmp_path)
+        kept.keep_picture(state.with_upload(view, png, "a.png"))
+        assert (tmp_path / "last-picture.png").exists()
+        forget(kept)
+        assert not (tmp_path / "last-picture.png").exists()
+        kept.write()
+        again = Memory(tmp_path)
+        assert again.now.upload is None
+        assert "a.png" not in (tmp_path / "last.yaml").read_text()
+
+
+def test_a_picture_that_cannot_be_deleted_is_named(tmp_path):
+    (tmp_path / "last-picture.png").mkdir()
+    with pytest.raises(UserError, match=r"last-picture\.png: the last picture cannot be deleted"):
+        Memory(tmp_path).forget_picture()
+
+
+def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
+    """Neither on the disk, nor in memory, nor at the next start."""
+    options = Options(remember_in=tmp_path)
+    app = App.build(options=options)
+    try:
+        png = cv2.imencode(".png", np.eye(300, dtype=np.uint8) * 200)[1].tobytes()
+        (source,) = [panel for panel in app._panels if isinstance(panel, SourcePanel)]
+        app.change(lambda shown: source._with_new_upload(shown, png, "mine.png"), reload=True)
+        assert app.wait_until_idle(60)
+        assert (tmp_path / "last-picture.png").exists()
+        shown = weakref.ref(app.view.image)
+        app.change(lambda view: source._without_uploads(view, Mock()), reload=True)
+        assert app.wait_until_idle(60)
+        assert app._kept.kept_bytes == 0
+        assert not source._forget.visible
+        gc.collect()
+        assert shown() is None
+    finally:
+        app.stop()
+    assert not any(b"mine.png" in path.read_bytes() for path in tmp_path.iterdir())
+    assert not (tmp_path / "last-picture.png").exists()
+    again = App.build(options=options)
+    again.stop()
+    assert again.view.list_name == "samples"

@@ -16,7 +16,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
-from tests.support.visitors import asked
+from tests.support.visitors import Visitor, asked
 
 
 @pytest.fixture(scope="module")
@@ -216,6 +216,27 @@ def test_viewers_may_look_and_are_told_apart():
     assert guard.only_views(upgrade, "/?token=t")  # a socket shows its cookie, not its address
 
 
+@pytest.mark.parametrize("cookies", ["dockpose_80=t", "dockpose_80=v; dockpose_80=t", "dockpose_80=t; dockpose_80=v"])
+def test_who_steers_sees_the_page_of_viewers_at_their_address_and_steers_on(cookies):
+    guard = Guard("127.0.0.1", token="t", view_token="v")
+    headers = Headers({"Host": "127.0.0.1:80", "Cookie": cookies})
+    assert guard.asks_to_view(headers, "/?token=v")
+    assert guard.asks_to_view(headers, "/?view")
+    assert not guard.asks_to_view(headers, "/")
+    for path in ("/?token=v", "/?view", "/"):
+        assert guard.cookie(headers, path).startswith("dockpose_80=t;")
+        assert not guard.only_views(Headers([*headers.raw_items(), ("Upgrade", "websocket")]), path)
+
+
+@pytest.mark.parametrize("path", ["/", "/?token=v", "/?token=", "/?token=x", "/?view", "/?steer", "/?view=&token=v"])
+def test_a_viewer_never_gains_rights(path):
+    guard = Guard("127.0.0.1", token="t", view_token="v")
+    headers = Headers({"Host": "127.0.0.1:80", "Cookie": "dockpose_80=v; dockpose_81=t; dockpose_80_look=t"})
+    assert guard.only_views(headers, path)
+    assert guard.asks_to_view(headers, path)
+    assert guard.cookie(headers, path).startswith("dockpose_80=v;")
+
+
 def test_without_a_link_for_viewers_an_empty_token_opens_nothing():
     guard = Guard("127.0.0.1", token="t", view_token=None)
     for path in ("/", "/?token=", "/?token=None"):
@@ -249,3 +270,49 @@ def test_what_a_viewer_sends_changes_nothing(tmp_path):
             assert level.value == (before if value == 55 else 66)
     finally:
         running.stop()
+
+
+@pytest.fixture(scope="module")
+def shared():
+    running = App.build(port=0, options=Options(view_link=True))
+    yield running
+    running.stop()
+
+
+@pytest.mark.parametrize("role", ["view", "steer", "nobody"])
+@pytest.mark.parametrize(
+    "headers",
+    [{}, {"Origin": "http://127.0.0.1:1"}, {"Referer": "http://127.0.0.1:1/"}, {"Sec-Fetch-Site": "same-site"}],
+)
+def test_no_request_changes_what_others_see(shared, role, headers):
+    """Neither of a viewer, nor of a page of another port, to which browsers add the cookie."""
+    token = {"view": shared._guard.view_token, "steer": shared._guard.token, "nobody": "x"}[role]
+    with Visitor(shared.address) as one, Visitor(shared.address) as other:
+        assert other.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
+        for path in ("/prefers-dark", "/prefers-light", "/software-webgl", "/?prefers-dark", "/page.js?software"):
+            look = f"dockpose_{shared.port}={token}; dockpose_{shared.port}_look=dark.software"
+            ask(shared, path, Cookie=look, **headers)
+        assert one.until(lambda page: page.is_replayed.is_set() and "Notes" in page.ids, 60)
+        one.set("Notes", f"{role}{headers}")  # whatever was sent before that has come with it
+        assert other.until(lambda page: page.values[one.ids["Notes"]] == f"{role}{headers}", 60)
+        assert not other.is_dark
+    assert not shared._slow
+
+
+def test_each_browser_has_the_colours_of_its_system_and_viewers_slow_nobody_down(shared):
+    viewing = shared.addresses(for_viewers=True)[0]
+    with (
+        Visitor(shared.address) as plain,
+        Visitor(shared.address, look="dark.software") as dark,
+        Visitor(viewing, look="dark.software") as viewer,
+        Visitor(viewing, look="<dark>.x") as odd,
+    ):
+        assert dark.until(lambda page: page.is_dark, 60)
+        assert viewer.until(lambda page: page.is_dark, 60)
+        for one in (plain, odd):
+            assert one.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
+        assert plain.until(lambda _: len(shared._server.get_clients()) == 4, 60)
+        assert len(shared._slow) == 1
+        assert (plain.is_dark, odd.is_dark) == (False, False)
+        dark.close()
+        assert plain.until(lambda _: not shared._slow, 60)

@@ -4,6 +4,7 @@ import contextlib
 import socket
 import time
 import urllib.request
+import zlib
 
 import pytest
 from dockpose.app.web.server import sockets
@@ -11,6 +12,7 @@ from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.sockets import MOST_OPEN, MOST_WAITING
 from dockpose.app.web.server.start import open_server, silence
 
+from tests.attack.requests import frame
 from tests.support.visitors import SUBPROTOCOL, asked, cookie_of
 
 resource = pytest.importorskip("resource")
@@ -59,6 +61,33 @@ def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
     while open_sockets() > before + 5 and time.monotonic() < end_s:
         time.sleep(0.05)
     assert open_sockets() <= before + 5
+
+
+def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(page, caplog):
+    port, token = page
+    before, host = open_sockets(), f"127.0.0.1:{port}"
+    opening = (
+        f"GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+        f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\nSec-WebSocket-Extensions: permessage-deflate\r\n"
+        f"Cookie: {cookie_of(f'http://{host}/?token={token}')}\r\n\r\n"
+    ).encode()
+    with contextlib.ExitStack() as open_ones:
+        for _ in range(3):
+            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", port), timeout=60))
+            one.sendall(opening)
+            answer = one.recv(4096)
+            assert answer.startswith(b"HTTP/1.1 101")
+            assert b"deflate" not in answer
+            bomb = zlib.compress(bytes(16 * 2**20), wbits=-15)
+            one.sendall(frame(bomb, first=0xC2))
+        end_s = time.monotonic() + 60
+        while open_sockets() > before + 3 and time.monotonic() < end_s:
+            time.sleep(0.05)
+        assert open_sockets() <= before + 3  # ours, whose other ends are gone
+    (first, *more) = [text for text in caplog.messages if "reserved bits" in text]
+    assert first.startswith("127.0.0.1: closed its connection: ")
+    assert len(more) < 3
 
 
 def test_where_too_many_pages_are_open_one_more_is_refused_until_one_is_closed(page, monkeypatch, caplog):

@@ -21,13 +21,11 @@ run: $(VENV)/.installed
 test: $(VENV)/.test $(VENV)/.chromium
 	@# In the order of folders: by itself xdist leaves the files with few, long tests to the end, for one process.
 	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 3 --dist loadfile --no-loadscope-reorder
-	@# A browser without a graphics card takes all cores for itself, and a click may come too late for the page, so
-	@# that what fails is tried once more, and named as a rerun in the summary.
-	$(BIN)/python -m pytest --reruns 1 --numprocesses 2 --dist loadfile $(CORE_OF_PAGE)
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(CORE_OF_PAGE)
 
 # Everything that the page does, in a real browser: about nine minutes.
 test-page: $(VENV)/.test $(VENV)/.chromium
-	$(BIN)/python -m pytest --reruns 1 tests/browser
+	$(BIN)/python -m pytest tests/browser
 
 # The tests, ten times, beside four processes that hold the cores.
 RUNS ?= 10

@@ -17,9 +17,19 @@ function drawsInSoftware() {
   return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(renderer);
 }
 const prefersDark = realMatchMedia("(prefers-color-scheme: dark)");
-const look = [prefersDark.matches && "dark", drawsInSoftware() && "software"].filter(Boolean).join(".");
-document.cookie = `dockpose${location.port && `_${location.port}`}_look=${look}; SameSite=Strict; Path=/`;
-prefersDark.addEventListener("change", () => location.reload());
+const isSoftware = drawsInSoftware();
+const LOOK = `dockpose${location.port && `_${location.port}`}_look`;
+const browserId = document.cookie.split("; ").find((one) => one.startsWith(`${LOOK}=`))?.match(/=(id\w+)/)?.[1]
+  ?? `id${Array.from(crypto.getRandomValues(new Uint32Array(4)), (number) => number.toString(36)).join("")}`;
+function keepLook() {
+  const words = [browserId, prefersDark.matches && "dark", isSoftware && "software"].filter(Boolean);
+  document.cookie = `${LOOK}=${words.join(".")}; SameSite=Strict; Path=/`;
+}
+keepLook();
+prefersDark.addEventListener("change", () => {
+  keepLook();
+  fetch("/look"); // its own pages are told to take the new colours
+});
 
 const PARTS = { picture: "Picture", view3d: "3D", tools: "Tools" };
 const OPEN_PART = "dockpose part";

@@ -25,8 +25,9 @@ from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_
 from dockpose.app.web.pacing import UpdatePacing
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
-from dockpose.app.web.server.guard import Guard, look_of
+from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
+from dockpose.app.web.server.looks import Looks
 from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
 from dockpose.app.web.server.start import icons_from_one_archive, open_server, reachable_hosts, silence
 from dockpose.app.web.server.token import token_for
@@ -65,8 +66,8 @@ class App:
         self._sequence.on_change, self._sequence.on_rest = self._on_sequence, self._on_rest
         self._newest: Analysis | None = None
         self._is_warm = False
-        self._slow: set[int] = set()  # browsers that steer and draw without a graphics card
-        self._pacing = UpdatePacing(lambda: bool(self._slow), lambda: self._sequence.is_playing)
+        self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
+        self._pacing = UpdatePacing(self._looks.draws_slowly, lambda: self._sequence.is_playing)
         with icons_from_one_archive():
             self._layout = Layout(server, self._parts(options, beside))
         self._panels = self._layout.panels
@@ -221,28 +222,17 @@ class App:
         """Set up what a new browser has to itself, and tell the others of it."""
         LOG.info("browser %d opened the page", client.client_id)
         self._scene.open_to(client)
-        self._heed_look(client)
+        self._looks.heed(client)
         self._layout.strip.count_browsers(len(self._server.get_clients()))
         uploads = self._uploads.attach(client)
         with self._greeting:  # viser takes buttons for one browser at a time into a folder
             for panel in self._panels:
                 panel.add_upload(client, uploads)
 
-    def _heed_look(self, client: viser.ClientHandle) -> None:
-        """Heed what a browser says of itself; of those that only view, nothing that others would see."""
-        connection = self._server._websock_server._live_connections.get(client.client_id)
-        request = getattr(connection, "request", None)
-        if request is None:  # it left by now
-            return
-        look = look_of(request.headers)
-        self._layout.settings.follow(client, is_dark="dark" in look)
-        if "software" in look and not self._guard.only_views(request.headers, request.path):
-            self._slow.add(client.client_id)
-
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""
         LOG.info("browser %d left", client.client_id)
-        self._slow.discard(client.client_id)
+        self._looks.forget(client)
         self._uploads.detach(client)
         self._notices.forget(client)
         self._layout.settings.forget(client)

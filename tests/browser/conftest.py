@@ -36,7 +36,10 @@ async (one) => {
   }
 }
 """
-THROTTLE_S = 0.1  # inputs changed within 50 ms of each other share one message, and the first would be lost
+HANGS_S = 120.0  # nothing takes that long, however busy the machine is: what is waited for does not come
+# Resolves once the browser has drawn; the second once it has sent what was typed last, too, which it does after 50 ms.
+_DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+_SENT = f"() => new Promise((done) => setTimeout(done, 60)).then({_DRAWN})"
 
 
 def no_browser(reason) -> NoReturn:
@@ -80,11 +83,10 @@ def app(root):
 @pytest.fixture(scope="module")
 def opened(browser, app):
     """One page for all tests of a module: opening one takes seconds without a graphics card."""
-    context = browser.new_context(viewport={"width": 1366, "height": 768})
-    page = Page(context.new_page(), app)
+    page = Page(browser.new_context(viewport={"width": 1366, "height": 768}).new_page(), app)
     page.open()
     yield page
-    context.close()
+    page.page.context.close()
 
 
 @pytest.fixture
@@ -92,7 +94,7 @@ def page(opened):
     """The page on its first sample scene; the test fails if the console shows an error meanwhile."""
     first = open_source(None, None, None)
     opened.page.evaluate("document.activeElement?.blur()")  # a box sends what was typed once it is left
-    opened.page.wait_for_timeout(1000 * THROTTLE_S)
+    opened.rest()
     opened.app.change(lambda _: first, reload=True)
     opened.tab("Picture")
     opened.tab("Pictures")
@@ -112,13 +114,14 @@ class Page:
 
     def __init__(self, page, app):
         self.page, self.app = page, app
+        page.set_default_timeout(1000 * HANGS_S)
         self.errors = []
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
 
     def open(self):
         self.page.goto(f"{self.app.address}&fixedDpr=0.1")  # the 3D scene costs as little as it can
-        self.page.get_by_role("button", name="Upload pictures").wait_for(timeout=30_000)
+        self.page.get_by_role("button", name="Upload pictures").wait_for()
         self.page.locator("#candidates tbody tr").first.wait_for()
 
     def row(self, label):
@@ -145,11 +148,10 @@ class Page:
 
     def tab(self, name):
         tab = self.page.get_by_role("tab", name=name, exact=True)
-        tab.click()
-        self.page.wait_for_timeout(50)
-        if tab.get_attribute("aria-selected") != "true":  # the page was drawn anew under the click
+        if tab.get_attribute("aria-selected") != "true":
             tab.click()
-            self.page.wait_for_timeout(50)
+            self.until(lambda: tab.get_attribute("aria-selected") == "true")
+        self.page.evaluate(_DRAWN)
 
     def box(self, label):
         return self.row(label).locator("input:not([type=hidden])")
@@ -158,20 +160,23 @@ class Page:
         return self.row(label).get_by_role("slider")
 
     def tick(self, label, is_on=True):
-        """Tick a box; once more where the page moved under the click."""
+        """Tick a box."""
         box = self.page.get_by_label(label)
-
-        def is_ticked():
-            if box.is_checked() != is_on:
-                box.click()
-            return box.is_checked() == is_on
-
-        self.until(is_ticked)
+        if box.is_checked() != is_on:
+            box.click()
+        self.until(lambda: box.is_checked() == is_on)
 
     def choose(self, label, option):
         self.box(label).click()
         self.page.get_by_role("option", name=option, exact=True).click()
-        time.sleep(THROTTLE_S)
+        self.rest()
+
+    def rest(self):
+        """Wait until the browser has drawn, and has sent what was typed last.
+
+        Boxes that are changed within 50 ms share one message, and the first would be lost.
+        """
+        self.page.evaluate(_SENT)
 
     def upload(self, name, data):
         self.reveal(self.page.get_by_role("button", name="Upload pictures"))
@@ -201,7 +206,7 @@ class Page:
     def row_names(self):
         return [text.strip() for text in self.page.locator("#candidates tbody tr td:first-child").all_inner_texts()]
 
-    def until(self, check, timeout_s=10.0):
+    def until(self, check, timeout_s=HANGS_S):
         """Wait for something on the page or in the app to become so."""
         end = time.monotonic() + timeout_s
         while not check():

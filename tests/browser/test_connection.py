@@ -27,20 +27,20 @@ def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, 
         page = Page(context.new_page(), running)
         page.page.goto(running.address)
         start = page.page.get_by_role("button", name="Start", exact=True)
-        start.wait_for(timeout=30_000)
+        start.wait_for()
         start.click()
         assert page.page.title() == "dockpose"
         page.choose("Sample scene", "tilted")
         page.until(lambda: page.has_found("tilted"))
         running.stop()
         banner = page.page.get_by_role("alert").filter(has_text="has stopped")
-        banner.wait_for(timeout=15_000)
+        banner.wait_for()
         assert f"dockpose serve --port {port}" in banner.inner_text()
         running = App.build(port=port, options=options)
         page.app = running
-        banner.wait_for(state="hidden", timeout=30_000)
+        banner.wait_for(state="hidden")
         page.page.reload()  # with the token of before
-        page.page.locator("#candidates tbody tr").first.wait_for(timeout=30_000)
+        page.page.locator("#candidates tbody tr").first.wait_for()
         page.until(lambda: page.has_found("tilted"))
     finally:
         running.stop()
@@ -49,9 +49,9 @@ def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, 
 
 def test_a_reload_keeps_the_tab(page):
     page.tab("Detect")
-    page.page.wait_for_timeout(300)
+    page.rest()
     page.page.reload()
-    page.page.get_by_role("tab", name="Detect", exact=True).wait_for(timeout=30_000)
+    page.page.get_by_role("tab", name="Detect", exact=True).wait_for()
     page.until(lambda: page.page.get_by_role("tab", name="Detect", exact=True).get_attribute("aria-selected") == "true")
 
 
@@ -61,7 +61,7 @@ def test_viewers_see_everything_and_change_nothing(browser):
     try:
         viewer = Page(context.new_page(), running)
         viewer.page.goto(running.addresses(for_viewers=True)[0])
-        viewer.page.locator("#candidates tbody tr").first.wait_for(timeout=30_000)
+        viewer.page.locator("#candidates tbody tr").first.wait_for()
         assert "View only" in viewer.page.locator("#view-only").inner_text()
         before = running.view.settings
         viewer.tab("Detect")

@@ -11,7 +11,6 @@ from dockpose.app.experiment.row import row_to_csv
 from dockpose.app.state.poses import with_measured
 from dockpose.app.web.panels.experiment.panel import ALL, NEXT_FRAME, NO_SESSION, WHAT
 
-from tests.browser.conftest import THROTTLE_S
 from tests.browser.test_export import saved
 from tests.support.taking import FOUND, PICTURE
 
@@ -50,7 +49,7 @@ def tab(page):
 
 def start(page, name):
     page.box("New session").fill(name)
-    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.rest()
     page.page.get_by_role("button", name="Start a new session").click()
     page.until(lambda: "Started." in words(page))
 
@@ -64,7 +63,7 @@ def fill(page, **texts):
         boxes = {"x": "x (cm)", "y": "y (cm)", "z": "z (cm)", "tx": "θx (°)", "ty": "θy (°)", "d": "Distance (cm)"}
         box = page.row("Notes").locator("textarea").first if label == "notes" else page.box(boxes[label])
         box.fill(text)
-        page.page.wait_for_timeout(1000 * THROTTLE_S)
+        page.rest()
 
 
 def press_t(page):

@@ -17,8 +17,6 @@ from dockpose.app.processing import comparison
 from dockpose.app.web.panels.export import LAYER_WORDS, WHAT, ExportPanel
 from PIL import Image
 
-from tests.browser.conftest import THROTTLE_S
-
 pytestmark = pytest.mark.browser
 
 
@@ -33,7 +31,7 @@ def saved(page, what):
 
 def tick(page, label):
     page.page.get_by_label(label, exact=True).click()
-    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.rest()
 
 
 def size(data):
@@ -131,7 +129,7 @@ def test_saving_is_stopped(page, monkeypatch):
     page.page.get_by_text("Something is being saved already").first.wait_for()
     stop.click()
     stop.wait_for(state="hidden")
-    page.page.wait_for_timeout(200)
+    page.rest()
     assert downloads == []
 
 

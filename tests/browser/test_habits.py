@@ -154,8 +154,8 @@ def test_reload_in_mid_drag(page):
     for step in range(1, 15):
         page.page.mouse.move(x + 3 * step, y)
     page.page.reload()
-    page.page.locator("#candidates tbody tr").first.wait_for(timeout=30_000)
-    page.until(lambda: page.z_cm is not None, timeout_s=30)
+    page.page.locator("#candidates tbody tr").first.wait_for()
+    page.until(lambda: page.z_cm is not None)
     page.page.mouse.up()
     page.until(lambda: page.app.wait_until_idle(0.1) and "Dock found" in page.status)
     box = page.box("Diameter (cm)")

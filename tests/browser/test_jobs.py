@@ -37,7 +37,7 @@ def hand(browser, app):
     context = browser.new_context(viewport={"width": 1366, "height": 768}, accept_downloads=True)
     page = Page(context.new_page(), app)
     page.page.goto(app.address)
-    page.page.locator("#candidates tbody tr").first.wait_for(timeout=30_000)
+    page.page.locator("#candidates tbody tr").first.wait_for()
     yield Hand(page)
     context.close()
 
@@ -79,7 +79,7 @@ def test_row_is_logged_by_one_click_and_the_next_by_a_key(hand, root):
 
 
 def test_everything_is_saved_as_a_zip_by_one_click(hand):
-    with hand.page.page.expect_download(timeout=60_000) as download:
+    with hand.page.page.expect_download() as download:
         hand.click("button", "Everything as ZIP")
     names = zipfile.ZipFile(download.value.path()).namelist()
     assert {"annotated.png", "result.json", "report.html", "montage.png", "settings.yaml"} <= set(names)

@@ -38,7 +38,7 @@ def resized(page):
     def resize(size):
         page.page.set_viewport_size({"width": size[0], "height": size[1]})
         page.until(lambda: page.page.evaluate("innerWidth") == size[0])
-        page.page.wait_for_timeout(150)
+        page.rest()
 
     yield resize
     page.page.emulate_media(color_scheme="light")
@@ -47,7 +47,7 @@ def resized(page):
 
 def open_part(page, name):
     page.page.locator("#parts").get_by_role("button", name=name, exact=True).click()
-    page.page.wait_for_timeout(100)
+    page.rest()
 
 
 def tools(page):
@@ -56,7 +56,7 @@ def tools(page):
 
 def open_tool(page, name):
     page.page.locator(RIGHT).get_by_role("tab", name=name, exact=True).click()
-    page.page.wait_for_timeout(150)
+    page.rest()
 
 
 def box(page, selector):
@@ -117,8 +117,8 @@ def test_comparison_fits_as_well(page, resized, size):
     if page.page.locator("#parts").is_visible():
         open_part(page, "Picture")
     page.tab("Compare")
-    page.until(lambda: page.page.locator("dockpose-compare .cards:not([data-old]) .card").count() >= 9, timeout_s=30)
-    page.page.wait_for_timeout(300)
+    page.until(lambda: page.page.locator("dockpose-compare .cards:not([data-old]) .card").count() >= 9)
+    page.rest()
     assert page.page.evaluate(MEASURE, LEAST) == []
     page.tab("Picture")
 
@@ -206,7 +206,7 @@ def test_a_row_is_taken_on_a_phone(page, resized):
     open_part(page, "Tools")
     open_tool(page, "Log")
     page.box("New session").fill("on a phone")
-    page.page.wait_for_timeout(150)
+    page.rest()
     page.page.get_by_role("button", name="Start a new session").click()
     take = page.page.get_by_role("button", name=re.compile("^Take"))
     page.until(take.is_enabled)
@@ -231,7 +231,7 @@ def test_methods_beside_each_other_have_the_whole_width(page, resized):
 
 def test_everything_is_reached_and_worked_by_keys(page):
     open_tool(page, "Tank")
-    page.page.wait_for_timeout(300)
+    page.rest()
     most = page.page.evaluate(MARK)
     page.page.evaluate("document.activeElement.blur()")
     for _ in range(most + 10):

@@ -47,7 +47,7 @@ def test_a_camera_is_asked_judged_and_recorded(camera, tmp_path):
     camera.until(lambda: "lights are saturated: " in words(camera))
     camera.box("Exposure").fill("60")
     camera.box("Gain").fill("2")
-    camera.page.wait_for_timeout(200)
+    camera.rest()
     press(camera, "Ask the camera")
     camera.until(lambda: "exposure 60 asked, 60 set; gain 2 asked, 2 set" in words(camera))
     press(camera, "Record")

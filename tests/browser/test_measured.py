@@ -5,7 +5,6 @@ import json
 
 import pytest
 
-from tests.browser.conftest import THROTTLE_S
 from tests.browser.test_experiment import press_t, start, words
 
 pytestmark = pytest.mark.browser
@@ -77,5 +76,5 @@ def test_keys_never_fall_into_a_box_and_ctrl_enter_takes_the_row(page, root):
     page.page.keyboard.type("t-t4.5k", delay=60)
     assert page.box("Measured y (cm)").input_value() == "-4.5"
     page.until(lambda: page.app.view.measured.y_cm == -4.5)
-    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.rest()
     page.tick("Compare with a measured pose", False)

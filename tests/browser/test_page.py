@@ -34,10 +34,9 @@ def test_typed_diameter_changes_z(page):
 
 def test_arrow_key_changes_z_by_one_step(page):
     page.slider("Diameter (cm)").focus()
-    for _ in range(5):
+    for step in range(1, 6):
         page.page.keyboard.press("ArrowRight")
-        page.page.wait_for_timeout(100)
-    page.until(lambda: page.app.view.dock.diameter == pytest.approx(0.305))
+        page.until(lambda step=step: page.app.view.dock.diameter == pytest.approx(0.3 + 0.001 * step))
     page.until(lambda: page.z_cm == pytest.approx(true_z_cm("plain") * 30.5 / 30, abs=0.3))
 
 
@@ -72,7 +71,7 @@ def test_another_sample(page):
     page.choose("Sample scene", "tilted")
     page.until(lambda: "Dock found in tilted" in page.status)
     page.until(lambda: page.z_cm == pytest.approx(true_z_cm("tilted"), abs=0.3))
-    assert page.box("fx (px)").input_value() == "700"
+    page.until(lambda: page.box("fx (px)").input_value() == "700")
 
 
 def test_upload_is_seen_with_my_tank(page):
@@ -83,7 +82,7 @@ def test_upload_is_seen_with_my_tank(page):
     page.until(lambda: page.has_found("tank 7.png"))
     page.until(lambda: page.z_cm == pytest.approx(true_z_cm("tilted"), abs=0.3))
     assert page.row_names() == ["● A, chosen", "○ B"]
-    assert page.box("Sample scene").input_value() == "(own picture)"
+    page.until(lambda: page.box("Sample scene").input_value() == "(own picture)")
     page.choose("Sample scene", "plain")
     page.until(lambda: "Dock found in plain" in page.status)
 

@@ -8,8 +8,6 @@ from dockpose import estimate
 from dockpose.app.processing import comparison
 from dockpose.app.processing.comparison import compared
 
-from tests.browser.conftest import THROTTLE_S
-
 pytestmark = pytest.mark.browser
 POSES = "Which of the two poses"
 
@@ -18,7 +16,7 @@ def press(page, name):
     button = page.page.get_by_role("button", name=name, exact=True)
     page.reveal(button)
     button.click()
-    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.rest()
 
 
 def line(page):
@@ -42,7 +40,7 @@ def test_minimum_area_throws_small_groups_out_and_says_so(page):
     page.until(lambda: page.app.view.settings.method == "fixed")
     page.box("Min. area (px)").fill("100")
     page.until(lambda: page.app.view.settings.min_area_px == 100)
-    page.page.get_by_text("below 100 px ignored").wait_for(timeout=5000)
+    page.page.get_by_text("below 100 px ignored").wait_for()
 
 
 def test_kind_of_centre(page):
@@ -59,7 +57,7 @@ def test_masks_are_added_and_removed(page):
     for label, values in (("Left, top (px)", ("0", "10")), ("Width, height (px)", ("640", "470"))):
         for index, value in enumerate(values):
             page.box(label).nth(index).fill(value)
-            page.page.wait_for_timeout(1000 * THROTTLE_S)
+            page.rest()
     press(page, "Add this mask")
     page.until(lambda: page.app.view.settings.masks == ((0, 10, 640, 470),))
     page.until(lambda: "no pose" in line(page))
@@ -91,7 +89,7 @@ def test_measured_pose_stands_beside_the_estimated_one(page):
     numbers |= {"Measured θx (°)": 5, "Measured θy (°)": -11}
     for label, value in numbers.items():
         page.box(label).fill(str(value))
-        page.page.wait_for_timeout(1000 * THROTTLE_S)
+        page.rest()
     page.until(lambda: getattr(page.app.view.measured, "theta_y_deg", None) == -11)
     assert page.app.view.measured_pose.position_m == pytest.approx([0.06, -0.04, 1.0])
     cells = page.page.locator("#errors-measured tbody tr").first.locator("td")
@@ -183,9 +181,9 @@ def test_results_of_another_picture_are_dimmed_until_compared_again(page):
 
 def test_level_is_swept_while_the_chart_grows_and_a_sweep_can_be_stopped(page, monkeypatch):
     page.tab("Compare")
-    page.page.locator("dockpose-compare .card").first.wait_for(timeout=30_000)  # one thing is worked on at a time
+    page.page.locator("dockpose-compare .card").first.wait_for()  # one thing is worked on at a time
     page.until(lambda: page.page.locator("#outdated").count() == 0)
-    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.rest()
     page.page.get_by_text("Every fixed level", exact=True).click()
     page.page.get_by_role("button", name="Sweep the level", exact=True).click()
     words = page.page.locator("#sweep")
@@ -205,7 +203,7 @@ def test_level_is_swept_while_the_chart_grows_and_a_sweep_can_be_stopped(page, m
 def test_montage_is_left_out_where_it_is_not_wanted(page):
     page.tab("Export")
     page.page.get_by_label("With the montage of all methods").click()
-    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.rest()
     with page.page.expect_download() as download:
         press(page, "Save all as one ZIP file")
     assert download.value.suggested_filename == "dockpose_plain.zip"
@@ -213,7 +211,7 @@ def test_montage_is_left_out_where_it_is_not_wanted(page):
     assert {"annotated.png", "result.json", "result.csv", "settings.yaml"} <= set(names)
     assert "montage.png" not in names
     page.page.get_by_label("With the montage of all methods").click()
-    page.page.wait_for_timeout(1000 * THROTTLE_S)
+    page.rest()
 
 
 def test_scene_is_seen_from_the_side_and_fitted_again(page):

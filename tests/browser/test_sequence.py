@@ -52,7 +52,7 @@ def test_course_plays_pauses_and_is_drawn_on_the_time_line(sequence):
     assert place["y"] + place["height"] == 768
     root = sequence.page.locator("#root").bounding_box()
     assert root["y"] + root["height"] <= place["y"]
-    sequence.page.wait_for_timeout(300)
+    sequence.rest()
     assert sequence.app._sequence.player.index == index
 
 
@@ -101,7 +101,7 @@ def test_new_browser_has_the_whole_course_and_gaps_are_gaps(sequence, browser):
     context = browser.new_context(viewport={"width": 1366, "height": 768})
     other = Page(context.new_page(), sequence.app)
     other.page.goto(sequence.app.address)
-    line(other).wait_for(timeout=30_000)
+    line(other).wait_for()
     other.until(lambda: line(other).get_attribute("data-points") == seen, 30)
     assert line(other).get_attribute("data-gaps") == "1"
     context.close()

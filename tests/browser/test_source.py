@@ -189,7 +189,7 @@ def test_forty_files_at_once(page):
     good = sample_path("tilted").read_bytes()
     files = [(f"f{number}.png", good if number % 2 else b"junk") for number in range(40)]
     send(page, "Upload pictures", *files)
-    page.until(lambda: "f39.png" in page.status, timeout_s=30)
+    page.until(lambda: "f39.png" in page.status)
     assert [name for name in page.app._kept.names() if name.startswith("f")] == [f"f{n}.png" for n in range(1, 40, 2)]
     page.page.get_by_text("more) | f38.png: is not a picture").first.wait_for()
 

@@ -12,7 +12,7 @@ from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
 
-from tests.browser.conftest import Page
+from tests.browser.conftest import HANGS_S, Page
 from tests.browser.test_source import send
 
 pytestmark = pytest.mark.browser
@@ -82,7 +82,7 @@ def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder
     own_picture(tank)
     tank.tab("Tank")
     tank.box("Save as").fill("Pool A")
-    tank.page.wait_for_timeout(150)
+    tank.rest()
     button(tank, "Save my tank").click()
     tank.until(lambda: "Pool A: fx 649.0 px" in line(tank))
     assert Tanks(folder).get("Pool A").camera == OWN
@@ -93,7 +93,7 @@ def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder
     tank.box("Diameter (cm)").fill("60")
     tank.until(lambda: tank.app.view.tank.dock.diameter == 0.6)
     tank.box("Save as").fill("Pool B")
-    tank.page.wait_for_timeout(150)
+    tank.rest()
     button(tank, "Save my tank").click()
     tank.until(lambda: "Pool B" in line(tank))
     tank.choose("Saved tanks", "Pool A")
@@ -106,7 +106,7 @@ def test_tank_is_there_at_the_next_start(folder, browser, app):
     app._memory.write()
     again = App.build(str(sample_path("tilted")), port=0, options=Options(remember_in=folder))
     try:
-        assert again.wait_until_idle(30)
+        assert again.wait_until_idle(HANGS_S)
         assert again.view.tank == app.view.tank
     finally:
         again.stop()
@@ -120,6 +120,7 @@ def test_note_on_an_assumed_camera_goes_once_fx_is_typed_and_trust_has_its_reaso
     assert page.page.locator("#status-line").get_attribute("data-trust") == "amber"
     assert page.page.locator("#strip-trust").inner_text() == "Dock found, but check it"
     page.box("fx (px)").fill("700")
+    page.rest()
     page.box("fy (px)").fill("700")
     page.until(lambda: page.trust == "green" and "assumed" not in page.status and "assumed" not in line(page))
     assert "Dock found in own.png" in page.status

@@ -37,6 +37,12 @@ def button(page, name):
 
 def press(page, name):
     button(page, name).click()
+    page.rest()
+
+
+def readout(page, part="picture"):
+    page.rest()
+    return page.page.locator(f"dockpose-{part} .readout").inner_text()
 
 
 def pixels(page):
@@ -79,6 +85,7 @@ def drag(page, start, end, steps=5):
     page.page.mouse.down()
     page.page.mouse.move(*end, steps=steps)
     page.page.mouse.up()
+    page.rest()
 
 
 def check_lights(page):
@@ -102,7 +109,7 @@ def zoom_about(page, place, least):
         if scale(page) >= least:
             return
         page.page.mouse.wheel(0, -300)
-        page.page.wait_for_timeout(50)
+        page.rest()
     pytest.fail(f"the wheel does not zoom at {place}")
 
 
@@ -137,7 +144,7 @@ def test_zoom_is_kept_while_a_slider_moves_and_the_lines_stay_thin(page):
     before = scale(page)
     page.box("Level (0-255)").fill("150")
     page.until(lambda: page.app.view.settings.level == 150 and page.app.wait_until_idle(1))
-    page.page.wait_for_timeout(200)
+    page.rest()
     assert scale(page) == pytest.approx(before)
     width = page.page.locator("dockpose-picture .ellipse").first.evaluate("(one) => getComputedStyle(one).strokeWidth")
     assert float(width.removesuffix("px")) < 3
@@ -184,12 +191,11 @@ def test_readout_is_the_grey_of_the_pixel_under_the_pointer(page):
         press(page, "fit")
         zoom_about(page, tuple(map(math.floor, on_screen(page, int(x), int(y)))), 4)
         page.page.mouse.move(*on_screen(page, int(x), int(y)))
-        words = page.page.locator("dockpose-picture .readout").inner_text()
-        assert words == f"x {x}, y {y}: grey {grey[y, x]}"
+        assert readout(page) == f"x {x}, y {y}: grey {grey[y, x]}"
     press(page, "fit")
     stage = page.page.locator(STAGE).bounding_box()
     page.page.mouse.move(stage["x"] + 3, stage["y"] + 100)  # beside the picture
-    assert page.page.locator("dockpose-picture .readout").inner_text() == ""
+    assert readout(page) == ""
 
 
 def test_readout_of_a_picture_in_colour_is_the_grey_that_is_searched(page):
@@ -211,8 +217,7 @@ def test_contrast_is_stretched_and_given_back(page):
     assert stretched.std() > 2 * plain.std()
     zoom_about(page, tuple(map(math.floor, on_screen(page, 200, 100))), 4)
     page.page.mouse.move(*on_screen(page, 200, 100))
-    words = page.page.locator("dockpose-picture .readout").inner_text()
-    assert words.endswith(f"grey {to_grey(page.app.view.image)[100, 200]}")
+    assert readout(page).endswith(f"grey {to_grey(page.app.view.image)[100, 200]}")
     press(page, "contrast")
     np.testing.assert_array_equal(pixels(page), plain)
 
@@ -235,9 +240,10 @@ def test_mask_is_drawn_with_the_mouse_and_changes_the_result(page):
 def test_click_with_the_mask_in_hand_masks_nothing_until_the_second(page):
     press(page, "mask")
     page.page.mouse.click(*on_screen(page, 10, 10))
-    page.page.wait_for_timeout(150)
+    page.rest()
     assert page.app.view.settings.masks == ()
     page.page.keyboard.press("Escape")
+    page.rest()
     assert button(page, "mask").get_attribute("aria-pressed") == "false"
     press(page, "mask")
     page.page.mouse.click(*on_screen(page, 10, 10))
@@ -264,12 +270,15 @@ def test_picture_is_worked_by_keys_alone(page):
     whole = scale(page)
     for key in ("+", "+"):
         page.page.keyboard.press(key)
+    page.rest()
     assert scale(page) == pytest.approx(2.25 * whole, rel=0.01)
     before = on_screen(page, 320, 240)
     page.page.keyboard.press("ArrowRight")
+    page.rest()
     assert on_screen(page, 320, 240)[0] == pytest.approx(before[0] - 40, abs=0.3)
     for key, name in (("o", "original"), ("s", "thresholded"), ("a", "annotated")):
         page.page.keyboard.press(key)
+        page.rest()
         assert button(page, name).get_attribute("aria-pressed") == "true"
     page.page.keyboard.press("f")
     page.page.keyboard.press("m")  # a mask, with the arrow keys: from the cross to 30 right of it and 20 down
@@ -279,7 +288,7 @@ def test_picture_is_worked_by_keys_alone(page):
     for _ in range(2):
         page.page.keyboard.press("Shift+ArrowDown")
     x, y = page.app.view.image.shape[1] // 2 + 30, page.app.view.image.shape[0] // 2 + 20
-    assert f"x {x}, y {y}" in page.page.locator("dockpose-picture .readout").inner_text().replace("x 349", "x 350")
+    assert f"x {x}, y {y}" in readout(page).replace("x 349", "x 350")
     page.page.keyboard.press("Enter")
     page.until(lambda: len(page.app.view.settings.masks) == 1)
     assert page.app.view.settings.masks[0][2:] == (31, 21)
@@ -315,7 +324,7 @@ def test_no_picture_is_sent_again_when_a_slider_moves(page):
         page.box("Level (0-255)").fill(str(level))
         page.until(lambda level=level: page.app.view.settings.level == level and page.app.wait_until_idle(1))
     page.until(lambda: int(drawn.get_attribute("data-drawn")) > before)
-    page.page.wait_for_timeout(200)
+    page.rest()
     assert page.page.evaluate("() => window.pictures") == 0
     page.choose("Sample scene", "tilted")
     page.until(lambda: "Dock found in tilted" in page.status)
@@ -374,8 +383,8 @@ def test_dragged_threshold_sets_the_level_and_neither_zooms_nor_loses_the_curve(
     page.until(lambda: page.app.wait_until_idle(1))
     page.until(lambda: page.box("Threshold by").input_value() == "Fixed level")
     page.until(lambda: page.box("Level (0-255)").input_value() == "90")
-    page.page.wait_for_timeout(200)
-    assert page.page.locator("dockpose-histogram .grip").get_attribute("aria-valuenow") == "90"
+    page.until(lambda: page.page.locator("dockpose-histogram .grip").get_attribute("aria-valuenow") == "90")
+    page.rest()
     assert histogram(page) == (left, right, bars)
     assert page.page.locator("dockpose-histogram path.groups").get_attribute("d") == curve
     assert page.page.locator("dockpose-histogram text[data-peak]").count() > 0
@@ -385,10 +394,10 @@ def test_threshold_is_moved_by_keys(page):
     grip = page.page.locator("dockpose-histogram .grip")
     found = int(grip.get_attribute("aria-valuenow"))
     grip.focus()
-    for key in ("ArrowLeft", "PageDown"):
+    for key, level in (("ArrowLeft", found - 1), ("PageDown", found - 11)):
         page.page.keyboard.press(key)
-        page.page.wait_for_timeout(120)
-    page.until(lambda: page.app.view.settings.level == found - 11 and page.app.view.settings.method == "fixed")
+        page.until(lambda level=level: page.app.view.settings.level == level)
+    assert page.app.view.settings.method == "fixed"
     page.until(lambda: grip.get_attribute("aria-valuenow") == str(found - 11))
 
 
@@ -397,7 +406,7 @@ def test_histogram_tells_pixels_and_groups_under_the_pointer(page):
     level = threshold.level - 20
     _, y = middle(page.page.locator("dockpose-histogram .plot"))
     page.page.mouse.move(x_of(page, level), y)
-    words = page.page.locator("dockpose-histogram .readout").inner_text()
+    words = readout(page, "histogram")
     count, groups = (page.app.view.image == level).sum(), threshold.groups_at_level[level]
     assert words == f"Level {level}: {count} pixel{'' if count == 1 else 's'}; as threshold {groups} groups"
 
@@ -438,5 +447,5 @@ def test_what_a_page_sends_is_checked(page):
             }""",
             wish,
         )
-        page.page.wait_for_timeout(150)
+        page.rest()
     assert page.app.view is before

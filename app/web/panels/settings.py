@@ -107,7 +107,7 @@ class SettingsPanel(Panel):
         if card is not None:
             card.close()
 
-    def follow(self, client: viser.ClientHandle, *, is_dark: bool) -> None:
+    def follow(self, client: viser.ClientHandle, is_dark: bool) -> None:
         """Give one browser the colours of its system, unless somebody chose them here."""
         if self._memory.now.dark is None:
             _paint(client.gui, is_dark)

@@ -9,7 +9,7 @@ import contextlib
 import hmac
 import ipaddress
 import secrets
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
@@ -17,7 +17,7 @@ import websockets.asyncio.server as websocket_server
 from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine, client_of
 from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
-from dockpose.app.web.server.pages import FOR_VIEWERS, Page
+from dockpose.app.web.server.pages import FOR_VIEWERS, LOOK_PATH, Page
 from dockpose.app.web.server.sockets import Sockets
 from websockets import Headers
 from websockets.http11 import Request, Response
@@ -63,6 +63,7 @@ class Guard:
         self.token = token or secrets.token_urlsafe(18)
         self.view_token = view_token
         self._names = {name.lower() for name in (*LOOPBACK_NAMES, host, *more_names)}
+        self.on_look: Callable[[Headers], None] = lambda headers: None  # called where a browser's look has changed
         # Anyone can make a name point here (DNS rebinding), but not a bare address.
         self._takes_addresses = host not in LOOPBACK_NAMES
 
@@ -116,7 +117,7 @@ def cookie_name(host: str) -> str:
 
 
 def look_of(headers: Headers) -> set[str]:
-    """What a browser says of itself in the cookie that static/layout.js sets: "dark", "software"."""
+    """What a browser says of itself in the cookie that static/layout.js sets: "dark", "software", and its id."""
     return {
         word for look in _cookies(headers, f"{cookie_name(headers.get('Host', ''))}_look") for word in look.split(".")
     }
@@ -192,6 +193,8 @@ def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Req
     """One of our pages, or else viser's."""
     otherwise_page = otherwise(connection, request)  # called in any case, for it also silences the library's log
     path = request.path.partition("?")[0]
+    if path == LOOK_PATH:
+        guard.on_look(request.headers)
     page = pages.get(path)
     if guard.asks_to_view(request.headers, request.path):
         page = pages.get(f"{path}{FOR_VIEWERS}", page)

@@ -11,6 +11,7 @@ from dockpose.app.resources import static_path
 
 ROLES = ("steer", "view")
 FOR_VIEWERS = "?view"  # ends the name of a page that is another for who may only look
+LOOK_PATH = "/look"  # asked for where a browser's look changed; that browser's own pages alone are told
 # The styles and the first script stand in the page itself, which would wait for them.
 _STYLES = ("page.css", "view.css", "layout.css", "modes.css")
 _FIRST_SCRIPT = "layout.js"
@@ -45,6 +46,7 @@ def own_pages() -> dict[str, Page]:
         **{f"/{name}": Page(script, static_path(name).read_bytes()) for name in (*_SCRIPTS, *_MODULES)},
         "/icon.svg": Page("image/svg+xml", static_path("icon.svg").read_bytes()),
         "/alive": Page("text/plain; charset=utf-8", b"alive"),
+        LOOK_PATH: Page("text/plain; charset=utf-8", b""),
         "/help": Page(html, help_page().encode()),
         "/paper": Page(html, static_path("paper.html").read_bytes()),
     }

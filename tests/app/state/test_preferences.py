@@ -197,7 +197,10 @@ def test_what_the_page_keeps_is_its_owners_alone_also_where_it_was_not(tmp_path,
 
 def test_another_picture_or_forgetting_deletes_the_one_that_was_kept(tmp_path, view):
     png = cv2.imencode(".png", np.eye(9, dtype=np.uint8))[1].tobytes()
-    for forget in (lambda kept: kept.forget_picture(), lambda kept: kept.keep_picture(state.with_sample(view, "tilted"))):
+    for forget in (
+        lambda kept: kept.forget_picture(),
+        lambda kept: kept.keep_picture(state.with_sample(view, "tilted")),
+    ):
         kept = Memory(tmp_path)
         kept.keep_picture(state.with_upload(view, png, "a.png"))
         assert (tmp_path / "last-picture.png").exists()

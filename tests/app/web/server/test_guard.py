@@ -289,22 +289,22 @@ def test_no_request_changes_what_others_see(shared, role, headers):
     token = {"view": shared._guard.view_token, "steer": shared._guard.token, "nobody": "x"}[role]
     with Visitor(shared.address) as one, Visitor(shared.address) as other:
         assert other.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
-        for path in ("/prefers-dark", "/prefers-light", "/software-webgl", "/?prefers-dark", "/page.js?software"):
-            look = f"dockpose_{shared.port}={token}; dockpose_{shared.port}_look=dark.software"
+        for path in ("/prefers-dark", "/prefers-light", "/software-webgl", "/look", "/?look"):
+            look = f"dockpose_{shared.port}={token}; dockpose_{shared.port}_look=dark.software.idx"
             ask(shared, path, Cookie=look, **headers)
         assert one.until(lambda page: page.is_replayed.is_set() and "Notes" in page.ids, 60)
         one.set("Notes", f"{role}{headers}")  # whatever was sent before that has come with it
         assert other.until(lambda page: page.values[one.ids["Notes"]] == f"{role}{headers}", 60)
         assert not other.is_dark
-    assert not shared._slow
+    assert not shared._looks._slow
 
 
 def test_each_browser_has_the_colours_of_its_system_and_viewers_slow_nobody_down(shared):
     viewing = shared.addresses(for_viewers=True)[0]
     with (
         Visitor(shared.address) as plain,
-        Visitor(shared.address, look="dark.software") as dark,
-        Visitor(viewing, look="dark.software") as viewer,
+        Visitor(shared.address, look="idA.dark.software") as dark,
+        Visitor(viewing, look="idB.dark.software") as viewer,
         Visitor(viewing, look="<dark>.x") as odd,
     ):
         assert dark.until(lambda page: page.is_dark, 60)
@@ -312,7 +312,11 @@ def test_each_browser_has_the_colours_of_its_system_and_viewers_slow_nobody_down
         for one in (plain, odd):
             assert one.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
         assert plain.until(lambda _: len(shared._server.get_clients()) == 4, 60)
-        assert len(shared._slow) == 1
+        assert len(shared._looks._slow) == 1
         assert (plain.is_dark, odd.is_dark) == (False, False)
+        for said in ("idB", "idC", "", "id"):  # its system is light now; other browsers stay as they are
+            ask(shared, "/look", Cookie=f"{cookie_of(shared)}; dockpose_{shared.port}_look={said}")
+        assert viewer.until(lambda page: page.is_dark is False, 60)
+        assert dark.is_dark
         dark.close()
-        assert plain.until(lambda _: not shared._slow, 60)
+        assert plain.until(lambda _: not shared._looks._slow, 60)

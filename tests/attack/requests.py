@@ -4,10 +4,11 @@ import contextlib
 import os
 import socket
 import time
+import zlib
 
 from dockpose.app.web.server.sockets import MOST_WAITING
 
-from tests.support.visitors import SUBPROTOCOL, asked, cookie_of
+from tests.support.visitors import SUBPROTOCOL, Visitor, asked, cookie_of
 
 FORBIDDEN = "403 Forbidden"
 
@@ -182,12 +183,54 @@ def frame(payload, first=0x82, length=None, masked=True):
     return head + (b"\0\0\0\0" if masked else b"") + payload
 
 
-def malformed_frames(program, source):
-    """Frames that break the protocol, or say that they are larger than they may be."""
+def opening(program, *lines):
+    """What a page sends to open its WebSocket."""
     text = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{program.port}\r\nOrigin: http://127.0.0.1:{program.port}\r\n"
     text += "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
     text += f"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Protocol: {SUBPROTOCOL}\r\n"
-    text += f"Cookie: {cookie_of(program.address)}\r\n\r\n"
+    text += "".join(f"{line}\r\n" for line in lines)
+    return f"{text}Cookie: {cookie_of(program.address)}\r\n\r\n".encode()
+
+
+def look_of_others(program, source):
+    """Requests by which a viewer, or a page of another port, would give all browsers other colours."""
+    view = program.view_address.split("token=")[1]
+    with Visitor(program.address) as other:
+        assert other.until(lambda page: page.is_replayed.is_set() and page.is_dark is False)
+        for path in ("/prefers-dark", "/software-webgl", "/look"):
+            for token in (view, program.token):
+                look = f"Cookie: dockpose_{program.port}={token}; dockpose_{program.port}_look=idx.dark.software"
+                for line in ("X: x", "Sec-Fetch-Site: same-site", "Referer: http://127.0.0.1:1/"):
+                    assert http(program, source, look, line, path=path)[:3] in ("200", "404")
+                assert http(program, source, look, "Origin: http://127.0.0.1:1", path=path) == FORBIDDEN
+        assert not other.until(lambda page: page.is_dark, 1)
+    return "changes nothing"
+
+
+def inflating_frames(program, source):
+    """Compressed frames of 400 kB that would inflate to 400 MB, on a hundred connections that stay open meanwhile."""
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    bomb = frame(packer.compress(bytes(400 * 2**20)) + packer.flush(zlib.Z_SYNC_FLUSH), first=0xC2)
+    with contextlib.ExitStack() as open_ones:
+        ours = []
+        for _ in range(100):
+            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", program.port), 15, (source, 0)))
+            one.sendall(opening(program, "Sec-WebSocket-Extensions: permessage-deflate"))
+            answer = one.recv(4096)
+            assert answer.startswith(b"HTTP/1.1 101"), answer[:100]
+            assert b"deflate" not in answer
+            with contextlib.suppress(ConnectionError):
+                one.sendall(bomb)
+            ours.append(one)
+        for one in ours:
+            with contextlib.suppress(ConnectionError):
+                while one.recv(2**20):
+                    pass
+    return "not inflated: closed"
+
+
+def malformed_frames(program, source):
+    """Frames that break the protocol, or say that they are larger than they may be."""
     bad = [
         frame(b"x", masked=False),
         frame(b"x", first=0xF2),
@@ -202,7 +245,7 @@ def malformed_frames(program, source):
     ]
     for raw in bad:
         with socket.create_connection(("127.0.0.1", program.port), 5, (source, 0)) as one:
-            one.sendall(text.encode())
+            one.sendall(opening(program))
             assert one.recv(12) == b"HTTP/1.1 101"
             one.sendall(raw)
             one.settimeout(5)
@@ -233,4 +276,6 @@ ATTACKS = {
     "100 requests that never end": never_ending_request,
     "3,000 connections that say nothing": thousands_that_say_nothing,
     "Malformed WebSocket frames; one of 1 TB": malformed_frames,
+    "100 compressed frames of 400 MB": inflating_frames,
+    "Colours of all browsers, by a viewer or a page of another port": look_of_others,
 }

@@ -10,7 +10,7 @@ from websockets import Headers
 
 
 class Looks:
-    """Heeds what browsers say when they come, and of their colours later; ``paint(client, is_dark)`` gives them those."""
+    """Heeds what browsers say when they come, and later; ``paint(client, is_dark)`` gives one its colours."""
 
     def __init__(
         self, server: viser.ViserServer, guard: Guard, paint: Callable[[viser.ClientHandle, bool], None]

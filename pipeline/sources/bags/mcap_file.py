@@ -6,17 +6,20 @@ import contextlib
 import io
 import os
 import struct
+import zlib
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from dockpose.sources.bags.storage import Place, Storage, Topic, expanded, kind_of_message
+from dockpose.sources.bags.storage import MOST_RECORDS, Place, Storage, Topic, check_size, expanded, kind_of_message
 from dockpose.sources.frames import SourceError
 
 # What Python raises for numbers that lead beyond the file, and for text that is none.
 _DAMAGE = (ValueError, struct.error, OverflowError, MemoryError, OSError, KeyError)
 _MAGIC = b"\x89MCAP0\r\n"
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0F
+_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+_IN_SUMMARY = (_FOOTER, _SCHEMA, _CHANNEL, 0x08, 0x0A, 0x0B, 0x0D, 0x0E)  # and indexes, statistics, offsets
+_END = struct.Struct("<BQQQI8s")  # the footer (kind, length, where summary and offsets begin, checksum) and the magic
 _HEAD = struct.Struct("<BQ")  # of every record: what it is, and the length of its content
 _MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, number, when recorded, when published
 _CHUNK_HEAD = struct.Struct("<QQQII")  # begin, end, size, checksum, and the length of the compression's name
@@ -84,7 +87,7 @@ class McapFile(Storage):
         if place.chunk < 0:
             return self._content(self._file, place.offset)[_MESSAGE_HEAD.size :]
         if self._kept[0] != place.chunk:
-            self._kept = (place.chunk, self._decompressed(self._content(self._file, place.chunk)))
+            self._kept = (place.chunk, self._decompressed(place.chunk))
         return self._content(io.BytesIO(self._kept[1]), place.offset)[_MESSAGE_HEAD.size :]
 
     def _read_index(self) -> bool:
@@ -92,11 +95,10 @@ class McapFile(Storage):
         from mcap.exceptions import McapError
         from mcap.reader import make_reader
 
-        self._file.seek(-8, os.SEEK_END)
-        if self._length < 2 * len(_MAGIC) or self._file.read() != _MAGIC:
-            return False
-        self._file.seek(0)
         try:
+            if not self._has_summary():
+                return False
+            self._file.seek(0)
             summary = make_reader(self._file).get_summary()
         except (McapError, *_DAMAGE):
             return False
@@ -106,7 +108,8 @@ class McapFile(Storage):
         chunks = summary.chunk_indexes
         if counted.chunk_count != len(chunks) or (counted.message_count and not chunks):
             return False
-        if any(not chunk.message_index_offsets for chunk in chunks):
+        starts = [at for chunk in chunks for at in chunk.message_index_offsets.values()]
+        if any(not chunk.message_index_offsets for chunk in chunks) or len(set(starts)) < len(starts):
             return False
         for schema in summary.schemas.values():
             self._schemas[schema.id] = schema.name
@@ -114,6 +117,22 @@ class McapFile(Storage):
             self._note(channel.id, channel.schema_id, channel.topic, channel.message_encoding)
         self._indexed = [(chunk.chunk_start_offset, chunk.message_index_offsets) for chunk in chunks]
         return True
+
+    def _has_summary(self) -> bool:
+        """Whether the file ends with a summary that is whole, by its checksum, and holds nothing but what belongs there."""
+        self._file.seek(max(0, self._length - _END.size))
+        end = self._file.read()
+        if len(end) < _END.size or end[-8:] != _MAGIC:
+            return False
+        kind, _, start, _, checksum, _ = _END.unpack(end)
+        stop = self._length - _END.size
+        if kind != _FOOTER or not len(_MAGIC) <= start < stop:
+            return False
+        self._file.seek(start)
+        if checksum and zlib.crc32(self._file.read(stop + _END.size - 12 - start)) != checksum:
+            self.faults.append("its index does not match its checksum, so it is read record by record")
+            return False
+        return all(kind in _IN_SUMMARY for kind, _, _ in _records(self._file, start, stop))
 
     def _note(self, key: int, schema: int, name: str, encoding: str) -> None:
         kind = kind_of_message(self._schemas.get(schema, ""))
@@ -130,15 +149,35 @@ class McapFile(Storage):
         for kind, start, length in _records(self._file, len(_MAGIC), self._length):
             if kind == _DATA_END:
                 self.is_cut_short = False
+                self._check_data(start)
                 return
             if kind != _CHUNK:
                 self._see(kind, self._file, start, length, -1)
                 continue
-            with contextlib.suppress(*_DAMAGE):  # others follow
-                content = self._decompressed(self._content(self._file, start))
-                for inner, offset, size in _records(io.BytesIO(content), 0, len(content)):
-                    if offset + _HEAD.size + size <= len(content):
-                        self._see(inner, io.BytesIO(content), offset, size, start)
+            try:
+                content = self._decompressed(start)
+            except _DAMAGE as error:  # others follow
+                self.faults.append(f"{error}; what is in it is left out")
+                continue
+            for count, (inner, offset, size) in enumerate(_records(io.BytesIO(content), 0, len(content))):
+                if count == MOST_RECORDS:
+                    self.faults.append(f"the chunk at byte {start} has over {count} records; those behind are left out")
+                    break
+                if offset + _HEAD.size + size <= len(content):
+                    self._see(inner, io.BytesIO(content), offset, size, start)
+
+    def _check_data(self, end: int) -> None:
+        """Compare what comes before the record at the data's end with the checksum in it."""
+        content = self._content(self._file, end)
+        checksum = int.from_bytes(content[:4], "little")
+        if not checksum:  # not given
+            return
+        self._file.seek(0)
+        found, left = 0, end
+        while left > 0 and (part := self._file.read(min(left, 1 << 20))):
+            found, left = zlib.crc32(part, found), left - len(part)
+        if found != checksum:
+            self.faults.append("its data do not match their checksum: some of it is damaged")
 
     def _see(self, kind: int, stream: BinaryIO, start: int, length: int, chunk: int) -> None:
         """Note a record, if it is there as a whole and of concern."""
@@ -167,17 +206,25 @@ class McapFile(Storage):
         _, length = _HEAD.unpack(stream.read(_HEAD.size))
         return stream.read(min(length, left))
 
-    @staticmethod
-    def _decompressed(content: bytes) -> bytes:
-        """The records of a chunk; of one that breaks off, the beginning."""
+    def _decompressed(self, at: int) -> bytes:
+        """The records of the chunk there; of one that breaks off, the beginning."""
+        content = self._content(self._file, at)
         if len(content) < _CHUNK_HEAD.size:
             return b""
-        size, letters = _CHUNK_HEAD.unpack_from(content)[2::2]
+        size, checksum, letters = _CHUNK_HEAD.unpack_from(content)[2:]
         start = _CHUNK_HEAD.size + letters
         name, data = content[_CHUNK_HEAD.size : start], content[start + 8 :]
         if len(content) < start + 8:
             return b""
-        return expanded(name.decode(), data) if name else data[:size]
+        try:
+            check_size(size)
+            found = expanded(name.decode(), data, size) if name else data[:size]
+        except ValueError as error:
+            raise ValueError(f"at byte {at}, {error}") from error
+        is_whole = len(data) == int.from_bytes(content[start : start + 8], "little")
+        if is_whole and checksum and zlib.crc32(found) != checksum:
+            raise ValueError(f"at byte {at}, a chunk is damaged: it does not match its checksum")
+        return found
 
 
 def _records(stream: BinaryIO, start: int, end: int) -> Iterator[tuple[int, int, int]]:

@@ -7,10 +7,11 @@ import io
 import os
 import struct
 from collections.abc import Collection, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from dockpose.sources.bags.storage import Place, Storage, Topic, expanded
+from dockpose.sources.bags.storage import MOST_RECORDS, Place, Storage, Topic, check_size, expanded
 from dockpose.sources.frames import SourceError
 
 _MAGIC = b"#ROSBAG V2.0\n"
@@ -94,11 +95,15 @@ class Ros1File(Storage):
         for record in _records(self._file, len(_MAGIC), self._length):
             if record.kind != _CHUNK:
                 continue
-            with contextlib.suppress(ValueError):  # a damaged chunk; others follow
+            try:
                 content = self._expanded(record)
-                chunk = io.BytesIO(content)
-                for inner in _records(chunk, 0, len(content)):
-                    if inner.start + inner.length <= len(content):
+            except (ValueError, KeyError) as error:  # others follow
+                self.faults.append(f"at byte {record.at}, {error}; what is in it is left out")
+                continue
+            chunk = io.BytesIO(content)
+            for inner in islice(_records(chunk, 0, len(content)), MOST_RECORDS):
+                if inner.start + inner.length <= len(content):
+                    with contextlib.suppress(ValueError, KeyError, struct.error):  # a damaged record; others follow
                         self._see(inner, chunk, record.at)
 
     def _see(self, record: _Record, chunk: BinaryIO, at: int) -> None:
@@ -115,10 +120,12 @@ class Ros1File(Storage):
 
     def _expanded(self, record: _Record) -> bytes:
         """The records of a chunk; of one that breaks off, the beginning."""
-        data, compression = record.data(self._file), record.header["compression"].decode()
+        compression, size = record.header["compression"].decode(), record.number("size")
+        check_size(max(size, record.length if compression == "none" else 0))
+        data = record.data(self._file)
         if compression not in ("none", "bz2", "lz4"):
-            raise ValueError(f"is compressed by {compression!r}; bz2 and lz4 are read")
-        return data if compression == "none" else expanded(compression, data)
+            raise ValueError(f"a chunk is compressed by {compression!r}; bz2 and lz4 are read")
+        return data if compression == "none" else expanded(compression, data, size)
 
 
 class _Record(NamedTuple):

@@ -11,7 +11,10 @@ from typing import NamedTuple
 
 from dockpose.sources.frames import SourceError
 
-_MOST_BYTES = 256_000_000  # of a chunk; recorders make them of a few MB
+# Of a chunk or message, expanded. Recorders make chunks of a few MB, or of one message where that is larger: a colour
+# picture of 16 bits and 40 megapixels has 240 MB.
+_MOST_BYTES = 256_000_000
+MOST_RECORDS = 500_000  # of a chunk that is gone through record by record; a MB holds at most some ten thousand
 
 NEEDS = "needs the packages that read bags: pip install 'dockpose[ros]'"
 
@@ -68,11 +71,14 @@ class Storage(abc.ABC):
         By their keys, which are those of the file.
     is_cut_short : bool
         Whether the end of the file is missing; what is there is read.
+    faults : list of str
+        What else is wrong with the file, of which the rest is read; a sentence each.
     """
 
     def __init__(self) -> None:
         self.topics: dict[int, Topic] = {}
         self.is_cut_short = False
+        self.faults: list[str] = []
         self._lock = threading.Lock()
 
     @abc.abstractmethod
@@ -108,7 +114,13 @@ def kind_of_message(name: str) -> str:
     return name if "/" in rest or not rest else f"{package}/msg/{rest}"
 
 
-def expanded(compression: str, data: bytes) -> bytes:
+def check_size(size: int) -> None:
+    """Raise ValueError for a chunk that says that it is larger, in bytes, than any is read."""
+    if size > _MOST_BYTES:
+        raise ValueError(f"a chunk of {size / 1e6:.0f} MB is larger than the {_MOST_BYTES / 1e6:.0f} MB that are read")
+
+
+def expanded(compression: str, data: bytes, size: int | None = None) -> bytes:
     """Expand a chunk; of one that breaks off, the beginning.
 
     Parameters
@@ -116,25 +128,36 @@ def expanded(compression: str, data: bytes) -> bytes:
     compression : str
         "zstd", "lz4" or "bz2".
     data : bytes
-        The compressed chunk; at most 256 MB come of it.
+        The compressed chunk.
+    size : int, optional
+        How many bytes come of it, as the file says; at most 256 MB.
 
     Raises
     ------
     ValueError
-        If it is damaged, or the compression is another one.
+        If it is damaged or too large, or the compression is another one.
     """
+    check_size(size or 0)
+    most = (_MOST_BYTES if size is None else size) + 1  # of one more no more is made, but it shows
     try:
         if compression == "zstd":
             import zstandard
 
-            with zstandard.ZstdDecompressor().stream_reader(data) as reader:
-                return reader.read(_MOST_BYTES)
-        if compression == "lz4":
+            check_size(max(0, zstandard.frame_content_size(data)))  # -1 where the frame does not say
+            with zstandard.ZstdDecompressor(max_window_size=_MOST_BYTES).stream_reader(data) as reader:
+                found = reader.read(most)
+        elif compression == "lz4":
             import lz4.frame
 
-            return lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=_MOST_BYTES)
-        if compression == "bz2":
-            return bz2.BZ2Decompressor().decompress(data, max_length=_MOST_BYTES)
+            found = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most)
+        elif compression == "bz2":
+            found = bz2.BZ2Decompressor().decompress(data, max_length=most)
+        else:
+            raise ValueError(f"is compressed by {compression!r}; zstd, lz4 and bz2 are read")
+    except ValueError:
+        raise
     except Exception as error:  # each library has its own
         raise ValueError(f"a chunk is damaged: {error}") from error
-    raise ValueError(f"is compressed by {compression!r}; zstd, lz4 and bz2 are read")
+    if len(found) == most:
+        raise ValueError(f"a chunk is damaged: it holds more than the {(most - 1) / 1e6:.3g} MB that it may")
+    return found

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
 from types import TracebackType
 from typing import TypeVar
 
@@ -160,3 +161,23 @@ class Frames(abc.ABC):
     def _skip(self, text: str, frames: int = 1) -> None:
         self.skipped += frames
         self._tell(text)
+
+
+def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:
+    """Times since the first of N time stamps, each larger than the last, in their unit; and where the stamps run back.
+
+    There the clock was set back, or another recording was joined: time goes on by the usual interval. Frames with one
+    and the same stamp are spread evenly until the next.
+
+    Examples
+    --------
+    >>> growing([70, 80, 90, 20, 30, 30, 40])
+    ([0, 10, 20, 30, 40, 45, 50], [3])
+    """
+    steps = [after - before for before, after in pairwise(stamps)]
+    usual = int(np.median([abs(step) for step in steps if step] or [len(stamps)]))
+    times = list(accumulate((usual if step < 0 else step for step in steps), initial=0))
+    new = [0, *(index for index, step in enumerate(steps, 1) if step)]
+    known = [times[index] for index in new]
+    spread = np.interp(np.arange(len(times)), [*new, len(times)], [*known, known[-1] + usual])
+    return np.rint(spread).astype(np.int64).tolist(), [index for index, step in enumerate(steps, 1) if step < 0]

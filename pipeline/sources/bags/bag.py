@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import struct
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from itertools import accumulate
 from typing import Any
 
 from dockpose.camera.camera import Camera
@@ -11,7 +13,7 @@ from dockpose.camera.image import ImageError
 from dockpose.sources.bags.files import BagFiles
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
 from dockpose.sources.bags.storage import Place, Topic
-from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell, growing
 
 _ENCODINGS = ("cdr", "ros1")
 # Clocks that begin with a program or a simulation count from 0; this is in 1973, before anything was recorded.
@@ -27,8 +29,8 @@ class Bag(Frames):
     source : str
         Path of an .mcap, .db3 or .bag file, or of a folder as rosbag2 writes it.
     tell : callable, optional
-        Called with a sentence for messages that cannot be read, and on opening a bag that is cut short, or whose time
-        stamps are none.
+        Called with a sentence for messages that cannot be read, and on opening a bag that is damaged or cut short, or
+        whose time stamps are none or run back.
     topic : str, optional
         Name of the topic; None for the only one with pictures.
 
@@ -53,11 +55,15 @@ class Bag(Frames):
             self.topic = self._chosen(topic)
             self._places = self._places_of(self.topic)
             self.count = len(self._places)
-            self._tell_cut_short()
+            self._tell_faults()
             if not self._places:
                 raise SourceError(f"{source}: has no message of the topic {self.topic}")
-            self.rate_hz = self._rate_hz()
-            self._has_stamps, self._first_ns = self._clock()
+            self._stamps_ns = self._clock()
+            self._times_ns, back = growing(self._stamps_ns)
+            self._runs_back = bool(back)
+            self._tell_back(back)
+            if self.count > 1:
+                self.rate_hz = (self.count - 1) * 1e9 / self._times_ns[-1]
             self.camera, self.camera_topic = self._camera()
         except BaseException as error:
             self._files.close()
@@ -84,13 +90,10 @@ class Bag(Frames):
     def _frame(self, index: int) -> Frame:
         message = self._message(self._places[index])
         image = picture_in(message, f"{self.source}: frame {index}")
-        time_ns = self._time_ns(message, self._places[index])
-        time_s = round((time_ns - self._first_ns) / 1e9, _DECIMALS)
-        time_unix_s = time_ns / 1e9 if time_ns >= _LEAST_UNIX_NS else None
+        time_ns = self._stamps_ns[index]
+        time_unix_s = time_ns / 1e9 if time_ns >= _LEAST_UNIX_NS and not self._runs_back else None
+        time_s = round(self._times_ns[index] / 1e9, _DECIMALS)
         return self._turned(Frame(image, index, time_s, self.source, time_unix_s=time_unix_s))
-
-    def _time_ns(self, message: Any, place: Place) -> int:
-        return (_stamp_ns(message) if self._has_stamps else 0) or place.time_ns
 
     def _chosen(self, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
@@ -104,6 +107,9 @@ class Bag(Frames):
             listed = f"pictures are on {', '.join(pictures)}" if pictures else "no topic has pictures"
             raise SourceError(f"{self.source}: topic {topic}: {there}; {listed}")
         if not pictures:
+            faults = [fault for storage in self._files.storages for fault in storage.faults]
+            if faults:
+                raise SourceError(f"{self.source}: no topic of the bag has pictures that can be read: {faults[0]}")
             others = ", ".join(f"{name} ({one.kind or one.encoding})" for name, one in sorted(known.items()))
             raise SourceError(f"{self.source}: no topic of the bag has pictures; its topics are {others or 'none'}")
         if len(pictures) > 1:
@@ -114,32 +120,46 @@ class Bag(Frames):
         found: list[Place] = []
         for storage in self._files.storages:
             found += storage.places([key for key, topic in storage.topics.items() if topic.name == name])
-        return sorted(found)
+        return found
 
     def _message(self, place: Place) -> Any:
         storage = self._files.storages[place.file]
         topic = storage.topics[place.topic]
         return deserialised(storage.read(place), topic)
 
-    def _rate_hz(self) -> float | None:
-        took_ns = self._places[-1].time_ns - self._places[0].time_ns
-        return (len(self._places) - 1) * 1e9 / took_ns if took_ns > 0 else None
-
-    def _clock(self) -> tuple[bool, int]:
-        """Whether the time stamps of the pictures count, and the first time by them, or by the recording."""
-        for place in self._places:
-            try:
-                stamp_ns = _stamp_ns(self._message(place))
-            except SourceError:
-                continue
-            if stamp_ns == 0:
+    def _clock(self) -> list[int]:
+        """Time stamps of all pictures, in nanoseconds; by the recording where the pictures have none."""
+        stamps_ns = list(map(self._stamp_ns, self._places))
+        first_ns = next((each for each in stamps_ns if each is not None), 0)
+        if first_ns == 0:
+            if any(each == 0 for each in stamps_ns):
                 self._tell(f"{self.source}: its pictures have no time stamps; the times of the recording are taken")
-                break
-            if stamp_ns < _LEAST_UNIX_NS:
-                begin = f"its time stamps begin at {stamp_ns / 1e9:.3f} s, which is no time of day"
-                self._tell(f"{self.source}: {begin}; times are counted from the first frame alone")
-            return True, stamp_ns
-        return False, self._places[0].time_ns
+            return [place.time_ns for place in self._places]
+        if first_ns < _LEAST_UNIX_NS:
+            begin = f"its time stamps begin at {first_ns / 1e9:.3f} s, which is no time of day"
+            self._tell(f"{self.source}: {begin}; times are counted from the first frame alone")
+        # One that cannot be read, or has none, has that of the picture before.
+        return list(accumulate(stamps_ns, lambda last, each: each or last, initial=first_ns))[1:]
+
+    def _stamp_ns(self, place: Place) -> int | None:
+        """The time stamp in the head of a message; None where it cannot be read."""
+        storage = self._files.storages[place.file]
+        try:
+            head = storage.read(place)[:12]
+            if storage.topics[place.topic].encoding == "ros1":
+                _, seconds, nanoseconds = struct.unpack("<III", head)
+            else:
+                seconds, nanoseconds = struct.unpack("<iI" if head[1] & 1 else ">iI", head[4:])
+        except (SourceError, struct.error, IndexError):
+            return None
+        return seconds * 10**9 + nanoseconds
+
+    def _tell_back(self, back: Sequence[int]) -> None:
+        if back:
+            jump_s = (self._stamps_ns[back[0] - 1] - self._stamps_ns[back[0]]) / 1e9
+            more = f" and {len(back) - 1} times more" if len(back) > 1 else ""
+            jump = f"by {jump_s:.6g} s at frame {back[0]}{more}"
+            self._tell(f"{self.source}: its clock jumps back {jump}; time goes on by the usual interval there")
 
     def _camera(self) -> tuple[Camera | None, str | None]:
         """The camera that the topic beside that of the pictures describes, and that topic."""
@@ -169,7 +189,9 @@ class Bag(Frames):
         place = self._places[0]
         return self._files.storages[place.file].topics[place.topic].kind == COMPRESSED
 
-    def _tell_cut_short(self) -> None:
+    def _tell_faults(self) -> None:
+        for fault in [fault for storage in self._files.storages for fault in storage.faults]:
+            self._skip(f"{self.source}: {fault}")
         frames = "1 frame is" if self.count == 1 else f"{self.count} frames are"
         if any(storage.is_cut_short for storage in self._files.storages):
             self.is_cut_short = True
@@ -212,8 +234,3 @@ def _store(encoding: str) -> Any:
 
 def _has_pictures(topic: Topic) -> bool:
     return topic.kind in (IMAGE, COMPRESSED) and topic.encoding in _ENCODINGS
-
-
-def _stamp_ns(message: Any) -> int:
-    stamp = message.header.stamp
-    return stamp.sec * 10**9 + stamp.nanosec

@@ -71,13 +71,13 @@ class McapFile(Storage):
     def places(self, topics: Collection[int]) -> list[Place]:
         """Where the messages of some channels lie, in the order in which they were recorded."""
         if self._indexed is None:
-            return sorted(place for place in self._scanned if place.topic in topics)
+            return [place for place in self._scanned if place.topic in topics]
         found = []
         for chunk, index_of in self._indexed:
             for topic in index_of.keys() & topics:
                 entries = self._entries(index_of[topic])
                 found += [Place(time_ns, topic, self._number, chunk, offset) for time_ns, offset in entries]
-        return sorted(found)
+        return sorted(found, key=lambda place: (place.chunk, place.offset))
 
     def close(self) -> None:
         """Release the file."""
@@ -119,7 +119,7 @@ class McapFile(Storage):
         return True
 
     def _has_summary(self) -> bool:
-        """Whether the file ends with a summary that is whole, by its checksum, and holds nothing but what belongs there."""
+        """Whether the file ends with a summary that is whole, by its checksum, and holds only what belongs there."""
         self._file.seek(max(0, self._length - _END.size))
         end = self._file.read()
         if len(end) < _END.size or end[-8:] != _MAGIC:

@@ -63,7 +63,8 @@ class Ros1File(Storage):
 
     def places(self, topics: Collection[int]) -> list[Place]:
         """Where the messages of some connections lie, in the order in which they were recorded."""
-        return sorted(place for place in self._found if place.topic in topics)
+        found = (place for place in self._found if place.topic in topics)
+        return sorted(found, key=lambda place: (place.chunk, place.offset))
 
     def close(self) -> None:
         """Release the file."""

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from functools import partial
+from itertools import repeat
 from pathlib import Path
+from typing import Any
 
-from dockpose.sources.bags.storage import Place, Storage, Topic, kind_of_message
+from dockpose.checks import shown
+from dockpose.sources.bags.storage import MOST_BYTES, Place, Storage, Topic, kind_of_message
 from dockpose.sources.frames import SourceError
+
+_STEPS, _TIMES = 10_000, 100  # of SQLite's machine for one row, which takes a few dozen
+_MOST_TOPICS = 10_000
+_GENERATED = (2, 3)  # "hidden" in SQLite's description of a column
 
 
 class SqliteFile(Storage):
@@ -34,45 +42,93 @@ class SqliteFile(Storage):
             if file.read(16) != b"SQLite format 3\0":
                 raise SourceError("is no SQLite database")
         self._number, self._expand = number, expand
-        address = f"{path.resolve().as_uri()}?mode=ro"
-        self._database = sqlite3.connect(address, uri=True, check_same_thread=False)
+        self._address = f"{path.resolve().as_uri()}?mode=ro"
+        self._database = self._connected("")
         try:
             try:
-                self._read_topics()
-                self._rows = self._listed()
+                self._read_all()
             except sqlite3.DatabaseError:
                 self.is_cut_short = True
                 self._database.close()
-                self._database = sqlite3.connect(f"{address}&immutable=1", uri=True, check_same_thread=False)
+                self._database = self._connected("&immutable=1")
                 # Otherwise SQLite refuses every file that is shorter than its header says.
                 self._database.execute("PRAGMA writable_schema=ON")
-                self._read_topics()
-                self._rows = self._listed()
+                self._read_all()
         except sqlite3.Error as error:
             self._database.close()
             raise SourceError(f"is no bag of ROS 2, or is cut short before its first message ({error})") from error
+        except BaseException:
+            self._database.close()
+            raise
 
     def places(self, topics: Collection[int]) -> list[Place]:
         """Where the messages of some topics lie, in the order in which they were recorded."""
-        return sorted(place for place in self._rows if place.topic in topics)
+        return [place for place in self._places if place.topic in topics]
 
     def close(self) -> None:
         """Release the file."""
         self._database.close()
 
+    def _connected(self, more: str) -> sqlite3.Connection:
+        database = sqlite3.connect(self._address + more, uri=True, check_same_thread=False)
+        if hasattr(database, "setlimit"):  # from Python 3.11 on
+            database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
+        return database
+
+    def _rows(self, query: str, *values: object) -> Iterator[tuple[Any, ...]]:
+        """The rows of a query, each of which must come within a million steps of SQLite's machine.
+
+        A signal is obeyed between rows alone: what counts the steps is no Python code, in which it would be lost.
+        """
+        self._database.set_progress_handler(partial(next, repeat(0, _TIMES), 1), _STEPS)
+        try:
+            for row in self._database.execute(query, values):
+                yield row
+                self._database.set_progress_handler(partial(next, repeat(0, _TIMES), 1), _STEPS)
+        except sqlite3.OperationalError as error:
+            if str(error) != "interrupted":
+                raise
+            raise SourceError(f"is damaged: SQLite finds no row of it in {_STEPS * _TIMES} steps") from error
+
+    def _read_all(self) -> None:
+        self._check_tables()
+        self._read_topics()
+        self._places = self._listed()
+
+    def _check_tables(self) -> None:
+        """Refuse what computes instead of being there: views, virtual tables and generated columns."""
+        for name in ("topics", "messages"):
+            query = "SELECT type, rootpage FROM sqlite_master WHERE name = ? COLLATE NOCASE"
+            kind, page = next(self._rows(query, name), ("missing", 0))
+            if kind != "table" or not page:
+                there = "missing" if kind == "missing" else f"a {'virtual table' if kind == 'table' else kind}"
+                raise SourceError(f"is no bag of ROS 2: its table {name!r} is {there}")
+            for _, column, *_, hidden in self._rows(f"PRAGMA table_xinfo({name})"):
+                if hidden in _GENERATED:
+                    raise SourceError(f"is no bag of ROS 2: the column {column!r} of its table {name!r} is generated")
+
     def _read_topics(self) -> None:
-        rows = self._database.execute("SELECT id, name, type, serialization_format FROM topics")
-        for key, name, kind, encoding in rows:
+        for key, *words in self._rows("SELECT id, name, type, serialization_format FROM topics NOT INDEXED"):
+            if not isinstance(key, int) or not all(isinstance(word, str) for word in words):
+                raise SourceError(f"the row {shown((key, *words))} of its table 'topics' is no topic")
+            if len(self.topics) == _MOST_TOPICS or key in self.topics:
+                raise SourceError(f"its table 'topics' is damaged: it has over {len(self.topics)} rows, or one twice")
+            name, kind, encoding = words
             self.topics[key] = Topic(name, kind_of_message(kind), encoding)
 
     def _listed(self) -> list[Place]:
         """All messages in the order of their numbers, as far as they are there."""
         rows: list[Place] = []
         try:
-            found = self._database.execute("SELECT id, topic_id, timestamp FROM messages ORDER BY id")
-            for key, topic, time_ns in found:
+            # SQLite goes through a table in the order of its numbers; it need not sort, for which it would read all.
+            for key, topic, time_ns in self._rows("SELECT id, topic_id, timestamp FROM messages NOT INDEXED"):
+                if not all(isinstance(each, int) for each in (key, topic, time_ns)):
+                    values = f"topic {shown(topic)} and timestamp {shown(time_ns)}, which must be whole numbers"
+                    raise SourceError(f"message {shown(key)} has {values}")
+                if rows and key <= rows[-1].offset:
+                    raise SourceError(f"its table 'messages' is damaged: message {key} follows {rows[-1].offset}")
                 rows.append(Place(time_ns, topic, self._number, -1, key))
-        except sqlite3.DatabaseError:
+        except (sqlite3.DatabaseError, SourceError):
             if not self.is_cut_short:
                 raise
         while self.is_cut_short and rows and not self._is_there(rows[-1]):
@@ -87,9 +143,11 @@ class SqliteFile(Storage):
 
     def _read(self, place: Place) -> bytes:
         try:
-            row = self._database.execute("SELECT data FROM messages WHERE id = ?", (place.offset,)).fetchone()
+            row = next(self._rows("SELECT data FROM messages NOT INDEXED WHERE id = ?", place.offset), None)
         except sqlite3.Error as error:
             raise ValueError(str(error)) from error
         if row is None:
             raise ValueError("it is not there")
+        if not isinstance(row[0], bytes):
+            raise ValueError(f"its data are {shown(row[0])}, no bytes")
         return row[0] if self._expand is None else self._expand(row[0])

@@ -13,7 +13,7 @@ from dockpose.sources.frames import SourceError
 
 # Of a chunk or message, expanded. Recorders make chunks of a few MB, or of one message where that is larger: a colour
 # picture of 16 bits and 40 megapixels has 240 MB.
-_MOST_BYTES = 256_000_000
+MOST_BYTES = 256_000_000
 MOST_RECORDS = 500_000  # of a chunk that is gone through record by record; a MB holds at most some ten thousand
 
 NEEDS = "needs the packages that read bags: pip install 'dockpose[ros]'"
@@ -116,8 +116,8 @@ def kind_of_message(name: str) -> str:
 
 def check_size(size: int) -> None:
     """Raise ValueError for a chunk that says that it is larger, in bytes, than any is read."""
-    if size > _MOST_BYTES:
-        raise ValueError(f"a chunk of {size / 1e6:.0f} MB is larger than the {_MOST_BYTES / 1e6:.0f} MB that are read")
+    if size > MOST_BYTES:
+        raise ValueError(f"a chunk of {size / 1e6:.0f} MB is larger than the {MOST_BYTES / 1e6:.0f} MB that are read")
 
 
 def expanded(compression: str, data: bytes, size: int | None = None) -> bytes:
@@ -138,13 +138,13 @@ def expanded(compression: str, data: bytes, size: int | None = None) -> bytes:
         If it is damaged or too large, or the compression is another one.
     """
     check_size(size or 0)
-    most = (_MOST_BYTES if size is None else size) + 1  # of one more no more is made, but it shows
+    most = (MOST_BYTES if size is None else size) + 1  # of one more no more is made, but it shows
     try:
         if compression == "zstd":
             import zstandard
 
             check_size(max(0, zstandard.frame_content_size(data)))  # -1 where the frame does not say
-            with zstandard.ZstdDecompressor(max_window_size=_MOST_BYTES).stream_reader(data) as reader:
+            with zstandard.ZstdDecompressor(max_window_size=MOST_BYTES).stream_reader(data) as reader:
                 found = reader.read(most)
         elif compression == "lz4":
             import lz4.frame

@@ -9,8 +9,8 @@ import numpy as np
 from dockpose.camera.board import Board, Sighting, find_board
 from dockpose.camera.bundle import Sigmas
 from dockpose.camera.camera import Camera
-from dockpose.camera.coverage import Coverage, coverage_of, outer_corners_px
-from dockpose.camera.fitting import LENSES, TERMS, CalibrationError, Fitted, Lens, fit, sigmas_of
+from dockpose.camera.coverage import Coverage, alike_px, apart_px, coverage_of, outer_corners_px, poses_of
+from dockpose.camera.fitting import LENSES, TERMS, TILT, UNDETERMINED, CalibrationError, Fitted, Lens, fit, sigmas_of
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.camera.ladder import FEWEST, Rung, climb
 from dockpose.checks import check_is
@@ -22,7 +22,6 @@ FEWEST_PICTURES = 3
 _OUTLIER, _OUTLIER_PX = 3.0, 0.5
 _WORST_SHARE = 0.003  # of the picture's longer side (2 px of 640); a fit with a larger error is rejected
 _UNSURE = 0.1  # of the focal length: with a larger standard error it is not known
-_ALIKE_SHARE = 0.05  # of the longer side: boards whose outlines are nearer than this are alike
 _SHARPER = 0.8  # width of the edges, relative to those of a like picture, that makes a picture take its place
 NO_BOARD, UNREADABLE, ALIKE = "no board was found in it", "it cannot be read as a picture", "it is like another"
 
@@ -172,15 +171,12 @@ class Gathering:
 
     def _alike(self, found: Sighting) -> str:
         """Why a board adds nothing to the others; empty where it does, or takes the place of a less sharp one."""
-        limit = _ALIKE_SHARE * max(self.size or (0,))
+        limit = alike_px(self.size or (0, 0))
         columns, rows = np.array(self.board.inner(self.counted_as)) - 1
         outline = self.board.square_m * np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]])
         own = outer_corners_px(found, outline)
         for index, other in enumerate(self.sightings):
-            theirs = outer_corners_px(other, outline)
-            # A chessboard may be seen turned by half a turn.
-            apart = min(np.linalg.norm(own - each, axis=1).max() for each in (theirs, np.roll(theirs, 2, axis=0)))
-            if apart < limit:
+            if apart_px(own, outer_corners_px(other, outline)) < limit:
                 if found.edge_px < _SHARPER * other.edge_px:
                     self.views[other.name] = BoardView(other.name, None, len(other.picture_px), ALIKE)
                     del self.sightings[index]
@@ -217,7 +213,7 @@ def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, le
     ValueError
         If the lens model is unknown, or an array is no picture.
     CalibrationError
-        If fewer than three pictures show the board, or they do not determine the camera.
+        If fewer than three pictures show the board in poses of its own, or they do not determine the camera.
     """
     if lens not in LENS_CHOICES:
         raise ValueError(f"lens is {lens!r}; it must be one of {', '.join(LENS_CHOICES)}")
@@ -264,11 +260,13 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
     if len(kept.sightings) < FEWEST_PICTURES or kept.size is None:
         raise CalibrationError(_too_few(kept))
     size, rungs = kept.size, ()
+    _check_poses(kept, size)
     model = LENSES["k2" if lens == "auto" else lens]
     fitted = _without_outliers(kept, size, model)
     if lens == "auto":
         model, rungs = climb(kept.sightings, size)
         fitted = _without_outliers(kept, size, model)
+    _check_poses(kept, size)
     for sighting, error in zip(kept.sightings, fitted.errors_px.tolist(), strict=True):
         kept.views[sighting.name] = BoardView(sighting.name, error, len(sighting.picture_px))
     corners = np.array([len(sighting.picture_px) for sighting in kept.sightings])
@@ -279,12 +277,15 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
             f"no camera fits the corners (error {overall:.1f} px); is the board {board.columns} x {board.rows}, "
             "and is it flat?"
         )
-    known = sigmas_of(fitted, kept.sightings)
+    try:
+        known = sigmas_of(fitted, kept.sightings)
+    except ValueError as error:  # at the limit of what a camera can be
+        raise CalibrationError(UNDETERMINED) from error
     unsure = max(known.values["fx"] / fitted.camera.fx, known.values["fy"] / fitted.camera.fy)
     if not unsure < _UNSURE:
         raise CalibrationError(
             "the pictures cannot tell the focal length from the distance, since the board lies too much alike in "
-            "all; take more, with the board tilted by 20 to 40 degrees"
+            f"all: {TILT}"
         )
     distances_m = np.linalg.norm(fitted.poses[:, 3:], axis=1)
     return Calibration(
@@ -310,6 +311,17 @@ def _too_few(gathering: Gathering) -> str:
         f"{len(gathering.sightings)} of {len(dropped)} pictures{also}; "
         f"{FEWEST_PICTURES} are needed, better {2 * FEWEST} to 20"
     )
+
+
+def _check_poses(gathering: Gathering, size: tuple[int, int]) -> None:
+    """Raise CalibrationError where boards lie alike, so that there are fewer poses than are needed."""
+    count = int(poses_of(gathering.sightings, size).max()) + 1
+    if count < FEWEST_PICTURES:
+        alike = "alike" if count == 1 else f"in {count} ways only"
+        raise CalibrationError(
+            f"the board lies {alike} in {len(gathering.sightings)} pictures; {FEWEST_PICTURES} poses are needed, "
+            f"better {2 * FEWEST} to 20: {TILT}"
+        )
 
 
 def _without_outliers(gathering: Gathering, size: tuple[int, int], lens: Lens) -> Fitted:

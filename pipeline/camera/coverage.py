@@ -11,6 +11,7 @@ from dockpose.camera.board import Sighting
 
 ENOUGH_PICTURES = 12
 _CELLS = 3
+_ALIKE_SHARE = 0.05  # of the longer side: boards whose outlines are nearer than this are alike
 _SEEN_TWICE = 2  # pictures whose board reaches into a part of the picture
 _TILTED_DEG, _TILTED_PICTURES = 15.0, 2
 _NEAR_AND_FAR = 1.4  # largest distance of the board, relative to the smallest
@@ -120,3 +121,29 @@ def outer_corners_px(sighting: Sighting, board_m: np.ndarray) -> np.ndarray:
     if to_picture is None:
         return np.full((4, 2), np.inf)
     return cv2.perspectiveTransform(board_m[None].astype(float), to_picture)[0]
+
+
+def apart_px(outline: np.ndarray, other: np.ndarray) -> float:
+    """How far the corners (4, 2) of two boards are apart at most; a chessboard may be seen turned by half a turn."""
+    return float(min(np.linalg.norm(outline - each, axis=1).max() for each in (other, np.roll(other, 2, axis=0))))
+
+
+def alike_px(size: tuple[int, int]) -> float:
+    """Boards whose outlines are nearer than this, in a picture of that size, are alike; one tells as much as both."""
+    return _ALIKE_SHARE * max(size)
+
+
+def poses_of(sightings: Sequence[Sighting], size: tuple[int, int]) -> np.ndarray:
+    """Number (N,) of each board's pose, from 0; boards that lie alike have the same."""
+    columns, rows = np.max([sighting.board_m.max(axis=0) for sighting in sightings], axis=0)[:2]
+    board_m = np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]])
+    first: list[np.ndarray] = []
+    poses = []
+    for sighting in sightings:
+        own = outer_corners_px(sighting, board_m)
+        like = (number for number, other in enumerate(first) if apart_px(own, other) < alike_px(size))
+        number = next(like, len(first))
+        if number == len(first):
+            first.append(own)
+        poses.append(number)
+    return np.array(poses)

@@ -26,7 +26,8 @@ class CalibrationError(ValueError):
     """The pictures do not determine a camera; the text says why."""
 
 
-_UNDETERMINED = "the pictures do not determine the camera; take more, with the board tilted and in the corners"
+TILT = "tilt the board by 20 to 40 degrees, another way in each picture, and show it in the corners too"
+UNDETERMINED = f"the pictures do not determine the camera: {TILT}"
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ def fit(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fit
             board, picture, size, np.eye(3), np.zeros(5), flags=lens.flags
         )
     except cv2.error as error:
-        raise CalibrationError(_UNDETERMINED) from error
+        raise CalibrationError(UNDETERMINED) from error
     return _checked(sightings, size, lens, K, np.ravel(distortion)[: lens.length], _poses(turns, shifts))
 
 
@@ -151,7 +152,7 @@ def _fit_fisheye(sightings: Sequence[Sighting], size: tuple[int, int], lens: Len
     except (cv2.error, CalibrationError):
         pass
     if not fits:
-        raise CalibrationError(_UNDETERMINED)
+        raise CalibrationError(UNDETERMINED)
     return min(fits, key=lambda each: rms_px(each.errors_px[:, None]))
 
 
@@ -171,9 +172,12 @@ def _checked(
 ) -> Fitted:
     """The fit with these numbers. Raises CalibrationError where they are no camera's."""
     if not np.isfinite(K).all() or not np.isfinite(bent).all() or min(K[0, 0], K[1, 1]) < _SHORTEST * max(size):
-        raise CalibrationError("the pictures lead to no focal length; take more, with the board tilted")
+        raise CalibrationError(f"the pictures lead to no focal length: {TILT}")
     numbers = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
-    camera = Camera(*numbers, *size, distortion=tuple(bent.tolist()), fisheye=lens.fisheye)
+    try:
+        camera = Camera(*numbers, *size, distortion=tuple(bent.tolist()), fisheye=lens.fisheye)
+    except ValueError as error:  # numbers that no camera has
+        raise CalibrationError(UNDETERMINED) from error
     return Fitted(camera, lens, poses, _errors_px(camera, sightings, poses))
 
 

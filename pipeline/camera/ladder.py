@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.camera.board import Sighting
 from dockpose.camera.bundle import residuals, rms_px, settled_pose
-from dockpose.camera.fitting import LADDER, LENSES, CalibrationError, Fitted, Lens, fit
+from dockpose.camera.coverage import poses_of
+from dockpose.camera.fitting import LADDER, LENSES, UNDETERMINED, CalibrationError, Fitted, Lens, fit
 
 _FOLDS = 6
 _SPECIAL = ("fisheye", "rational")  # models that must be clearly better, by this factor, than the others
 _EARNS = 0.95
 _BY_CHANCE = 2.0
 _LEAST_PX2 = 1e-8
-FEWEST = 6  # pictures; fewer are too few to leave any out
-_FEW = 3  # pictures, which hardly tell one coefficient
+FEWEST = 6  # poses of the board; fewer are too few to leave any out
+_FEW = 3  # poses, which hardly tell one coefficient
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ def climb(sightings: Sequence[Sighting], size: tuple[int, int]) -> tuple[Lens, t
         The first model of the ladder that no other beats by more than two standard errors; the fisheye and the rational
         model only where they are better by two standard errors and 5 %.
     rungs : tuple of Rung
-        Every model; empty for fewer than 6 pictures, where the choice is the model with two radial coefficients at 4 or
-        5 and with one at 3.
+        Every model; empty for fewer than 6 poses of the board, where the choice is the model with two radial
+        coefficients at 4 or 5 and with one at 3. Boards that lie alike count once, and are left out together.
 
     Raises
     ------
@@ -78,18 +79,18 @@ def climb(sightings: Sequence[Sighting], size: tuple[int, int]) -> tuple[Lens, t
     ----------
     Breiman et al. 1984, "Classification and Regression Trees", section 3.4.3, on the rule of one standard error.
     """
-    if len(sightings) < FEWEST:
-        return LADDER[1 if len(sightings) <= _FEW else 2], ()
-    errors = {lens.name: _held_out_px2(sightings, size, lens) for lens in LADDER if lens.name not in _SPECIAL}
+    poses = poses_of(sightings, size)
+    count = int(poses.max()) + 1
+    if count < FEWEST:
+        return LADDER[1 if count <= _FEW else 2], ()
+    errors = {lens.name: _held_out_px2(sightings, poses, size, lens) for lens in LADDER if lens.name not in _SPECIAL}
     best = min(errors, key=lambda name: float(np.log(np.maximum(errors[name], _LEAST_PX2)).mean()))
     if not np.isfinite(errors[best].mean()):
-        raise CalibrationError(
-            "the pictures do not determine the camera; take more, with the board tilted and in the corners"
-        )
+        raise CalibrationError(UNDETERMINED)
     rungs = [_rung(LENSES[name], own, errors[best]) for name, own in errors.items()]
     chosen = next(rung for rung in rungs if rung.is_as_good)
     for name in _SPECIAL:
-        own = _held_out_px2(sightings, size, LENSES[name], chosen.held_out_px)
+        own = _held_out_px2(sightings, poses, size, LENSES[name], chosen.held_out_px)
         rung = _rung(LENSES[name], own, errors[chosen.lens.name])
         rungs.append(rung)
         earned = rung.held_out_px < _EARNS * chosen.held_out_px
@@ -108,28 +109,30 @@ def _rung(lens: Lens, errors_px2: np.ndarray, best_px2: np.ndarray) -> Rung:
 
 
 def _held_out_px2(
-    sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens, to_beat_px: float = np.inf
+    sightings: Sequence[Sighting], poses: np.ndarray, size: tuple[int, int], lens: Lens, to_beat_px: float = np.inf
 ) -> np.ndarray:
-    """Mean squared error (N,) of each picture, seen by a camera fitted to others; infinite where none was found.
+    """Mean squared error of each pose's pictures, seen by a camera fitted to others; infinite where none was found.
 
     Infinite as well for a lens that does not even fit the pictures it has seen better than ``to_beat_px``.
     """
-    errors = np.full(len(sightings), np.inf)
+    pictures = np.bincount(poses)
+    nothing = np.full(len(pictures), np.inf)
     try:
         start = fit(sightings, size, lens)
     except CalibrationError:
-        return errors
+        return nothing
     if not rms_px(start.errors_px[:, None]) < _EARNS * to_beat_px:
-        return errors
-    folds = np.arange(len(sightings)) % min(_FOLDS, len(sightings))
+        return nothing
+    errors = np.zeros(len(sightings))
+    folds = poses % min(_FOLDS, len(pictures))
     for fold in range(int(folds.max()) + 1):
         kept = [sighting for sighting, number in zip(sightings, folds, strict=True) if number != fold]
         try:
             fitted: Fitted = fit(kept, size, lens)
         except CalibrationError:
-            return np.full(len(sightings), np.inf)
+            return nothing
         for index in np.flatnonzero(folds == fold).tolist():
             pose = settled_pose(fitted.camera, sightings[index], start.poses[index])
             error = rms_px(residuals(fitted.camera, sightings[index], pose)) ** 2
             errors[index] = error if np.isfinite(error) else np.inf
-    return errors
+    return np.bincount(poses, errors) / pictures

@@ -159,12 +159,13 @@ class McapFile(Storage):
             except _DAMAGE as error:  # others follow
                 self.faults.append(f"{error}; what is in it is left out")
                 continue
-            for count, (inner, offset, size) in enumerate(_records(io.BytesIO(content), 0, len(content))):
+            chunk = io.BytesIO(content)
+            for count, (inner, offset, size) in enumerate(_records(chunk, 0, len(content))):
                 if count == MOST_RECORDS:
                     self.faults.append(f"the chunk at byte {start} has over {count} records; those behind are left out")
                     break
                 if offset + _HEAD.size + size <= len(content):
-                    self._see(inner, io.BytesIO(content), offset, size, start)
+                    self._see(inner, chunk, offset, size, start)
 
     def _check_data(self, end: int) -> None:
         """Compare what comes before the record at the data's end with the checksum in it."""
@@ -181,10 +182,10 @@ class McapFile(Storage):
 
     def _see(self, kind: int, stream: BinaryIO, start: int, length: int, chunk: int) -> None:
         """Note a record, if it is there as a whole and of concern."""
-        from mcap.data_stream import ReadDataStream
-
         if kind not in (_SCHEMA, _CHANNEL, _MESSAGE) or (chunk < 0 and start + _HEAD.size + length > self._length):
             return
+        from mcap.data_stream import ReadDataStream
+
         stream.seek(start + _HEAD.size)
         with contextlib.suppress(*_DAMAGE):  # others follow
             if kind == _MESSAGE:

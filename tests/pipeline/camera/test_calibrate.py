@@ -1,6 +1,7 @@
 """Boards rendered here, through cameras that are known."""
 
 import functools
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -115,8 +116,24 @@ def test_a_board_described_by_its_corners_is_understood():
 def test_boards_that_lie_alike_are_refused():
     gathering = Gathering(CHESSBOARD, sightings=sightings(TRUE, 0, tilt_rad=0.0, ranges_m=(0.4, 0.41)), size=(640, 480))
     gathering.views |= {each.name: BoardView(each.name, None, 54) for each in gathering.sightings}
-    with pytest.raises(CalibrationError, match=r"cannot tell the focal length|no focal length"):
+    with pytest.raises(
+        CalibrationError, match=r"(cannot tell the|no) focal length.*: tilt the board by 20 to 40 degrees"
+    ):
         calibrate_gathered(gathering, "k2")
+
+
+@pytest.mark.parametrize(("poses", "alike"), [(1, "alike in 18"), (2, "in 2 ways only in 18")])
+@pytest.mark.parametrize("noise_px", [0.0, 0.1])
+def test_pictures_of_one_or_two_poses_are_refused(poses, alike, noise_px):
+    rng, gathering = np.random.default_rng(3), Gathering(CHESSBOARD, size=(640, 480))
+    for number in range(18):
+        seen = sightings(TRUE, 0, count=poses)[number % poses]
+        off = rng.normal(0, noise_px, seen.picture_px.shape).astype(np.float32)
+        gathering.sightings.append(replace(seen, name=f"{number}", picture_px=seen.picture_px + off))
+        gathering.views[f"{number}"] = BoardView(f"{number}", None, 54)
+    for lens in ("auto", "k3"):
+        with pytest.raises(CalibrationError, match=f"the board lies {alike} pictures; 3 poses .* tilt the board by"):
+            calibrate_gathered(gathering, lens)
 
 
 def test_blurred_pictures_are_dropped():

@@ -1,5 +1,7 @@
+import numpy as np
 import pytest
 from dockpose import Camera
+from dockpose.camera.fitting import LENSES, CalibrationError, fit
 from dockpose.camera.ladder import climb
 
 from tests.support.boards import SIZE, sightings
@@ -27,3 +29,17 @@ def test_few_pictures_leave_k3_and_the_tangential_terms_alone():
     for count, name in ((3, "k1"), (5, "k2")):
         lens, rungs = climb(sightings(Camera(520, 515, 322, 236, *SIZE), 0, count=count), SIZE)
         assert (lens.name, rungs) == (name, ())
+
+
+def test_boards_that_lie_alike_count_once():
+    few = sightings(Camera(520, 515, 322, 236, *SIZE), 0, count=5)
+    assert climb(few * 4, SIZE) == climb(few, SIZE)
+
+
+def test_numbers_that_no_camera_has_are_no_camera(monkeypatch):
+    """As OpenCV finds them of boards that are all square on."""
+    boards = sightings(Camera(520, 515, 322, 236, *SIZE), 0, count=3)
+    found = (0.1, np.eye(3) * 500, np.array([0, 7306768.0, 0, 0, 0]), *2 * [[np.zeros(3)] * 3])
+    monkeypatch.setattr("cv2.calibrateCamera", lambda *_, **__: found)
+    with pytest.raises(CalibrationError, match="tilt the board"):
+        fit(boards, SIZE, LENSES["k2"])

@@ -1,0 +1,276 @@
+"""Bags made to hang, to fill the memory or to lie: a sentence, and whatever else is whole."""
+
+import bz2
+import os
+import re
+import signal
+import sqlite3
+import struct
+import subprocess
+import sys
+import zlib
+from contextlib import closing
+from itertools import pairwise
+
+import lz4.frame
+import numpy as np
+import pytest
+import zstandard
+from dockpose.sources import Bag, SourceError
+from dockpose.sources.bags import mcap_file, storage
+from dockpose.sources.bags.storage import expanded
+from mcap.writer import CompressionType, IndexType
+
+from tests.support import bags
+from tests.support.bags import PERIOD_NS, ROS1, START_NS, TOPIC
+
+TOPICS = """
+    CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+    INSERT INTO topics VALUES(1, '/camera/image_raw', 'sensor_msgs/msg/Image', 'cdr');
+"""
+MESSAGES = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);"
+ENDLESS = "WITH RECURSIVE r(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM r) SELECT i AS id, 1 AS topic_id, i AS "
+COMPRESS = {
+    "zstd": zstandard.ZstdCompressor().compress,
+    "lz4": lambda data: lz4.frame.compress(data, store_size=False),
+    "bz2": bz2.compress,
+}
+
+
+def pictures(count):
+    rng = np.random.default_rng(1)
+    return [rng.integers(0, 256, (48, 64), np.uint8) for _ in range(count)]
+
+
+def database(path, script):
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript(script)
+    return str(path)
+
+
+def refused(source):
+    with pytest.raises(SourceError) as raised:
+        Bag(source).close()
+    assert str(raised.value).startswith(source)
+    return str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("script", "message"),
+    [
+        (f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp, x'00' AS data FROM r", "table 'messages' is a view"),
+        (f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp FROM r WHERE i < 0", "table 'messages' is a view"),
+        (f"{MESSAGES} CREATE VIEW topics AS {ENDLESS} name FROM r", "table 'topics' is a view"),
+        (f"{TOPICS} CREATE VIRTUAL TABLE messages USING fts4(id, topic_id, timestamp, data)", "is a virtual table"),
+        (
+            f"{TOPICS} CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, data, timestamp AS (zeroblob(1 << 30)))",
+            "the column 'timestamp' of its table 'messages' is generated",
+        ),
+        (TOPICS, "its table 'messages' is missing"),
+        (f"{TOPICS} {MESSAGES} INSERT INTO messages VALUES(7, 1, 'noon', x'00')", "message 7 has .*timestamp 'noon'"),
+        (f"{TOPICS} {MESSAGES} INSERT INTO messages VALUES(7, 1, NULL, x'00')", "message 7 has .*timestamp None"),
+        (f"{TOPICS} {MESSAGES} INSERT INTO topics VALUES(2, x'2f', 3, NULL)", r"the row \(2, b'/', '3', None\) of its"),
+        (
+            f"{TOPICS} {MESSAGES} INSERT INTO topics SELECT i, i, i, i FROM"
+            " (WITH RECURSIVE r(i) AS (SELECT 2 UNION ALL SELECT i + 1 FROM r LIMIT 20000) SELECT i FROM r)",
+            "its table 'topics' is damaged: it has over 10000 rows",
+        ),
+    ],
+)
+def test_a_database_that_computes_or_lies_is_refused(tmp_path, script, message):
+    assert re.search(message, refused(database(tmp_path / "a.db3", script)))
+
+
+def test_pages_that_lead_to_one_and_the_same_page_end(tmp_path):
+    """Twelve pages, each of which names the next sixty times: 60^12 rows in 10 kB."""
+    path = tmp_path / "a.db3"
+    rows = "INSERT INTO messages VALUES(1, 1, 5, x'00')"
+    database(path, f"PRAGMA page_size = 512; {TOPICS} {MESSAGES} {rows}")
+    with closing(sqlite3.connect(path)) as connection:
+        (root,) = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'messages'").fetchone()
+    data = bytearray(path.read_bytes())
+    count = len(data) // 512
+    leaf = bytes(data[(root - 1) * 512 : root * 512])
+    chain = [root, *range(count + 1, count + 13)]  # and the leaf at its end
+    data += bytes(512 * 12)
+    for page, child in pairwise(chain):
+        cells = [512 - 5 * (number + 1) for number in range(60)]
+        content = bytearray(512)
+        content[:12] = struct.pack(">BHHHBI", 5, 0, 60, cells[-1], 0, child)
+        for number, at in enumerate(cells):
+            content[12 + 2 * number : 14 + 2 * number] = struct.pack(">H", at)
+            content[at : at + 5] = struct.pack(">IB", child, 1)
+        data[(page - 1) * 512 : page * 512] = content
+    data[(chain[-1] - 1) * 512 : chain[-1] * 512] = leaf
+    data[28:32] = struct.pack(">I", len(data) // 512)
+    path.write_bytes(data)
+    assert "is damaged: message 1 follows 1" in refused(str(path))
+
+
+def test_what_is_no_bytes_in_a_database_is_left_out(tmp_path):
+    shown, told = pictures(4), []
+    (path,) = bags.write_rosbag2(tmp_path / "bag", bags.frames(shown)).glob("*.db3")
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("UPDATE messages SET data = 'words' WHERE id = 2")
+        connection.execute("UPDATE messages SET data = 3.5 WHERE id = 3")
+        connection.commit()
+    with Bag(str(path), told.append) as bag:
+        assert [frame.index for frame in bag] == [0, 3]
+    assert "its data are 'words', no bytes" in told[0]
+    assert "its data are 3.5, no bytes" in told[1]
+
+
+@pytest.mark.parametrize("compression", COMPRESS)
+def test_a_chunk_expands_to_what_it_says_and_no_further(compression):
+    data = bytes(2_000_000)
+    packed = COMPRESS[compression](data)
+    assert expanded(compression, packed, len(data)) == data
+    assert expanded(compression, packed) == data
+    for size in (len(data) - 1, 10):
+        with pytest.raises(ValueError, match="a chunk is damaged: it holds more"):
+            expanded(compression, packed, size)
+    with pytest.raises(ValueError, match="3000 MB is larger than the 256 MB that are read"):
+        expanded(compression, packed, 3_000_000_000)
+
+
+def test_a_chunk_that_does_not_say_its_size_is_read_up_to_a_limit(monkeypatch):
+    monkeypatch.setattr(storage, "MOST_BYTES", 3_000_000)
+    for count, is_read in ((3, True), (4, False)):
+        stream = zstandard.ZstdCompressor().compressobj()
+        packed = b"".join(stream.compress(bytes(1_000_000)) for _ in range(count)) + stream.flush()
+        if is_read:
+            assert len(expanded("zstd", packed)) == 3_000_000
+        else:
+            with pytest.raises(ValueError, match="it holds more than the 3 MB"):
+                expanded("zstd", packed)
+
+
+def chunks_of(data):
+    """Where the chunks of an MCAP begin, and how long they are."""
+    at = 8
+    while at < len(data) - 8:
+        length = int.from_bytes(data[at + 1 : at + 9], "little")
+        if data[at] == 6:
+            yield at, 9 + length
+        at += 9 + length
+
+
+NO_INDEX = {"index_types": IndexType.NONE, "use_statistics": False}
+
+
+@pytest.mark.parametrize("options", [{}, NO_INDEX], ids=["index", "no index"])
+def test_a_chunk_that_does_not_match_its_checksum_is_left_out(tmp_path, options):
+    shown, told = pictures(9), []
+    path = bags.write_mcap(
+        tmp_path / "a.mcap", bags.frames(shown), compression=CompressionType.NONE, chunk_size=9000, **options
+    )
+    data = bytearray(path.read_bytes())
+    data[data.find(shown[4].tobytes()) + 7] ^= 1
+    damaged = next(at for at, length in chunks_of(data) if at < data.find(shown[5].tobytes()) < at + length)
+    path.write_bytes(data)
+    with Bag(str(path), told.append) as bag:
+        found = list(bag)
+    assert [np.flatnonzero([np.array_equal(one.image, each) for each in shown]).tolist() for one in found] == [
+        [index] for index in (0, 1, 2, 6, 7, 8)
+    ]
+    assert bag.skipped >= 1
+    assert f"at byte {damaged}, a chunk is damaged: it does not match its checksum" in told[0]
+    data[damaged + 9 + 24 : damaged + 9 + 28] = bytes(4)  # 0: none is given
+    path.write_bytes(data)
+    with Bag(str(path)) as bag:
+        assert len(list(bag)) == 9
+
+
+def test_an_index_or_data_that_do_not_match_their_checksum_are_told(tmp_path):
+    shown, told = pictures(3), []
+    path = bags.write_mcap(tmp_path / "a.mcap", bags.frames(shown))
+    data = bytearray(path.read_bytes())
+    data[-30] ^= 1
+    path.write_bytes(data)
+    with Bag(str(path), told.append) as bag:
+        assert len(list(bag)) == 3
+    assert told == [f"{path}: its index does not match its checksum, so it is read record by record"]
+    told.clear()
+    path = bags.write_mcap(tmp_path / "b.mcap", bags.frames(shown), use_chunking=False, enable_data_crcs=True)
+    with Bag(str(path), told.append) as bag:
+        assert len(list(bag)) == 3
+    assert told == []
+    data = bytearray(path.read_bytes())
+    data[data.find(shown[1].tobytes())] ^= 1
+    path.write_bytes(data)
+    with Bag(str(path), told.append) as bag:
+        assert len(list(bag)) == 3
+    assert told == [f"{path}: its data do not match their checksum: some of it is damaged"]
+
+
+def with_chunk(path, data, size, compression=b"zstd", checksum=0):
+    """An MCAP of one chunk and no index."""
+    head = struct.pack("<QQQII", 0, 0, size, checksum, len(compression)) + compression + struct.pack("<Q", len(data))
+    end = b"\x0f" + struct.pack("<QI", 4, 0) + b"\x02" + struct.pack("<QQQI", 20, 0, 0, 0)
+    magic = b"\x89MCAP0\r\n"
+    path.write_bytes(magic + b"\x06" + struct.pack("<Q", len(head + data)) + head + data + end + magic)
+    return str(path)
+
+
+def test_a_chunk_that_is_a_bomb_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(mcap_file, "MOST_RECORDS", 1000)
+    packed = COMPRESS["zstd"](bytes(1000))
+    message = refused(with_chunk(tmp_path / "a.mcap", packed, 3_000_000_000))
+    assert "at byte 8, a chunk of 3000 MB is larger than the 256 MB that are read" in message
+    empty = bytes(9 * 1005)  # records without content
+    message = refused(with_chunk(tmp_path / "b.mcap", COMPRESS["zstd"](empty), len(empty), checksum=zlib.crc32(empty)))
+    assert "the chunk at byte 8 has over 1000 records" in message
+
+
+def test_a_bag_of_ros_1_whose_chunk_is_a_bomb_is_read_without_it(tmp_path):
+    shown, told = pictures(9), []
+    path = bags.write_rosbag1(tmp_path / "a.bag", bags.frames(shown, store=ROS1), "BZ2", chunk_bytes=9000)
+    data = path.read_bytes()
+    at = data.find(b"size=")
+    path.write_bytes(data[: at + 5] + struct.pack("<I", 3_000_000_000) + data[at + 9 :])
+    with Bag(str(path), told.append) as bag:
+        found = list(bag)
+    assert 0 < len(found) < 9
+    assert "a chunk of 3000 MB is larger than the 256 MB that are read" in told[0]
+
+
+@pytest.mark.parametrize("clock", ["of the camera", "of the recording"])
+def test_where_the_clock_jumps_back_time_goes_on(tmp_path, clock):
+    shown, told, entries = pictures(8), [], []
+    for number, picture in enumerate(shown):
+        jumped_ns = START_NS + number * PERIOD_NS - (3_000_000_000 if number >= 5 else 0)
+        stamp_ns = jumped_ns if clock == "of the camera" else 0
+        entries.append((TOPIC, bags.IMAGE, jumped_ns, bags.image(picture, "mono8", stamp_ns=stamp_ns)))
+    with Bag(str(bags.write_mcap(tmp_path / "a.mcap", entries)), told.append) as bag:
+        found = list(bag)
+        assert bag.at(6).time_s == pytest.approx(0.6)
+        assert bag.rate_hz == pytest.approx(10.0)
+    assert all(np.array_equal(frame.image, picture) for frame, picture in zip(found, shown, strict=True))
+    assert [frame.time_s for frame in found] == pytest.approx([0.1 * number for number in range(8)])
+    assert [frame.time_unix_s for frame in found] == [None] * 8  # which of the two is right is not known
+    assert told[-1].endswith("its clock jumps back by 2.9 s at frame 5; time goes on by the usual interval there")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="has no SIGTERM")
+def test_sigterm_ends_the_reading_of_a_database(tmp_path):
+    """It comes while SQLite's rows are read, over and over."""
+    (path,) = bags.write_rosbag2(tmp_path / "bag", bags.frames(pictures(200))).glob("*.db3")
+    code = (
+        "import signal, sys\n"
+        "from dockpose.sources import Bag\n"
+        "def end(*_): raise KeyboardInterrupt\n"
+        "signal.signal(signal.SIGTERM, end)\n"
+        "try:\n"
+        "    for number in range(10**9):\n"
+        "        Bag(sys.argv[1]).close()\n"
+        "        if number == 0: print('at work', flush=True)\n"
+        "except KeyboardInterrupt: print('ended')\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, text=True) as program:
+        try:
+            assert program.stdout is not None
+            assert program.stdout.readline() == "at work\n"
+            program.send_signal(signal.SIGTERM)
+            assert program.communicate(timeout=60)[0] == "ended\n"
+        finally:
+            program.kill()

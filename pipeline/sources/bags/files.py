@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Callable
 from functools import partial
@@ -12,13 +11,17 @@ from dockpose.camera.yaml_file import FileError, read_yaml
 from dockpose.sources.bags.mcap_file import McapFile
 from dockpose.sources.bags.ros1_file import Ros1File
 from dockpose.sources.bags.sqlite_file import SqliteFile
-from dockpose.sources.bags.storage import NEEDS, Storage, expanded
+from dockpose.sources.bags.storage import MOST_BYTES, NEEDS, Storage, expanded
 from dockpose.sources.frames import SourceError
 from dockpose.sources.names import check_regular, is_rosbag2_file
 from dockpose.sources.pictures import numeric
 
 METADATA = "metadata.yaml"
 _PACKED = ".zstd"
+_MOST_TIMES = (
+    1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
+)
+_PART_BYTES = 1 << 20
 
 
 class BagFiles:
@@ -106,8 +109,20 @@ class BagFiles:
         if self._unpacked is None:
             self._unpacked = tempfile.TemporaryDirectory(prefix="dockpose-")
         whole = Path(self._unpacked.name) / path.stem
-        with path.open("rb") as file, whole.open("wb") as target:
-            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(file), target)
+        most = MOST_BYTES + _MOST_TIMES * path.stat().st_size
+        too_much = SourceError(f"expands to more than {_MOST_TIMES} times its size, as no bag does")
+        try:
+            with path.open("rb") as file, whole.open("wb") as target:
+                if zstandard.frame_content_size(file.read(32)) > most:  # as far as the file says
+                    raise too_much
+                file.seek(0)
+                reader = zstandard.ZstdDecompressor().stream_reader(file)
+                while part := reader.read(_PART_BYTES):
+                    target.write(part)
+                    if target.tell() > most:
+                        raise too_much
+        except zstandard.ZstdError as error:
+            raise SourceError(f"is damaged: {error}") from error
         return whole
 
 
@@ -120,7 +135,7 @@ def _described(folder: Path) -> tuple[list[Path], bool]:
     about = content.get("rosbag2_bagfile_information")
     if not isinstance(about, dict) or not isinstance(about.get("relative_file_paths"), list):
         raise SourceError(f"{folder / METADATA}: describes no bag: it names no relative_file_paths")
-    paths = [folder / Path(str(name)).name for name in about["relative_file_paths"]]
+    paths = list(dict.fromkeys(folder / Path(str(name)).name for name in about["relative_file_paths"]))
     missing = [str(path) for path in paths if not path.is_file()]
     if missing:
         raise SourceError(f"{folder}: the bag's {', '.join(missing)} is not there")

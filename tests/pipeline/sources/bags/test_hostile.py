@@ -1,6 +1,7 @@
 """Bags made to hang, to fill the memory or to lie: a sentence, and whatever else is whole."""
 
 import bz2
+import json
 import os
 import re
 import signal
@@ -17,7 +18,7 @@ import numpy as np
 import pytest
 import zstandard
 from dockpose.sources import Bag, SourceError
-from dockpose.sources.bags import mcap_file, storage
+from dockpose.sources.bags import files, mcap_file, storage
 from dockpose.sources.bags.storage import expanded
 from mcap.writer import CompressionType, IndexType
 
@@ -220,6 +221,20 @@ def test_a_chunk_that_is_a_bomb_is_refused(tmp_path, monkeypatch):
     empty = bytes(9 * 1005)  # records without content
     message = refused(with_chunk(tmp_path / "b.mcap", COMPRESS["zstd"](empty), len(empty), checksum=zlib.crc32(empty)))
     assert "the chunk at byte 8 has over 1000 records" in message
+
+
+@pytest.mark.parametrize("says_size", [True, False])
+def test_a_compressed_file_that_is_a_bomb_is_refused(tmp_path, monkeypatch, says_size):
+    monkeypatch.setattr(files, "MOST_BYTES", 1_000_000)
+    data = bytes(20_000_000)
+    stream = zstandard.ZstdCompressor().compressobj()
+    packed = COMPRESS["zstd"](data) if says_size else stream.compress(data) + stream.flush()
+    (tmp_path / "a.mcap.zstd").write_bytes(packed)
+    folder = {"rosbag2_bagfile_information": {"relative_file_paths": ["a.mcap.zstd"], "compression_format": "zstd"}}
+    (tmp_path / "metadata.yaml").write_text(json.dumps(folder))
+    assert "a.mcap.zstd: expands to more than 1000 times its size" in refused(str(tmp_path))
+    (tmp_path / "a.mcap.zstd").write_bytes(b"nothing of the kind")
+    assert "a.mcap.zstd: is damaged" in refused(str(tmp_path))
 
 
 def test_a_bag_of_ros_1_whose_chunk_is_a_bomb_is_read_without_it(tmp_path):

@@ -18,9 +18,7 @@ from dockpose.sources.pictures import numeric
 
 METADATA = "metadata.yaml"
 _PACKED = ".zstd"
-_MOST_TIMES = (
-    1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
-)
+_MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
 _PART_BYTES = 1 << 20
 
 

@@ -162,7 +162,7 @@ def test_a_stopped_run_keeps_all_it_did_and_a_cut_stream_comes_back(here, tmp_pa
         server = MjpegServer(pictures, rate_hz=25, port=server.port)
         wait_for_lines(tmp_path / "o.jsonl", before + 10, process)
         process.send_signal(signal.SIGINT)
-        told = process.communicate(timeout=30)[1].splitlines()
+        told = process.communicate(timeout=120)[1].splitlines()
     finally:
         process.kill()
         process.wait()

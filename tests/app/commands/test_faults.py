@@ -179,7 +179,7 @@ def test_sigterm_ends_cleanly(tmp_path):
     while not (tmp_path / "sim" / "frame_0002.png").exists() and time.monotonic() < end_s:
         time.sleep(0.02)
     program.send_signal(signal.SIGTERM)
-    _, said = program.communicate(timeout=30)
+    _, said = program.communicate(timeout=120)
     assert program.returncode == 143
     assert said == "dockpose: ended by SIGTERM\n"
     assert not list((tmp_path / "sim").glob(".*"))

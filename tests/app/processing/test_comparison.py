@@ -95,13 +95,13 @@ def test_task_turns_others_away_and_can_be_cancelled():
 
     def work(progress):
         for _ in progress.over([1, 2]):
-            may_go.wait(5)
+            may_go.wait(60)
 
     assert ends.task.start(work)
     assert not ends.task.start(work)
     ends.task.cancel()
     may_go.set()
-    assert ends.ended.wait(5)
+    assert ends.ended.wait(60)
     assert ends.errors == []
     assert ends.told == [0.0]
     ends.task.close()
@@ -114,11 +114,11 @@ def test_task_reports_an_error_and_goes_on():
         raise ValueError("broke")
 
     assert ends.task.start(fail)
-    assert ends.ended.wait(5)
+    assert ends.ended.wait(60)
     assert [str(error) for error in ends.errors] == ["broke"]
     ends.ended.clear()
     assert ends.task.start(lambda progress: None)
-    assert ends.ended.wait(5)
+    assert ends.ended.wait(60)
 
 
 FOUR = ("otsu", "kapur", "kittler", "sezan")

@@ -14,7 +14,7 @@ class Recorder:
 
     def __call__(self, job):
         self.has_begun.set()
-        assert self.may_go.wait(5)
+        assert self.may_go.wait(60)
         if job == "bad":
             raise ValueError("bad job")
         self.done.append(job)
@@ -37,7 +37,7 @@ def worker(record):
 def test_waiting_jobs_are_dropped_for_the_newest(worker, record):
     record.may_go.clear()
     worker.submit(0)
-    assert record.has_begun.wait(5)
+    assert record.has_begun.wait(60)
     for job in range(1, 100):
         worker.submit(job)
     record.may_go.set()
@@ -83,14 +83,14 @@ def test_close_drops_what_waits(record):
     worker = LatestWorker(record, record.errors.append)
     record.may_go.clear()
     worker.submit("running")
-    assert record.has_begun.wait(5)
+    assert record.has_begun.wait(60)
     worker.submit("waiting")
     closing = threading.Thread(target=worker.close)
     closing.start()
     while not worker._is_closed:
         pass
     record.may_go.set()
-    closing.join(5)
+    closing.join(60)
     assert record.done == ["running"]
 
 

@@ -29,7 +29,7 @@ def busy_port():
 def test_serves_a_page_on_the_loopback_address_and_prints_nothing(capsys):
     app = App.build(port=0)
     assert app.address.startswith(f"http://127.0.0.1:{app.port}/?token=")
-    assert urlopen(app.address, timeout=5).status == 200
+    assert urlopen(app.address, timeout=60).status == 200
     app.stop()
     assert capsys.readouterr().out == ""
 

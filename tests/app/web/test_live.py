@@ -56,5 +56,5 @@ def test_nobody_sends_half_of_a_result(gui, live):
         other.join(0.2)
         assert sent(gui) is None
         live.put_html("strip", "two")
-    other.join(5)
+    other.join(60)
     assert sent(gui) == {"serial": 1, "picture": 2, "overlay": 2, "html": {"strip": "two"}}

@@ -28,7 +28,7 @@ def completed(script, *words):
         printf '%s\\n' "${{COMPREPLY[@]}}"
     """
     done = subprocess.run(
-        ["bash", "-c", program], cwd=script.parent, capture_output=True, text=True, timeout=30, check=True
+        ["bash", "-c", program], cwd=script.parent, capture_output=True, text=True, timeout=120, check=True
     )
     return [one.strip() for one in done.stdout.split()]
 

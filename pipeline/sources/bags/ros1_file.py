@@ -15,7 +15,7 @@ from dockpose.sources.bags.storage import MOST_RECORDS, Place, Storage, Topic, c
 from dockpose.sources.frames import SourceError
 
 _MAGIC = b"#ROSBAG V2.0\n"
-_MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
+_MESSAGE, _CHUNK, _CHUNK_INFO, _CONNECTION = 2, 5, 6, 7
 
 
 class Ros1File(Storage):
@@ -53,9 +53,10 @@ class Ros1File(Storage):
                 raise SourceError("is no bag of ROS 1 in format 2.0")
             self._length = self._file.seek(0, os.SEEK_END)
             try:
+                self._check_index()
                 with Reader(path) as reader:
                     self._take_index(reader)
-            except (ReaderError, ValueError, LookupError, AssertionError, struct.error):
+            except (ReaderError, StopIteration, ValueError, LookupError, AssertionError, struct.error):
                 self._scan()
         except BaseException:
             self._file.close()
@@ -69,6 +70,14 @@ class Ros1File(Storage):
     def close(self) -> None:
         """Release the file."""
         self._file.close()
+
+    def _check_index(self) -> None:
+        """Raise ValueError where the index names a chunk twice, whose entries would be read each time."""
+        begin = next(_records(self._file, len(_MAGIC), self._length)).number("index_pos")
+        index = _records(self._file, begin, self._length)
+        chunks = [record.number("chunk_pos") for record in index if record.kind == _CHUNK_INFO]
+        if len(set(chunks)) < len(chunks):
+            raise ValueError("its index names a chunk twice")
 
     def _take_index(self, reader: Any) -> None:
         for connection in reader.connections:

@@ -249,6 +249,20 @@ def test_a_bag_of_ros_1_whose_chunk_is_a_bomb_is_read_without_it(tmp_path):
     assert "a chunk of 3000 MB is larger than the 256 MB that are read" in told[0]
 
 
+def test_an_index_that_names_a_chunk_over_and_over_is_not_believed(tmp_path):
+    """Each time all entries of the chunk would be read: the square of the file's size."""
+    shown, told = pictures(9), []
+    path = bags.write_rosbag1(tmp_path / "a.bag", bags.frames(shown, store=ROS1), chunk_bytes=9000)
+    data = path.read_bytes()
+    places = [match.end() for match in re.finditer(b"chunk_pos=", data)]
+    assert len(places) > 1
+    for at in places:
+        data = data[:at] + data[places[0] : places[0] + 8] + data[at + 8 :]
+    path.write_bytes(data)
+    with Bag(str(path), told.append) as bag:
+        assert [np.array_equal(frame.image, each) for frame, each in zip(bag, shown, strict=True)] == [True] * 9
+
+
 @pytest.mark.parametrize("clock", ["of the camera", "of the recording"])
 def test_where_the_clock_jumps_back_time_goes_on(tmp_path, clock):
     shown, told, entries = pictures(8), [], []

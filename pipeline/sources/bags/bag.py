@@ -62,7 +62,7 @@ class Bag(Frames):
             self._times_ns, back = growing(self._stamps_ns)
             self._runs_back = bool(back)
             self._tell_back(back)
-            if self.count > 1:
+            if self._stamps_ns[0] != self._stamps_ns[-1]:
                 self.rate_hz = (self.count - 1) * 1e9 / self._times_ns[-1]
             self.camera, self.camera_topic = self._camera()
         except BaseException as error:

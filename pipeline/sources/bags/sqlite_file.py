@@ -41,7 +41,7 @@ class SqliteFile(Storage):
         with path.open("rb") as file:
             if file.read(16) != b"SQLite format 3\0":
                 raise SourceError("is no SQLite database")
-        self._number, self._expand = number, expand
+        self._number, self._expand, self._bytes = number, expand, path.stat().st_size
         self._address = f"{path.resolve().as_uri()}?mode=ro"
         self._database = self._connected("")
         try:
@@ -127,10 +127,14 @@ class SqliteFile(Storage):
                     raise SourceError(f"message {shown(key)} has {values}")
                 if rows and key <= rows[-1].offset:
                     raise SourceError(f"its table 'messages' is damaged: message {key} follows {rows[-1].offset}")
+                if len(rows) > self._bytes:  # a view after all, which a forged schema can call a table
+                    break
                 rows.append(Place(time_ns, topic, self._number, -1, key))
         except (sqlite3.DatabaseError, SourceError):
             if not self.is_cut_short:
                 raise
+        if len(rows) > self._bytes:
+            raise SourceError("is no bag of ROS 2: it has more messages than bytes")
         while self.is_cut_short and rows and not self._is_there(rows[-1]):
             rows.pop()
         return rows

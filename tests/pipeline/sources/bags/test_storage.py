@@ -61,6 +61,11 @@ def refused(source):
     [
         (f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp, x'00' AS data FROM r", "table 'messages' is a view"),
         (f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp FROM r WHERE i < 0", "table 'messages' is a view"),
+        (
+            f"{TOPICS} CREATE VIEW messages AS {ENDLESS} timestamp, x'00' AS data FROM r; PRAGMA writable_schema=ON;"
+            "UPDATE sqlite_master SET type = 'table', rootpage = 2 WHERE name = 'messages'",
+            "has no message of the topic|more messages than bytes",
+        ),
         (f"{MESSAGES} CREATE VIEW topics AS {ENDLESS} name FROM r", "table 'topics' is a view"),
         (f"{TOPICS} CREATE VIRTUAL TABLE messages USING fts4(id, topic_id, timestamp, data)", "is a virtual table"),
         (

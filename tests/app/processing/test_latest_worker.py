@@ -90,7 +90,7 @@ def test_close_drops_what_waits(record):
     while not worker._is_closed:
         pass
     record.may_go.set()
-    closing.join(60)
+    closing.join(5)
     assert record.done == ["running"]
 
 

@@ -46,7 +46,7 @@ class Screen:
         self.may_go.set()
 
     def show(self, frame):
-        self.may_go.wait(60)
+        self.may_go.wait(5)
         self.shown.append(frame.index)
 
     def end(self):

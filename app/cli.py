@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from dockpose.app.commands import compare, estimate, export, simulate
+from dockpose.app.commands.arguments import protected
 from dockpose.app.commands.calibration import calibrate, learn_dock
 from dockpose.app.commands.console import (
     EXIT_BAD_ARGUMENTS,
@@ -67,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with forgiving_output(), ended_by_sigterm(), METHODS.telling(_warn):
         try:
             arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))
-            with logged(arguments):
+            with protected(arguments), logged(arguments):
                 return _run(arguments)
         except (ValueError, OSError) as error:  # of the arguments themselves
             say(str(error), logging.ERROR)

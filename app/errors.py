@@ -11,7 +11,7 @@ from pathlib import Path
 from dockpose.checks import InputError
 
 # What no argument can be blamed for.
-_DISK = (errno.ENOSPC, errno.EFBIG, errno.EIO, getattr(errno, "EDQUOT", errno.ENOSPC))
+_DISK = (errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EBADF, getattr(errno, "EDQUOT", errno.ENOSPC))
 
 
 class UserError(InputError):
@@ -49,7 +49,7 @@ def unwritable(target: object, error: OSError, what: str = "cannot be written", 
 
 
 def is_of_disk(error: OSError) -> bool:
-    """Whether a disk is full or broken, rather than the wrong thing asked for."""
+    """Whether a disk is full or broken, or an output closed, rather than the wrong thing asked for."""
     return error.errno in _DISK
 
 
@@ -61,12 +61,14 @@ def why(error: OSError) -> str:
         return "the disk or this account takes no larger file"
     if error.errno == errno.ENOENT:
         return "there is no such file or folder"
+    if error.errno == errno.EBADF:
+        return "it is closed"
     if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
         return "it may not be written to (read-only, or open in another program)"
     return error.strerror or str(error)
 
 
-def check_place(path: Path, option: str, read: object = None) -> None:
+def check_place(path: Path, option: str, *, is_new: bool = False) -> None:
     """Raise a UserError where a file cannot be put there, before work is done whose result would be lost.
 
     Parameters
@@ -75,8 +77,8 @@ def check_place(path: Path, option: str, read: object = None) -> None:
         Where the file is to be.
     option : str
         That names it, as ``--out``.
-    read : path-like, optional
-        A file that the result depends on, and that it must not take the place of.
+    is_new : bool
+        Whether a file that is there already stays, since it may be worth more than the new one.
     """
     if not path.parent.is_dir():
         raise UserError(f"{option} {path}: cannot be written, there is no folder {path.parent}")
@@ -84,8 +86,8 @@ def check_place(path: Path, option: str, read: object = None) -> None:
         raise UserError(f"{option} {path}: is a folder; name a file in it")
     if not path.exists() or path.is_file():
         check_folder(path.parent, f"{option} {path}")
-    if read is not None and path.exists() and Path(str(read)).exists() and path.samefile(str(read)):
-        raise UserError(f"{option} {path}: would overwrite the file that is read; give another name")
+    if is_new and path.is_file():
+        raise UserError(f"{option} {path}: is there already and is not overwritten; give another name, or rename it")
 
 
 def check_folder(folder: Path, what: str) -> None:

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError, blaming
+from dockpose.app.experiment.lock import Claims
+from dockpose.app.experiment.record import files_of_session, is_session
 from dockpose.app.export.recording import check_name
+from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.dock_file import load_dock
+from dockpose.app.inputs.protected import Protected, files_below, files_of, is_on_disk, places
 from dockpose.app.inputs.samples import sample_source
+from dockpose.app.inputs.sequences import is_sequence
 from dockpose.app.inputs.wishes import wishes_from
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
@@ -22,6 +28,9 @@ from dockpose.thresholds import METHODS
 Commands = argparse._SubParsersAction  # what add_subparsers() returns has no public name
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
+# Of all commands, the options that write, and those that name one file to read.
+WRITTEN = ("json", "csv", "annotate", "montage", "out", "rerun", "record", "log_file")
+READ = ("camera", "dock", "scene")
 _BESIDE = "default: what NAME.yaml beside NAME.png says"
 
 
@@ -100,6 +109,45 @@ def add_masks(parser: argparse._ActionsContainer) -> None:
         help="ignore a rectangle, such as burnt-in text: left, top, width and height in pixels; may be repeated (write "
         "--mask=-5,0,90,20 if it starts with a minus)",
     )
+
+
+@contextlib.contextmanager
+def protected(arguments: argparse.Namespace) -> Iterator[None]:
+    """Keep a command's outputs from its inputs, each other and other programs; ``arguments.protected`` tells how.
+
+    Raises UserError where one would take another's place; nothing has been opened by then.
+    """
+    values = [(name, getattr(arguments, name, None)) for name in WRITTEN]
+    outputs = [(f"--{name.replace('_', '-')}", str(value)) for name, value in values if value is not None]
+    arguments.protected = Protected(outputs, _read_by(arguments) if outputs else ())
+    claims = Claims()
+    try:
+        for option, value in outputs:
+            if not _is_shared(arguments, option, value) and not claims.claim(places(value)):
+                raise UserError(f"{option} {value}: another program is writing it; give another name, or wait")
+        yield
+    finally:
+        claims.release()
+
+
+def _is_shared(arguments: argparse.Namespace, option: str, value: str) -> bool:
+    """Whether programs may share it: a pipe, a log, or a folder of pictures that are made one from one."""
+    if option == "--log-file" or not is_on_disk(value):
+        return True
+    is_folder = option in ("--annotate", "--montage") and not is_video_file(Path(value))
+    return is_folder and getattr(arguments, "rate", None) is None and not any(map(is_sequence, arguments.sources))
+
+
+def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
+    """Files that a command reads, as far as its words tell."""
+    given = {name: value for name, value in vars(arguments).items() if value is not None}
+    yield from (Path(given[name]) for name in READ if name in given)
+    for source in [*given.get("sources", ()), *(given[name] for name in ("source", "session") if name in given)]:
+        yield from files_of_session(Path(source)) if is_session(Path(source)) else files_of(source)
+    if "folder" in given:
+        yield from files_below(given["folder"])
+    for session in given["sessions"].glob("*") if "sessions" in given else ():
+        yield from files_of_session(session)
 
 
 def camera_of(arguments: argparse.Namespace) -> Camera | None:

@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with contextlib.ExitStack() as files:
         json_file = open_lines(arguments.json, files)
-        montages = None if arguments.montage is None else PictureFolder(arguments.montage, paths)
+        montages = None if arguments.montage is None else PictureFolder(arguments.montage, arguments.protected)
 
         def write(picture: Picture, found: Mapping[str, Estimate], frame: int = 0, label: str = "") -> None:
             truth = _truth(picture.path, arguments.rotate)

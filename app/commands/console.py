@@ -82,6 +82,7 @@ def put_text(text: str) -> None:
 @contextlib.contextmanager
 def forgiving_output() -> Iterator[None]:
     """Let no character be an error on standard output, nor what is left in its buffer a traceback at the end."""
+    _hold_standard_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
@@ -93,6 +94,22 @@ def forgiving_output() -> Iterator[None]:
         except (OSError, ValueError):
             with contextlib.suppress(OSError, ValueError):  # Python would try again, and say so at length
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _hold_standard_streams() -> None:
+    """Take the numbers of standard streams that are closed, lest another file gets them; writing to output fails."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            null = os.open(os.devnull, os.O_RDONLY if number == 1 else os.O_RDWR)
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+    if sys.stdout is None:
+        sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115  # for as long as the program runs
+    if sys.stderr is None:
+        sys.stderr = open(2, "w", closefd=False)  # noqa: SIM115
 
 
 @contextlib.contextmanager

@@ -36,7 +36,7 @@ from dockpose.app.commands.console import (
     stop_in,
 )
 from dockpose.app.commands.estimate_sequence import How, estimate_sequence
-from dockpose.app.commands.output import Destinations, PictureFolder, Recordings, ResultWriter
+from dockpose.app.commands.output import Destinations, Recordings, ResultWriter
 from dockpose.app.commands.replay import add_session_argument, run_session
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.numbers import count
@@ -139,10 +139,12 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     if jobs < 1:
         raise UserError(f"--jobs is {jobs}; it must be at least 1")
-    to = Destinations(arguments.json, arguments.csv, arguments.annotate, arguments.out, arguments.rerun)
+    to = Destinations(
+        arguments.json, arguments.csv, arguments.annotate, arguments.out, arguments.rerun, arguments.protected
+    )
     for option, path, ending in (("--out", to.out, MCAP_ENDING), ("--rerun", to.rerun, RERUN_ENDING)):
-        if path is not None and (path.suffix.lower() != ending or str(path) in arguments.sources):
-            raise UserError(f"{option} {path}: must be NAME{ending}, and not the source itself")
+        if path is not None and path.suffix.lower() != ending:
+            raise UserError(f"{option} {path}: must be NAME{ending}")
     if arguments.record is not None:
         check_recording(arguments.record, arguments.sources)
     if arguments.smooth and arguments.json is None and arguments.csv is None:
@@ -244,7 +246,7 @@ def _estimate_pictures(
 ) -> None:
     to = results.to.annotate
     recordings = Recordings(results.to, as_text(str(batch.files[0].path)) if batch.files else "", files, say)
-    folder = None if to is None else PictureFolder(to, [file.path for file in batch.files])
+    folder = None if to is None else results.folder(to)
     auto_masks = AutoMasks(settings, say)
 
     def write(

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from dockpose import Estimate, Settings
 from dockpose.app.commands.console import FrameProgress
-from dockpose.app.commands.output import Destinations, HeldLines, PictureFolder, Recordings, ResultWriter
+from dockpose.app.commands.output import HeldLines, Recordings, ResultWriter
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.export.recording import Recording, record
 from dockpose.app.export.recordings.messages import Seen
@@ -117,7 +117,7 @@ def estimate_sequence(
         elif how.record is not None:
             progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
         run = _Run(source, frames, settings, how, progress.tell)
-        write_picture = _picture_writer(source, frames, results.to, folder, files)
+        write_picture = _picture_writer(frames, results, folder, files)
         lines = files.enter_context(_Smoothed(run, settings, results)) if how.is_smoothed else None
         recordings = Recordings(results.to, source.name, files, progress.tell)
         for found, tracked in run:
@@ -243,13 +243,13 @@ class _Smoothed:
 
 
 def _picture_writer(
-    source: FrameSource, frames: Frames, to: Destinations, folder: Path | None, files: contextlib.ExitStack
+    frames: Frames, results: ResultWriter, folder: Path | None, files: contextlib.ExitStack
 ) -> Callable[[int, float | None, np.ndarray], object]:
     """What writes the annotated picture of a frame, by its index and time."""
     if folder is None:
         return lambda index, time_s, picture: None
-    if to.is_video:
+    if results.to.is_video:
         video = files.enter_context(VideoFile(folder, frames.rate_hz or _RATE_HZ))
         return lambda index, time_s, picture: video.write(picture, time_s)
-    pictures = PictureFolder(folder, source.paths)
+    pictures = results.folder(folder)
     return lambda index, time_s, picture: pictures.write(f"frame_{index + 1:04d}", picture)

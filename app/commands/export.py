@@ -13,6 +13,7 @@ from dockpose.app.drawing.overlay import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
+from dockpose.app.inputs.protected import UNPROTECTED, Protected
 from dockpose.app.inputs.samples import sample_source
 from dockpose.app.inputs.sidecar import camera_and_dock
 from dockpose.camera.durable_files import write_whole
@@ -51,7 +52,8 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose export``; returns the exit status."""
     camera, dock = camera_of(arguments), dock_of(arguments)
-    return export(arguments.source, camera, dock, arguments.out, arguments.layers, arguments.rotate)
+    wishes = {"layers": arguments.layers, "rotate_deg": arguments.rotate, "protected": arguments.protected}
+    return export(arguments.source, camera, dock, arguments.out, **wishes)
 
 
 def export(
@@ -61,6 +63,7 @@ def export(
     out: Path,
     layers: str = ",".join(LAYERS),
     rotate_deg: int = 0,
+    protected: Protected = UNPROTECTED,
 ) -> int:
     """Write what can be taken away of a source, and print which files that are.
 
@@ -76,6 +79,8 @@ def export(
         Names of ``dockpose.app.drawing.overlay.LAYERS`` with commas between them.
     rotate_deg : int
         By how much a picture and its camera are turned clockwise.
+    protected : Protected, optional
+        What no file of a folder may take the place of.
 
     Returns
     -------
@@ -95,14 +100,16 @@ def export(
 
     files = _files(source, camera, dock, chosen, rotate_deg)
     if not out.suffix or out.is_dir():
+        for name in files:
+            protected.check(f"--out {out}: its {name}", out / name)
         with writing(f"--out {out}"):
             out.mkdir(parents=True, exist_ok=True)
         for name, make in files.items():
-            _write(out / name, make(), source)
+            _write(out / name, make())
     elif out.suffix.lower() == ".zip":
-        _write(out, to_zip(files), source)
+        _write(out, to_zip(files))
     else:
-        _write(out, files[_first(files, out)](), source)
+        _write(out, files[_first(files, out)]())
     return EXIT_ALL_READ
 
 
@@ -138,9 +145,7 @@ def _first(files: Collection[str], out: Path) -> str:
     raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
 
 
-def _write(path: Path, content: bytes, source: Path) -> None:
-    if path.resolve() == source.resolve():
-        raise UserError(f"--out {path}: is the source itself, which is not overwritten")
+def _write(path: Path, content: bytes) -> None:
     with writing(f"--out {path}"):
         write_whole(path, content)
     put(str(path))

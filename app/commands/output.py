@@ -9,7 +9,7 @@ import json
 import os
 import stat
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Protocol
@@ -24,6 +24,7 @@ from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import RerunFile
 from dockpose.app.export.rows import CSV_COLUMNS, to_row
 from dockpose.app.export.video import is_video_file
+from dockpose.app.inputs.protected import UNPROTECTED, Protected
 from dockpose.app.state.trust import NO_POSE, Trust
 from dockpose.camera.durable_files import write_all, write_whole
 from dockpose.checks import as_text
@@ -45,6 +46,8 @@ class Destinations:
         File NAME.mcap for messages of ROS 2.
     rerun : Path or None
         File NAME.rrd for the viewer Rerun.
+    protected : Protected
+        What annotated pictures must not take the place of.
     """
 
     json: str | None = None
@@ -52,6 +55,7 @@ class Destinations:
     annotate: Path | None = None
     out: Path | None = None
     rerun: Path | None = None
+    protected: Protected = UNPROTECTED
 
     @property
     def recordings(self) -> list[Path]:
@@ -94,6 +98,13 @@ class ResultWriter:
         if self._table is not None:
             self._table.writeheader()
         self.frames, self.failures = 0, list[str]()
+        self._folders: dict[Path, PictureFolder] = {}
+
+    def folder(self, path: Path) -> PictureFolder:
+        """The folder for annotated pictures of that path, one and the same for all sources."""
+        if path not in self._folders:
+            self._folders[path] = PictureFolder(path, self.to.protected)
+        return self._folders[path]
 
     def write(
         self,
@@ -303,28 +314,20 @@ def _with_text(value: Any) -> Any:
 
 
 class PictureFolder:
-    """A folder for pictures made from others, which is made if need be.
+    """A folder for pictures, made if need be, in which neither what is protected nor another result is overwritten."""
 
-    Parameters
-    ----------
-    folder : Path
-        Where to write.
-    originals : sequence of Path
-        The pictures that results are made from; none of them is ever overwritten, nor is another result.
-    """
-
-    def __init__(self, folder: Path, originals: Sequence[Path]) -> None:
+    def __init__(self, folder: Path, protected: Protected) -> None:
         check_folder(folder, str(folder))
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise unwritable(folder, error, "cannot be made") from error
-        self._folder, self._taken = folder, {path.resolve() for path in originals}
+        self._folder, self._protected, self._taken = folder, protected, set[Path]()
 
     def write(self, name: str, picture: np.ndarray) -> None:
-        """Write a picture as NAME.png, or NAME-2.png where an original or another result has that name."""
+        """Write a picture as NAME.png, or NAME-2.png where an input or another result has that name."""
         path, number = self._folder / f"{name}.png", 1
-        while path.resolve() in self._taken:
+        while path.resolve() in self._taken or self._protected.owner(path):
             number += 1
             path = self._folder / f"{name}-{number}.png"
         self._taken.add(path.resolve())

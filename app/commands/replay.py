@@ -14,20 +14,8 @@ from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.experiment.versions import versions
 from dockpose.camera.image import decode, read_picture_file
 
-_OWN = (
-    "camera",
-    "dock_diameter",
-    "lights",
-    "method",
-    "level",
-    "min_area",
-    "mask",
-    "json",
-    "csv",
-    "annotate",
-    "rate",
-    "rotate",
-)
+_OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock")
+_WRITTEN = ("json", "csv", "annotate", "out", "rerun", "record")
 _MOST_NUMBERS = 4  # of a row that are told one by one
 
 
@@ -45,8 +33,9 @@ def run_session(arguments: argparse.Namespace) -> int:
     """Run ``dockpose estimate --session``; returns the exit status. Raises UserError for what does not go with it."""
     if arguments.sources:
         raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
-    for name in _OWN:
-        if getattr(arguments, name, None) not in (None, [], 0):
+    for name in (*_OWN, *_WRITTEN):
+        value = getattr(arguments, name, None)
+        if value not in (None, []) and (name, value) != ("rotate", 0):
             option = name.replace("_", "-")
             raise UserError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
     return replay_session(arguments.session)

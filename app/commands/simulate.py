@@ -18,6 +18,7 @@ from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_ende
 from dockpose.app.commands.output import LineFile
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
+from dockpose.app.inputs.protected import Protected
 from dockpose.camera.durable_files import remove
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
@@ -27,7 +28,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TimeRemainingColumn
 
 _STILL_RATE_HZ = 10.0
-_FRAME_NAME = re.compile(r"frame_(\d+)\.png")
+_FRAME_NAME = re.compile(r"frame_(\d+)\.(?:png|yaml)")
+_TRUTH_HEAD = f"{','.join(TRUTH_COLUMNS)}\r\n".encode()
 
 # LEDs as bright as they must be to be seen from 20 m.
 DEFAULT = FilmPlan(
@@ -62,6 +64,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose simulate``; returns the exit status. What was written stays where it cannot go on."""
     out, sequence = arguments.out, _sequence(arguments.scene, arguments.seed, arguments.frames)
+    _check_files(out, sequence.frames, arguments.protected)
     with writing(f"--out {out}"), _target(out, sequence) as target:
         for frame in _with_progress(film(sequence, _estimator(sequence.scene.dock)), sequence.frames):
             target.add(frame)
@@ -93,11 +96,29 @@ def _with_progress(frames: Iterator[RenderedFrame], count: int) -> Iterator[Rend
         yield from progress.track(frames, total=count)
 
 
-def _target(out: Path, sequence: FilmPlan) -> _Folder | _Video:
+def _check_files(out: Path, frames: int, protected: Protected) -> None:
+    """Raise UserError where a file would be replaced that is read, or that is of no earlier run."""
     if is_video_file(out):
         check_place(out, "--out")
-        return _Video(out, sequence)
-    return _Folder(out, sequence)
+        table, others = out.with_suffix(".csv"), [out, out.with_suffix(".yaml")]
+    else:
+        table, others = out / "truth.csv", [out / "scene.yaml"]
+        there = sorted(out.iterdir()) if out.is_dir() else []
+        numbered = {path: name for path in there if (name := _FRAME_NAME.fullmatch(path.name))}
+        for path, name in numbered.items():
+            if int(name[1]) > frames:
+                raise UserError(f"--out {out}: holds {path.name} of a longer run; empty it, or choose another folder")
+        others += numbered
+    is_earlier = table.is_file() and table.read_bytes()[: len(_TRUTH_HEAD)] in (b"", _TRUTH_HEAD)
+    for path in (table, *others):
+        if path != out:
+            protected.check(f"--out {out}: its {path.name}", path)
+        if path.is_file() and not is_earlier:
+            raise UserError(f"--out {out}: {path} is there already, of no earlier run; give another name, or rename it")
+
+
+def _target(out: Path, sequence: FilmPlan) -> _Folder | _Video:
+    return _Video(out, sequence) if is_video_file(out) else _Folder(out, sequence)
 
 
 class _Target:
@@ -132,10 +153,6 @@ class _Folder(_Target):
 
     def __init__(self, folder: Path, sequence: FilmPlan) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        longer = [name for name in map(_FRAME_NAME.fullmatch, (path.name for path in folder.iterdir())) if name]
-        for name in longer:
-            if int(name[1]) > sequence.frames:
-                raise UserError(f"--out {folder}: holds {name[0]} of a longer run; empty it, or choose another folder")
         super().__init__(folder / "truth.csv")
         self._folder = folder
         save_sequence(sequence, folder / "scene.yaml")

@@ -1,9 +1,13 @@
-"""A lock that lets one program at a time use a folder. The system releases it when the holder ends, however."""
+"""Locks for one program at a time on a folder or an output. The system releases them when the holder ends, however."""
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import os
 import sys
+import tempfile
+from collections.abc import Hashable, Iterable
 from pathlib import Path
 
 NAME = ".lock"
@@ -44,6 +48,33 @@ class FolderLock:
             self._descriptor = None
 
 
+class Claims:
+    """What this program writes, kept from other programs of the same user on this machine until :meth:`release`.
+
+    One byte of a file among the temporary ones stands for each. Where that cannot be had, nothing is kept from anybody.
+    """
+
+    def __init__(self) -> None:
+        self._descriptor: int | None = None
+        user = getattr(os, "getuid", lambda: "")()
+        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+        with contextlib.suppress(OSError):
+            self._descriptor = os.open(Path(tempfile.gettempdir()) / f"dockpose-{user}.lock", flags, 0o600)
+
+    def claim(self, places: Iterable[Hashable]) -> bool:
+        """Claim what is known by any of these; return whether no other program has it."""
+        if self._descriptor is None:
+            return True
+        digests = [hashlib.blake2b(repr(place).encode(), digest_size=8).digest() for place in places]
+        return all(_lock_byte(self._descriptor, int.from_bytes(digest) % _FAR_BYTE) for digest in digests)
+
+    def release(self) -> None:
+        """Let others have it all."""
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
+
+
 def _holder(descriptor: int) -> str:
     number = os.read(descriptor, 20).decode("ascii", "replace")
     return f"process {number}" if number.isdigit() else "another program"
@@ -52,8 +83,8 @@ def _holder(descriptor: int) -> str:
 if sys.platform == "win32":
     import msvcrt
 
-    def _lock(descriptor: int) -> bool:
-        os.lseek(descriptor, _FAR_BYTE, os.SEEK_SET)
+    def _lock_byte(descriptor: int, number: int) -> bool:
+        os.lseek(descriptor, number, os.SEEK_SET)
         try:
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
         except OSError:
@@ -62,8 +93,20 @@ if sys.platform == "win32":
             os.lseek(descriptor, 0, os.SEEK_SET)
         return True
 
+    def _lock(descriptor: int) -> bool:
+        return _lock_byte(descriptor, _FAR_BYTE)
+
 else:
     import fcntl
+
+    def _lock_byte(descriptor: int, number: int) -> bool:
+        try:
+            fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, number)
+        except (BlockingIOError, PermissionError):
+            return False
+        except OSError:  # a file system without locks
+            return True
+        return True
 
     def _lock(descriptor: int) -> bool:
         try:

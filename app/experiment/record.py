@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,12 @@ class SessionRecord:
 def is_session(folder: Path) -> bool:
     """Whether a folder is a session's."""
     return (folder / INFO).is_file()
+
+
+def files_of_session(folder: Path) -> Iterator[Path]:
+    """The files that a session consists of."""
+    yield from (folder / INFO, folder / RESULTS)
+    yield from (folder / FRAMES).glob("*")
 
 
 def read_session(folder: Path) -> SessionRecord:

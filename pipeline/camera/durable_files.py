@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import io
 import os
+import re
+import threading
 from pathlib import Path
 from typing import IO
 
@@ -17,6 +20,7 @@ except ImportError:  # Windows
 # On macOS fsync leaves the data in the drive's own memory.
 _FULL_SYNC = getattr(fcntl, "F_FULLFSYNC", None)
 TEMPORARY_ENDING = ".part"
+_TEMPORARY = re.compile(rf"\..*\.(\d+)-\d+{re.escape(TEMPORARY_ENDING)}", re.DOTALL)  # with its process's number
 
 
 def write_whole(path: Path, data: bytes) -> None:
@@ -24,14 +28,16 @@ def write_whole(path: Path, data: bytes) -> None:
 
     An existing file is replaced in one step; :func:`sync_folder` then makes the new name durable. Raises OSError where
     that fails, after removing the temporary file; an existing file is unchanged then. What is no regular file, as
-    ``/dev/stdout``, is written to as it is, and a link leads to the file that is replaced.
+    ``/dev/stdout``, is written to as it is, and a link leads to the file that is replaced. The temporary name is this
+    thread's own; what killed programs left in the folder is removed before the first file.
     """
     if path.is_symlink():
         path = path.resolve()
     if path.exists() and not path.is_file():
         path.write_bytes(data)
         return
-    temporary = path.with_name(f".{path.name}{TEMPORARY_ENDING}")
+    _tidy(path.parent.resolve())
+    temporary = path.with_name(f".{path.name[:50]}.{os.getpid()}-{threading.get_native_id()}{TEMPORARY_ENDING}")
     try:
         with open(temporary, "wb") as file:
             file.write(data)
@@ -125,6 +131,26 @@ def remove_temporaries(folder: Path) -> None:
     """Remove the temporary files of a program that was stopped while writing."""
     for path in folder.glob(f".*{TEMPORARY_ENDING}"):
         remove(path)
+
+
+@functools.cache
+def _tidy(folder: Path) -> None:
+    """Remove, once in each folder, the temporary files of programs of this machine that are no longer there."""
+    for path in folder.glob(f".*{TEMPORARY_ENDING}"):
+        if (match := _TEMPORARY.fullmatch(path.name)) and not _is_running(int(match[1])):
+            remove(path)
+
+
+def _is_running(process: int) -> bool:
+    if os.name == "nt":  # where a file that is open cannot be removed
+        return process == os.getpid()
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # another user's
+        return True
+    return True
 
 
 def _sync(descriptor: int) -> None:

@@ -68,7 +68,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose calibrate``; returns the exit status. A line a picture and the outcome go to standard output."""
     board, typed = _board(arguments), " ".join(arguments.sources)
-    check_place(arguments.out, "--out", arguments.camera)
+    check_place(arguments.out, "--out", is_new=True)
     if arguments.camera is not None:
         return _run_port(arguments, board)
     gathering, looked = gathered(arguments.sources, board)

@@ -38,7 +38,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose learn-dock``; returns the exit status. The lights' offsets go to standard output."""
-    check_place(arguments.out, "--out", arguments.camera)
+    check_place(arguments.out, "--out", is_new=True)
     kind = kind_of(arguments.source)
     paths = list_pictures(arguments.source) if kind in (Kind.PICTURE, Kind.FOLDER, Kind.GLOB) else ()
     source = typed(arguments.source, camera_of(arguments), dock_of(arguments), paths)

@@ -114,6 +114,8 @@ def run(words: list[str], folder: str, deadly: int, connection: Connection) -> N
     with open(Path(folder).parent / "said.txt", "wb") as said:
         os.dup2(said.fileno(), 1)
         os.dup2(said.fileno(), 2)
+    for name in ("camera.yaml", "dock.yaml"):  # which no command overwrites
+        Path(name).unlink(missing_ok=True)
     changes = 0
 
     def count(event: str, arguments: tuple) -> None:

@@ -1,8 +1,13 @@
+import json
+import os
 import signal
+import subprocess
+import sys
 import threading
 
 import pytest
 from dockpose.app.commands.console import Interrupts
+from dockpose.app.inputs.samples import sample_source
 
 
 @pytest.fixture(autouse=True)
@@ -45,3 +50,24 @@ def test_other_threads_are_left_alone():
     thread.start()
     thread.join()
     assert seen == [signal.default_int_handler]
+
+
+def run_in_shell(closing, *words):
+    command = ["sh", "-c", f'exec "$@" {closing}', "sh", sys.executable, "-m", "dockpose", *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a shell that closes files")
+def test_a_standard_output_that_is_closed_is_one_sentence():
+    done = run_in_shell(">&-", "completion", "bash")
+    assert done.stderr == "dockpose: standard output: cannot be written (it is closed)\n"
+    assert done.returncode == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a shell that closes files")
+def test_nothing_that_is_said_lands_in_a_file_where_all_standard_streams_are_closed(tmp_path):
+    path = tmp_path / "a.jsonl"
+    words = ["estimate", sample_source("plain"), str(tmp_path / "gone.png"), "--json", str(path)]
+    assert run_in_shell("<&- >&- 2>&-", *words).returncode == 1
+    (line,) = path.read_text().splitlines()
+    assert json.loads(line)["status"] == "ok"

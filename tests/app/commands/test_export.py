@@ -113,8 +113,6 @@ def test_what_cannot_be_exported_is_said(tmp_path, folder):
     sample = load_sample("plain")
     with pytest.raises(UserError, match="how large is the dock"):
         export(picture, sample.camera, None, tmp_path / "out")
-    with pytest.raises(UserError, match="is the source itself"):
-        export(picture, sample.camera, sample.dock, picture)
     with pytest.raises(UserError, match=r"there is no \.docx"):
         export(folder, None, None, tmp_path / "a.docx")
     with pytest.raises(UserError, match="--layers has 'lamps'"):

@@ -103,5 +103,5 @@ def test_the_port_is_found_from_pictures_under_water(tmp_path, capsys):
     assert main(words) == 2
     assert "say --in water" in capsys.readouterr().err
     assert main([*words, "--in", "water", "--out", str(tmp_path / "air.yaml")]) == 2
-    assert "would overwrite the file that is read" in capsys.readouterr().err
+    assert "would overwrite the input" in capsys.readouterr().err
     assert load_camera(tmp_path / "air.yaml").port is None

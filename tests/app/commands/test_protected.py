@@ -1,0 +1,183 @@
+"""No output takes the place of an input, of another output, or of what another program writes."""
+
+import os
+import shutil
+
+import pytest
+from dockpose.app import cli
+from dockpose.app.cli import main
+from dockpose.app.inputs.dock_file import save_dock
+from dockpose.app.inputs.samples import sample_path
+from dockpose.camera.files import save_camera
+from dockpose.simulate import FilmPlan, save_sequence
+from dockpose.simulate.files import TRUTH_COLUMNS
+
+from tests.support.forked import forked
+from tests.support.scenes import CAMERA, random_scene
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="links need rights there, and devices have other names")
+_BOARD = "--board 10x7 --square 0.024"
+_KNOWN = "--camera cam.yaml --dock-diameter 0.3 --lights 10"
+# Command, the option with its value that the sentence names, and what speaks against it.
+REFUSED = [
+    ("estimate tilted.png --json tilted.png", "--json tilted.png", "input tilted.png"),
+    ("estimate tilted.png --csv ./tilted.png", "--csv ./tilted.png", "input tilted.png"),
+    ("estimate tilted.png --json link.png", "--json link.png", "input tilted.png"),
+    ("estimate link.png --json tilted.png", "--json tilted.png", "input link.png"),
+    ("estimate tilted.png --csv hard.png", "--csv hard.png", "input tilted.png"),
+    ("estimate tilted.png --json tilted.yaml", "--json tilted.yaml", "input tilted.yaml"),
+    ("estimate [t]ilted.png --csv tilted.png", "--csv tilted.png", "input tilted.png"),
+    ("estimate boards --csv boards/a.png", "--csv boards/a.png", "input boards/a.png"),
+    ("estimate tilted.png --log-file tilted.png", "--log-file tilted.png", "input tilted.png"),
+    ("estimate film.mkv --annotate film.mkv", "--annotate film.mkv", "input film.mkv"),
+    ("estimate film.mkv --annotate here/film.mkv", "--annotate here/film.mkv", "input film.mkv"),
+    ("estimate film.mkv --json film.yaml", "--json film.yaml", "input film.yaml"),
+    ("estimate bag.mcap --out bag.mcap", "--out bag.mcap", "input bag.mcap"),
+    ("estimate bag --out bag/0.mcap", "--out bag/0.mcap", "input bag/0.mcap"),
+    ("estimate s.yaml --csv s.yaml", "--csv s.yaml", "input s.yaml"),
+    ("estimate tilted.png --camera cam.yaml --csv cam.yaml", "--csv cam.yaml", "input cam.yaml"),
+    ("estimate tilted.png --dock dock.yaml --json dock.yaml", "--json dock.yaml", "input dock.yaml"),
+    ("estimate --session session --log-file session/results.csv", "--log-file session/results.csv", "results.csv"),
+    ("estimate tilted.png --json a --csv a", "--csv a", "what --json writes"),
+    ("estimate tilted.png --json a --csv here/a", "--csv here/a", "what --json writes"),
+    ("estimate tilted.png --json dangling --csv a", "--csv a", "what --json writes"),
+    ("estimate tilted.png --json - --csv -", "--csv -", "what --json writes"),
+    ("estimate tilted.png --json - --csv /dev/stdout", "--csv /dev/stdout", "what --json writes"),
+    ("estimate 0 --record new.mkv --annotate ./new.mkv", "--record new.mkv", "what --annotate writes"),
+    ("estimate bag.mcap --rerun a.rrd --log-file a.rrd", "--log-file a.rrd", "what --rerun writes"),
+    ("compare tilted.png --json tilted.png", "--json tilted.png", "input tilted.png"),
+    ("compare tilted.png --montage new --log-file new", "--log-file new", "what --montage writes"),
+    ("export tilted.png --out tilted.png", "--out tilted.png", "input tilted.png"),
+    ("export tilted.png --camera cam.yaml --out cam.yaml", "--out cam.yaml", "input cam.yaml"),
+    ("export session --out session/results.csv", "--out session/results.csv", "input session/results.csv"),
+    ("export picture.png --out .", "--out .: its picture.png", "input picture.png"),
+    ("simulate --scene s.yaml --out s.mp4", "--out s.mp4: its s.yaml", "input s.yaml"),
+    ("simulate --scene sim/scene.yaml --out sim", "--out sim: its scene.yaml", "input sim/scene.yaml"),
+    ("simulate --scene sim/frame_0001.yaml --out sim", "--out sim: its frame_0001.yaml", "input sim/frame_0001.yaml"),
+    ("simulate --out s.mkv", "--out s.mkv: s.yaml", "of no earlier run"),
+    ("simulate --out film.mkv", "--out film.mkv", "of no earlier run"),
+    ("simulate --out taken", "--out taken: taken/frame_0001.png", "of no earlier run"),
+    (f"calibrate boards {_BOARD} --out boards/a.png", "--out boards/a.png", "input boards/a.png"),
+    (f"calibrate boards {_BOARD} --out cam.yaml", "--out cam.yaml", "is there already and is not overwritten"),
+    (f"calibrate boards {_BOARD} --in water --camera cam.yaml --out ./cam.yaml", "--out cam.yaml", "input cam.yaml"),
+    ("learn-dock film.mkv --out film.mkv", "--out film.mkv", "input film.mkv"),
+    ("learn-dock film.mkv", "--out dock.yaml", "is there already and is not overwritten"),
+    (f"budget {_KNOWN} --csv cam.yaml", "--csv cam.yaml", "input cam.yaml"),
+    ("study --scenes 1 --seed 1 --out new --log-file new", "--log-file new", "what --out writes"),
+    ("reproduce --out new --log-file new", "--log-file new", "what --out writes"),
+    ("serve tilted.png --log-file tilted.png", "--log-file tilted.png", "input tilted.png"),
+    ("serve --folder . --log-file boards/a.png", "--log-file boards/a.png", "input boards/a.png"),
+    ("serve --sessions . --log-file session/session.yaml", "--log-file session/session.yaml", "input session/session"),
+    ("ros --camera cam.yaml --dock-diameter 0.3 --log-file cam.yaml", "--log-file cam.yaml", "input cam.yaml"),
+    ("doctor --json new --log-file new", "--log-file new", "what --json writes"),
+]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with inputs of every kind; what must be refused before it is opened need not be readable."""
+    folder = tmp_path_factory.mktemp("inputs")
+    for name in ("tilted", "picture"):
+        for ending in (".png", ".yaml"):
+            shutil.copy(sample_path("tilted").with_suffix(ending), folder / f"{name}{ending}")
+    save_camera(CAMERA, folder / "cam.yaml")
+    scene = random_scene(4)
+    save_dock(scene.dock, folder / "dock.yaml")
+    for name in ("boards", "bag", "session/frames", "sim", "taken"):
+        (folder / name).mkdir(parents=True)
+    for name in ("s.yaml", "sim/scene.yaml", "sim/frame_0001.yaml"):
+        save_sequence(FilmPlan(scene=scene), folder / name)
+    (folder / "sim/truth.csv").write_bytes(",".join(TRUTH_COLUMNS).encode() + b"\r\n")
+    fakes = ("film.mkv", "film.yaml", "bag.mcap", "bag/0.mcap", "boards/a.png", "taken/frame_0001.png")
+    for name in (*fakes, "session/session.yaml", "session/results.csv", "session/frames/0001.png"):
+        (folder / name).write_bytes(b"of the tank")
+    (folder / "link.png").symlink_to("tilted.png")
+    (folder / "hard.png").hardlink_to(folder / "tilted.png")
+    (folder / "here").symlink_to(folder)
+    (folder / "dangling").symlink_to("a")
+    return folder
+
+
+def contents(folder):
+    return {path: path.read_bytes() if path.is_file() else None for path in folder.rglob("*")}
+
+
+@pytest.mark.parametrize(("words", "named", "why"), REFUSED)
+def test_an_output_that_would_overwrite_is_refused_and_nothing_changes(made, monkeypatch, capsys, words, named, why):
+    monkeypatch.chdir(made)
+    before = contents(made)
+    assert main(words.split()) == 2
+    told = capsys.readouterr()
+    assert contents(made) == before
+    (sentence,) = told.err.splitlines()
+    assert sentence.startswith(f"dockpose: {named}")
+    assert why in sentence
+    assert told.out == ""
+
+
+def test_every_command_that_writes_is_tried():
+    assert {words.split()[0] for words, _, _ in REFUSED} == set(cli.COMMANDS) - {"completion"}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "estimate tilted.png --json tilted.json --csv tilted.csv --annotate . --log-file tilted.log",
+        "estimate tilted.png --json /dev/null --csv /dev/null",
+        "estimate tilted.png --json - --csv tilted.csv",
+        "compare tilted.png --json tilted.json --montage .",
+        "export tilted.png --out tilted.csv",
+    ],
+)
+def test_outputs_beside_inputs_are_written_and_written_again(made, tmp_path, monkeypatch, words):
+    for ending in (".png", ".yaml"):
+        shutil.copy(made / f"tilted{ending}", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    before = contents(tmp_path)
+    assert main(words.split()) == 0
+    names = set(tmp_path.iterdir())
+    assert main(words.split()) == 0
+    assert set(tmp_path.iterdir()) == names
+    assert before.items() <= contents(tmp_path).items()
+
+
+def test_pictures_of_one_name_from_several_sources_are_all_kept(made, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a", "b", "out"):
+        (tmp_path / name).mkdir()
+        for ending in (".png", ".yaml"):
+            shutil.copy(made / f"tilted{ending}", tmp_path / name)
+    before = contents(tmp_path)
+    assert main(["estimate", "a", "out/tilted.png", "b", "--annotate", "out"]) == 0
+    assert before.items() <= contents(tmp_path).items()
+    assert sorted(path.name for path in (tmp_path / "out").glob("*.png")) == [
+        *(f"tilted-{number}.png" for number in (2, 3, 4)),
+        "tilted.png",
+    ]
+
+
+def test_what_another_program_writes_is_refused_until_it_is_done(made, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name in ("log", "table"):
+        os.mkfifo(name)
+    picture = str(made / "tilted.png")
+    paths = [
+        f"--{option}={tmp_path / name}" for option, name in (("json", "a.jsonl"), ("log-file", "log"), ("csv", "table"))
+    ]
+    program = forked().Process(target=main, args=(["estimate", picture, *paths],))
+    program.start()
+    try:
+        with open("log", "rb") as log:  # which waits until the other program has come so far
+            assert main(["estimate", picture, "--json", "./a.jsonl"]) == 2
+            (sentence,) = capsys.readouterr().err.splitlines()
+            assert sentence.startswith("dockpose: --json ./a.jsonl: another program is writing it")
+            assert main(["estimate", picture, "--json", "b.jsonl"]) == 0
+            with open("table", "rb") as table:  # for which the other program waits
+                assert table.read().count(b"\n") == 2
+            assert b"ends with status 0" in log.read()
+    finally:
+        program.join(60)
+        program.kill()
+        program.join()
+    assert (tmp_path / "a.jsonl").read_bytes().count(b"\n") == 1
+    assert main(["estimate", picture, "--json", "a.jsonl"]) == 0

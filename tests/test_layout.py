@@ -25,6 +25,7 @@ OF_SEVERAL = {
     "app/commands/test_bags.py",
     "app/commands/test_camera_faults.py",
     "app/commands/test_faults.py",
+    "app/commands/test_protected.py",
     "app/commands/test_kills.py",
     "app/commands/test_packaged_methods.py",
     "app/commands/test_read_only.py",

@@ -66,7 +66,7 @@ class Claims:
         if self._descriptor is None:
             return True
         digests = [hashlib.blake2b(repr(place).encode(), digest_size=8).digest() for place in places]
-        return all(_lock_byte(self._descriptor, int.from_bytes(digest) % _FAR_BYTE) for digest in digests)
+        return all(_lock_byte(self._descriptor, int.from_bytes(digest, "big") % _FAR_BYTE) for digest in digests)
 
     def release(self) -> None:
         """Let others have it all."""

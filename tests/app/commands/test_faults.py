@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import av
 import numpy as np
@@ -183,3 +184,14 @@ def test_sigterm_ends_cleanly(tmp_path):
     assert program.returncode == 143
     assert said == "dockpose: ended by SIGTERM\n"
     assert not list((tmp_path / "sim").glob(".*"))
+
+
+def test_files_written_at_once_by_many_are_whole_and_only_dead_programs_are_tidied(tmp_path):
+    left, ours, theirs = (tmp_path / name for name in (".a.4194305-7.part", f".a.{os.getpid()}-0.part", ".film.part"))
+    for path in (left, ours, theirs):  # Linux gives no process a number above 4194304
+        path.write_bytes(b"half")
+    contents = [bytes([number]) * 100_000 for number in range(8)]
+    with ThreadPoolExecutor(8) as threads:
+        list(threads.map(lambda content: write_whole(tmp_path / "a", content), contents))
+    assert (tmp_path / "a").read_bytes() in contents
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["a", ours.name, theirs.name])

@@ -105,8 +105,8 @@ def test_a_video_with_its_truth_beside_it(desk, name, loss):
 def test_a_coloured_video_keeps_its_colours(desk):
     red = msgspec.structs.replace(SCENE, lights=Lights(colours=("red",) * 10), sensor=Sensor(colour="bgr"))
     save_sequence(FilmPlan(scene=red), "red.yaml")
-    assert main(["simulate", "--scene", "red.yaml", "--out", "red.avi"]) == 0
-    image = cv2.VideoCapture("red.avi").read()[1].astype(int)
+    assert main(["simulate", "--scene", "red.yaml", "--out", "film.avi"]) == 0
+    image = cv2.VideoCapture("film.avi").read()[1].astype(int)
     assert image[:, :, 2].max() > image[:, :, 0].max() + 50
 
 
@@ -174,7 +174,7 @@ def test_a_wrong_scene_ends_with_2_and_one_sentence(desk, capsys, change, messag
         (["--scene", "gone.yaml", "--out", "o"], "--scene gone.yaml: cannot be read"),
         (["--out", "o", "--frames", "0"], "--frames is 0"),
         (["--out", "o", "--seed", "-1"], "--seed is -1"),
-        (["--scene", "s.yaml", "--out", "s.yaml"], "--out s.yaml: cannot be written"),
+        (["--scene", "s.yaml", "--out", "s.yaml"], "--out s.yaml: would overwrite the input s.yaml"),
         (["--scene", "s.yaml", "--out", "no/such/v.mp4"], "--out no/such/v.mp4: cannot be written, there is no folder"),
         (
             ["--scene", "deep.yaml", "--out", "v.mp4"],

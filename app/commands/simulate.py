@@ -109,7 +109,10 @@ def _check_files(out: Path, frames: int, protected: Protected) -> None:
             if int(name[1]) > frames:
                 raise UserError(f"--out {out}: holds {path.name} of a longer run; empty it, or choose another folder")
         others += numbered
-    is_earlier = table.is_file() and table.read_bytes()[: len(_TRUTH_HEAD)] in (b"", _TRUTH_HEAD)
+    is_earlier = False
+    if table.is_file():
+        with table.open("rb") as file:
+            is_earlier = file.read(len(_TRUTH_HEAD)) in (b"", _TRUTH_HEAD)
     for path in (table, *others):
         if path != out:
             protected.check(f"--out {out}: its {path.name}", path)

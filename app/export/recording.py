@@ -310,7 +310,7 @@ class _Packets:
 
 def _times_us(packet: av.Packet, arrival: Arrival) -> tuple[int | None, int]:
     """When a packet is to be shown and when it was sent, as times of frames."""
-    if packet.stream is None or arrival.shift_s is None or packet.time_base is None:
+    if packet.stream is None or arrival.shift_s is None or not packet.time_base:
         arrived_us = round(1e6 * (arrival.frame.time_s or 0.0))
         return arrived_us, arrived_us
     if packet.pts is None:

@@ -10,6 +10,7 @@ import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
 from dockpose.sources.capture import Wishes
+from dockpose.sources.container import opened
 from dockpose.sources.pixels import picture_of
 
 # Frames are neither queued nor waited for, and the format is told from half a second of them rather than five. FFmpeg's
@@ -111,4 +112,4 @@ class StreamCapture:
 
 
 def _opened(address: str, timeout_s: float) -> InputContainer:
-    return av.open(address, "r", options=_OPTIONS, timeout=(timeout_s, timeout_s), metadata_errors="ignore")
+    return opened(address, options=_OPTIONS, timeout=(timeout_s, timeout_s))

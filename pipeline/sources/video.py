@@ -15,7 +15,7 @@ import av
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
-from dockpose.sources.cut_short import WholeBoxes, breaks_off
+from dockpose.sources.container import WholeBoxes, breaks_off, opened
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.pixels import orientation_of, picture_of
 
@@ -59,7 +59,7 @@ class Video(Frames):
         with container:
             stream = container.streams.video[0]
             self.rate_hz = float(stream.average_rate) if stream.average_rate else None
-            self._time_base = stream.time_base or Fraction(1, 1)
+            self._time_base = Fraction(stream.time_base or 1)
             self._told = stream.frames or None
             self._stamps = _time_stamps(container, stream) if scan else None
             self._began_unix_s = began_unix_s(container.format.name, container.metadata.get("creation_time"))
@@ -261,7 +261,7 @@ class _Decoder:
 def _opened(source: str) -> tuple[InputContainer, bool]:
     """A file, and whether it breaks off; raises SourceError if it cannot be opened or has no video."""
     try:
-        container = av.open(source, metadata_errors="ignore")
+        container = opened(source)
     except (FFmpegError, OSError, ValueError) as error:
         container = _opened_cut_short(source)
         if container is None:
@@ -281,7 +281,7 @@ def _opened_cut_short(source: str) -> InputContainer | None:
     if not _is_of_boxes(source):
         return None
     try:
-        return av.open(WholeBoxes(Path(source)), "r", metadata_errors="ignore")
+        return opened(WholeBoxes(Path(source)))
     except (FFmpegError, OSError, ValueError):
         return None
 

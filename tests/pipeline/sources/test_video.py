@@ -11,7 +11,7 @@ import av
 import numpy as np
 import pytest
 from dockpose.sources import SourceError, open_frames
-from dockpose.sources.cut_short import breaks_off
+from dockpose.sources.container import breaks_off
 
 MICROSECONDS = Fraction(1, 1_000_000)
 WIDTH, HEIGHT = 64, 48

@@ -1,11 +1,28 @@
-"""MP4 files that break off, which FFmpeg refuses as a whole where that is in the header of a fragment."""
+"""Files and streams as FFmpeg opens them, and MP4 files that break off, some of which it would refuse as a whole."""
 
 from __future__ import annotations
 
 import io
 import os
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
+
+import av
+from av.container import InputContainer
+
+# What a text in a file says that is not UTF-8 matters to nobody; PyAV 19 keeps such texts of itself.
+_LENIENT: dict[str, Any] = {"metadata_errors": "ignore"} if int(av.__version__.split(".")[0]) < 19 else {}
+
+
+def opened(source: str | BinaryIO | io.RawIOBase, **options: Any) -> InputContainer:
+    """Open what is to be read, with options of ``av.open``, whatever bytes its texts are.
+
+    Raises
+    ------
+    FFmpegError, OSError, ValueError
+        If it cannot be opened.
+    """
+    return av.open(source, "r", **options, **_LENIENT)
 
 
 class WholeBoxes(io.RawIOBase):

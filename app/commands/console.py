@@ -33,8 +33,10 @@ class Terminated(KeyboardInterrupt):
 
 
 def stop_in(error: BaseException) -> KeyboardInterrupt:
-    """The Ctrl+C or SIGTERM that an error is or stands for; compiled code makes a SystemError of it. Else raises it."""
-    stop = error.__cause__ if isinstance(error, SystemError) else error
+    """The Ctrl+C or SIGTERM that an error is or stands for; compiled code makes SystemErrors of it. Else raises it."""
+    stop: BaseException | None = error
+    while isinstance(stop, SystemError):  # from Python 3.12 on, one of another
+        stop = stop.__cause__
     if isinstance(stop, KeyboardInterrupt):
         return stop
     raise error

@@ -1,14 +1,20 @@
-"""Files and streams as FFmpeg opens them, and MP4 files that break off, some of which it would refuse as a whole."""
+"""Files and streams as FFmpeg opens them, what their packets tell of the frames, and MP4 files that break off."""
 
 from __future__ import annotations
 
 import io
+import itertools
 import os
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import av
+import numpy as np
 from av.container import InputContainer
+from av.error import FFmpegError
 
 # What a text in a file says that is not UTF-8 matters to nobody; PyAV 19 keeps such texts of itself.
 _LENIENT: dict[str, Any] = {"metadata_errors": "ignore"} if int(av.__version__.split(".")[0]) < 19 else {}
@@ -23,6 +29,120 @@ def opened(source: str | BinaryIO | io.RawIOBase, **options: Any) -> InputContai
         If it cannot be opened.
     """
     return av.open(source, "r", **options, **_LENIENT)
+
+
+_NONE = -(2**63)  # a packet without a time stamp
+_MOST_FORWARD = 2**32  # ticks of MPEG's clock of 33 bits; FFmpeg takes a clock that runs back for one that went round
+_RAW = {"h264", "hevc", "vvc", "mjpeg", "m4v", "mpegvideo", "obu"}  # FFmpeg counts 25 of their frames a second
+# How files of a known format begin, and where.
+_BEGINNINGS = (
+    *((b"\x1a\x45\xdf\xa3", 0), (b"RIFF", 0), (b"\0\0\x01\xba", 0), (b"\x30\x26\xb2\x75", 0)),
+    *((kind, 4) for kind in (b"ftyp", b"moov", b"mdat", b"moof", b"free", b"wide")),
+)
+
+
+@dataclass(frozen=True)
+class Order:
+    """What the packets of a video tell of its frames, without decoding them.
+
+    ``stamps`` are those of the frames as they are shown, (N,) int64 ticks that grow, None where packets have none;
+    ``ranks`` the frame's index for each packet in the order of the file, (N,), None where only the decoder knows; and
+    ``joins`` the packets at which the clock jumps. Frames can be sought where their stamps identify them.
+    """
+
+    count: int
+    stamps: np.ndarray | None
+    ranks: np.ndarray | None
+    joins: tuple[int, ...] = ()
+    is_sought: bool = False
+
+
+def order_of(container: InputContainer, stream: av.VideoStream) -> Order:
+    """Read all packets of a video, as far as they can be read."""
+    shown, sent = array("q"), array("q")
+    packets = container.demux(stream)
+    while True:
+        try:
+            packet = next(packets)
+        except (StopIteration, FFmpegError):
+            break
+        if counts(packet):
+            shown.append(_NONE if packet.pts is None else packet.pts)
+            sent.append(_NONE if packet.dts is None else packet.dts)
+    name, is_mixed = container.format.name, stream.codec_context.has_b_frames
+    # An AVI has no times for showing, and FFmpeg makes wrong ones up for frames that are sent in another order.
+    is_guessed = name == "avi" and is_mixed and stream.codec_context.name in ("h264", "hevc")
+    return _order(np.array(shown), np.array(sent), is_mixed, is_guessed, name.startswith("mpeg"))
+
+
+def counts(packet: av.Packet) -> bool:
+    """Whether a packet is that of a frame."""
+    return packet.size > 0 and not packet.is_discard
+
+
+def _order(shown: np.ndarray, sent: np.ndarray, is_mixed: bool, is_guessed: bool, is_mpeg: bool) -> Order:
+    count = len(shown)
+    ranks = None if is_mixed else np.arange(count)
+    if is_guessed or (shown == _NONE).any():
+        if count == 0 or (sent == _NONE).any():
+            return Order(count, None, ranks)
+        return Order(count, _growing(np.sort(sent)), ranks)
+    clock = shown if (sent == _NONE).all() and not is_mixed else sent
+    known = np.flatnonzero(clock != _NONE)
+    steps = np.diff(clock[known])
+    joins = known[1:][(steps < 0) | (is_mpeg & (steps > _MOST_FORWARD))]
+    parts = np.split(shown.copy(), joins)
+    for before, part in itertools.pairwise(parts):
+        step = int(np.median(np.diff(np.sort(before)))) if len(before) > 1 else 0
+        part += before.max() + max(step, 1) - part.min()
+    shown = np.concatenate(parts)
+    order = np.argsort(shown, kind="stable")
+    is_sought = len(joins) == 0 and 0 < count == len(np.unique(shown))
+    return Order(count, _growing(shown[order]), np.argsort(order), tuple(joins.tolist()), is_sought)
+
+
+def _growing(stamps: np.ndarray) -> np.ndarray:
+    """Stamps in their order, where two are the same a tick apart."""
+    places = np.arange(len(stamps))
+    return np.maximum.accumulate(stamps - places) + places
+
+
+def is_without_clock(container: InputContainer, source: str) -> bool:
+    """Whether a file has frames without times, a rate of which FFmpeg makes up where none is told."""
+    return container.format.name in _RAW or (container.format.name == "avi" and _is_avi_without_rate(Path(source)))
+
+
+def _is_avi_without_rate(path: Path) -> bool:
+    """Whether neither the stream's header (strh: scale and rate) nor the file's (avih) tells a rate."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        head = file.read(4096)
+    frame, stream = head.find(b"avih") + 8, head.find(b"vids")
+    if frame < 8 or stream < 0 or any(head[frame : frame + 4]):
+        return False
+    return not any(head[stream + 20 : stream + 24]) or not any(head[stream + 24 : stream + 28])
+
+
+def why_not(source: str) -> str:
+    """Say why a video could not be opened."""
+    if "://" in source:
+        return f"{source}: is not a video that can be read"
+    try:
+        with Path(source).open("rb") as file:
+            head = file.read(1024)
+            file.seek(0)
+            kinds = {kind for kind, _, _ in _each_box(file)} if head[4:8] == b"ftyp" else set()
+    except OSError as error:
+        return f"{source}: cannot be read ({error.strerror or error})"
+    if not head:
+        return f"{source}: the file is empty (0 bytes)"
+    if kinds and not kinds & {b"moov", b"moof"}:
+        return f"{source}: is an MP4 that is cut short before its index, without which no frame is found"
+    is_stream = head[0] == 0x47 and head[188:189] == b"\x47"
+    if is_stream or any(head.startswith(begins, at) for begins, at in _BEGINNINGS):
+        return f"{source}: begins as a video, but is damaged or cut short"
+    return f"{source}: is not a video, or one of a format that is not read; convert it to MP4 or MKV"
 
 
 class WholeBoxes(io.RawIOBase):
@@ -81,20 +201,31 @@ def breaks_off(path: Path) -> bool:
 def _boxes(file: BinaryIO) -> tuple[int, bool]:
     """Where the last whole box ends, or the file where that is within frames; and whether the file breaks off."""
     length = file.seek(0, os.SEEK_END)
-    start, kind = 0, b""
+    end, last = 0, b""
+    for kind, start, size in _each_box(file):
+        if size == 0:  # as far as the file goes
+            return length, False
+        if start + size > length:
+            return (length if kind == b"mdat" else start), True
+        end, last = start + size, kind
+    return end, end < length or last == b"moof"  # the head of a fragment, whose frames would follow
+
+
+def _each_box(file: BinaryIO) -> Iterator[tuple[bytes, int, int]]:
+    """Kind, place and size of each box whose head is there; the last may be longer than the file, or 0 for its rest."""
+    length = file.seek(0, os.SEEK_END)
+    start = 0
     while start < length:
         file.seek(start)
         head = file.read(16)
         size = int.from_bytes(head[:4], "big")
         if len(head) < (16 if size == 1 else 8):
-            return start, True
+            return
         if size == 1:  # the size follows in 64 bits
             size = int.from_bytes(head[8:16], "big")
-        if size == 0:  # as far as the file goes
-            return length, False
-        if size < 8:
-            return start, True
-        if start + size > length:
-            return (length if head[4:8] == b"mdat" else start), True
-        start, kind = start + size, head[4:8]
-    return length, kind == b"moof"  # the head of a fragment, whose frames would follow
+        if 0 < size < 8:
+            return
+        yield head[4:8], start, size
+        if size == 0:
+            return
+        start += size

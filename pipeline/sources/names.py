@@ -13,7 +13,10 @@ from dockpose.sources.pictures import has_pages
 _ADDRESS = re.compile(r"(rtsps?|rtmps?|https?|udp|rtp|srt|tcp)://", re.IGNORECASE)
 _CAMERA = re.compile(r"(?:/dev/video)?([0-9]{1,4})")
 _SCENE_ENDINGS = (".yaml", ".yml")
-VIDEO_ENDINGS = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".wmv", ".mjpeg", ".mjpg")
+VIDEO_ENDINGS = (
+    *(".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".ts", ".m2ts", ".mts", ".wmv", ".flv"),
+    *(".mjpeg", ".mjpg", ".h264", ".264", ".avc", ".h265", ".265", ".hevc"),  # frames one after another, without times
+)
 BAG_ENDINGS = (".mcap", ".bag", ".db3")  # of files; rosbag2 makes folders of the first and the last
 _BAG_METADATA = "metadata.yaml", b"rosbag2_bagfile_information"
 

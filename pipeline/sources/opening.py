@@ -44,7 +44,8 @@ def open_frames(
         Called with plain sentences about corrupt frames, and when a live source goes away and comes back, from
         whichever thread notices.
     rate_hz : float, hertz, optional
-        Frame rate of pictures, which gives them times; None for no times.
+        Frame rate of pictures, which gives them times, and of videos whose frames have none; None for no times of
+        pictures.
     timeout_s : float, seconds
         How long a stream may take to answer, and between two frames before it counts as lost.
     grey : bool
@@ -111,7 +112,7 @@ def _opened(
     if kind not in (Kind.CAMERA, Kind.STREAM, Kind.FOLDER, Kind.GLOB):
         check_regular(source)
     if kind is Kind.VIDEO:
-        return Video(source, tell, grey=grey)
+        return Video(source, tell, grey=grey, rate_hz=rate_hz)
     if kind is Kind.PAGES:
         return Pages(Path(source), source, rate_hz, tell)
     if kind is Kind.BAG:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-from array import array
-from bisect import bisect_left
 from collections.abc import Iterator
 from datetime import datetime
 from fractions import Fraction
@@ -15,7 +13,16 @@ import av
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
-from dockpose.sources.container import WholeBoxes, breaks_off, opened
+from dockpose.sources.container import (
+    Order,
+    WholeBoxes,
+    breaks_off,
+    counts,
+    is_without_clock,
+    opened,
+    order_of,
+    why_not,
+)
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.pixels import orientation_of, picture_of
 
@@ -24,27 +31,32 @@ _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is
 _DECIMALS = 6  # of times in seconds
 _BOXES = (".mp4", ".m4v", ".mov")
 _FIRST_YEAR, _A_DAY_S = 2000, 86400  # an earlier clock was never set, and one far ahead is wrong
+_ASSUMED_HZ = 25.0  # rate of a file that tells none
 _FAILURES = 1000  # damaged packets in a row after which a file is given up
 
 
 class Video(Frames):
-    """Frames of a video file, identified by their time stamps.
+    """Frames of a video file, identified by their time stamps, or else by their packets.
 
     A frame's index is the rank of its time stamp among those of all the file's packets, which are read on opening
     without decoding (some microseconds each). So a corrupt frame leaves its index out, and a frame has the same index
     and the same time whether it was reached from the beginning or by seeking. Times are those of the file, constant
-    rate or not, from its first frame on; the time of day is known as :func:`began_unix_s` says.
+    rate or not, from its first frame on; where its clock runs back, as in files that were joined, they go on from the
+    frame before. The time of day is known as :func:`began_unix_s` says.
 
     Parameters
     ----------
     source : str
         Path, or address of a file on a server.
     tell : callable, optional
-        Called with a sentence for corrupt frames, and on opening a video that is cut short.
+        Called with a sentence for corrupt frames, and on opening a video that is cut short, whose clock jumps or that
+        tells no rate.
     scan : bool
         Read the packets' time stamps on opening. Otherwise frames are counted, and only reached from the beginning.
     grey : bool
         Give the brightness alone as a frame's image, which saves computing colours until they are shown.
+    rate_hz : float, hertz, optional
+        Frame rate of a file whose frames have no times, such as raw H.264; None for what it tells, or else 25.
 
     Raises
     ------
@@ -52,28 +64,42 @@ class Video(Frames):
         If it cannot be opened or is not a video.
     """
 
-    def __init__(self, source: str, tell: Tell | None = None, *, scan: bool = True, grey: bool = False) -> None:
+    def __init__(
+        self,
+        source: str,
+        tell: Tell | None = None,
+        *,
+        scan: bool = True,
+        grey: bool = False,
+        rate_hz: float | None = None,
+    ) -> None:
         super().__init__(source, tell)
         self._grey = grey
         container, is_broken_off = _opened(source)
         with container:
             stream = container.streams.video[0]
-            self.rate_hz = float(stream.average_rate) if stream.average_rate else None
             self._time_base = Fraction(stream.time_base or 1)
             self._told = stream.frames or None
-            self._stamps = _time_stamps(container, stream) if scan else None
+            self._order = order_of(container, stream) if scan else None
             self._began_unix_s = began_unix_s(container.format.name, container.metadata.get("creation_time"))
-        if self.rate_hz is None and self._stamps is not None and len(self._stamps) > 1:
-            length = (self._stamps[-1] - self._stamps[0]) * self._time_base
-            self.rate_hz = float((len(self._stamps) - 1) / length)
-        self.count = self._told if self._stamps is None else len(self._stamps)
+            self._is_steady = is_without_clock(container, source)
+            # The average rate of such files is made up, that of the codec is not.
+            told_hz = stream.codec_context.framerate if self._is_steady else stream.average_rate
+        self.rate_hz = float(told_hz) if told_hz else None
+        self.count = self._told if self._order is None else self._order.count
+        if self._is_steady:
+            self._take_rate(rate_hz)
+        elif self.rate_hz is None and self._order is not None and self._order.stamps is not None and self.count > 1:
+            length = int(self._order.stamps[-1] - self._order.stamps[0]) * self._time_base
+            self.rate_hz = float((self.count - 1) / length)
         self._kept: _Decoder | None = None
         self._tell_cut_short(is_broken_off)
+        self._tell_jumps()
 
     @property
     def is_counted(self) -> bool:
         """Whether ``count`` was counted; otherwise it is what the file's header says, or None."""
-        return self._stamps is not None
+        return self._order is not None
 
     def __iter__(self) -> Iterator[Frame]:
         yield from self.between(0, self.count if self.is_counted and self.count is not None else 2**62)
@@ -83,7 +109,7 @@ class Video(Frames):
         start = max(0, start)
         if start >= stop:
             return
-        decoder = _Decoder(self.source, self._stamps)
+        decoder = _Decoder(self.source, self._order)
         expected = start
         try:
             found = decoder.go_to(start)
@@ -96,13 +122,13 @@ class Video(Frames):
                 found = decoder.advance()
         finally:
             decoder.close()
-        if self._stamps is not None and not (self.is_cut_short and expected == len(self._stamps) - 1):
-            self._tell_missing(expected, min(stop, len(self._stamps)))
+        if self._order is not None and not (self.is_cut_short and expected == self._order.count - 1):
+            self._tell_missing(expected, min(stop, self._order.count))
 
     def at(self, index: int) -> Frame:
         """Return one frame; frames a little ahead of the last one are reached by reading on."""
         if self._kept is None:
-            self._kept = _Decoder(self.source, self._stamps)
+            self._kept = _Decoder(self.source, self._order)
         found = self._kept.go_to(index) if index >= 0 else None
         if found is None or found[0] != index:
             raise SourceError(f"{self.source}: frame {index} of {self.count} is not there or corrupt")
@@ -123,9 +149,10 @@ class Video(Frames):
         return self._turned(Frame(image, index, time_s, self.source, shown=shown, time_unix_s=taken_s))
 
     def _time_s(self, index: int, decoded: av.VideoFrame) -> float | None:
-        if self._stamps is not None:
-            return round(float((self._stamps[index] - self._stamps[0]) * self._time_base), _DECIMALS)
-        if decoded.time is not None:
+        if self._order is not None and self._order.stamps is not None and not self._is_steady:
+            ticks = int(self._order.stamps[index] - self._order.stamps[0])
+            return round(float(ticks * self._time_base), _DECIMALS)
+        if self._order is None and decoded.time is not None and not self._is_steady:
             return round(decoded.time, _DECIMALS)
         return None if self.rate_hz is None else round(index / self.rate_hz, _DECIMALS)
 
@@ -134,11 +161,24 @@ class Video(Frames):
             which = f"frame {start} is" if stop == start + 1 else f"frames {start} to {stop - 1} are"
             self._skip(f"{self.source}: {which} corrupt and left out", stop - start)
 
+    def _take_rate(self, rate_hz: float | None) -> None:
+        if rate_hz is None and self.rate_hz is None:
+            text = f"the file tells no frame rate; {_ASSUMED_HZ:g} frames a second are assumed (--rate sets another)"
+            self._tell(f"{self.source}: {text}")
+        self.rate_hz = rate_hz or self.rate_hz or _ASSUMED_HZ
+
+    def _tell_jumps(self) -> None:
+        joins = () if self._order is None else self._order.joins
+        if joins:
+            where = f"frame {joins[0]}" + (f" and {len(joins) - 1} more" if len(joins) > 1 else "")
+            text = "as where files were joined; times go on from the frame before, of which a part may be missing"
+            self._tell(f"{self.source}: its clock jumps at {where}, {text}")
+
     def _tell_cut_short(self, is_broken_off: bool) -> None:
-        if self._stamps is None:
+        if self._order is None:
             return
-        count = str(len(self._stamps))
-        if self._told is not None and len(self._stamps) < self._told:
+        count = str(self._order.count)
+        if self._told is not None and self._order.count < self._told:
             is_broken_off = True
             count = f"{count} of the {self._told}"
         if is_broken_off:
@@ -182,8 +222,8 @@ def began_unix_s(container: str, creation_time: str | None) -> float | None:
 class _Decoder:
     """Decodes on in a video from any frame; damaged frames are passed over."""
 
-    def __init__(self, source: str, stamps: array[int] | None) -> None:
-        self._source, self._stamps = source, stamps
+    def __init__(self, source: str, order: Order | None) -> None:
+        self._source, self._order = source, order
         self._last: tuple[int, av.VideoFrame] | None = None
         self._open()
 
@@ -200,19 +240,27 @@ class _Decoder:
     def advance(self) -> tuple[int, av.VideoFrame] | None:
         """Index and frame of the next good frame; None at the end."""
         decoded = next(self._frames, None)
-        if decoded is None:
-            self._last = None
+        if decoded is not None:
+            self._last = (self._index_of(decoded), decoded)
+            self._following = self._last[0] + 1
+            return self._last
+        self._last = None
+        order, following = self._order, self._following
+        if order is None or not self._is_threaded or following >= order.count:
             return None
-        self._last = (self._index_of(decoded), decoded)
-        return self._last
+        # Where one of the last frames is damaged, threads lose whole ones that come after it.
+        self.close()
+        self._open(is_threaded=False)
+        return self.go_to(following)
 
-    def _open(self) -> None:
+    def _open(self, *, is_threaded: bool = True) -> None:
         self._container, _ = _opened(self._source)
         self._stream = self._container.streams.video[0]
-        self._stream.thread_type = "AUTO"
+        self._is_threaded = is_threaded
+        self._stream.thread_type = "AUTO" if is_threaded else "SLICE"
         self._frames = self._decoded()
         self._last = None
-        self._count = 0
+        self._following = self._count = 0
 
     def _near(self, index: int) -> tuple[int, av.VideoFrame] | None:
         """Go to that frame or somewhat before it."""
@@ -220,42 +268,64 @@ class _Decoder:
             return self._last
         if self._last is not None and self._last[0] < index <= self._last[0] + _NEAR:
             return self.advance()
-        if self._stamps is not None and index < len(self._stamps):
+        order = self._order
+        if order is not None and order.stamps is not None and order.is_sought and index < order.count:
             for step in _STEPS_BACK:
                 if index - step <= 0:
                     break
-                self._container.seek(self._stamps[index - step], stream=self._stream)
-                self._frames = self._decoded()
+                self._container.seek(int(order.stamps[index - step]), stream=self._stream)
+                self._frames, self._following = self._decoded(), index - step
                 found = self.advance()
                 if found is not None and found[0] <= index:
                     return found
         self.close()
-        self._open()
+        self._open(is_threaded=self._is_threaded)
         return self.advance()
 
     def _decoded(self) -> Iterator[av.VideoFrame]:
         """Decoded frames from where the file is, without those that are damaged."""
         packets = self._container.demux(self._stream)
-        failures = 0
+        order = self._order
+        is_numbered, joins = order is not None and not order.is_sought, () if order is None else order.joins
+        is_late = self._container.format.name == "mpegts"  # FFmpeg marks the packet before the damaged one
+        was_corrupt, damaged = False, set()
+        failures = number = 0
         while failures < _FAILURES:
             try:
                 packet = next(packets)
-                frames = [] if packet.is_corrupt else packet.decode()
             except StopIteration:
                 return
             except FFmpegError:
                 failures += 1
                 continue
+            if counts(packet):
+                is_corrupt, was_corrupt = was_corrupt if is_late else packet.is_corrupt, packet.is_corrupt
+                if is_numbered:
+                    packet.pts, packet.dts = number, None
+                number += 1
+                if is_corrupt and number not in joins:  # where files are joined, all may be there
+                    damaged.add(packet.pts)
+            try:
+                frames = packet.decode()
+            except FFmpegError:
+                failures += 1
+                self._count += 1
+                continue
             failures = 0
             for frame in frames:
-                if isinstance(frame, av.VideoFrame) and not frame.is_corrupt:
-                    yield frame
+                if isinstance(frame, av.VideoFrame):
+                    if not frame.is_corrupt and (frame.pts is None or frame.pts not in damaged):
+                        yield frame
+                    self._count += 1
 
     def _index_of(self, decoded: av.VideoFrame) -> int:
-        if self._stamps is None or decoded.pts is None:
-            self._count += 1
-            return self._count - 1
-        return min(bisect_left(self._stamps, decoded.pts), len(self._stamps) - 1)
+        order, stamp = self._order, decoded.pts
+        if order is not None and stamp is not None:
+            if order.is_sought and order.stamps is not None:
+                return min(int(np.searchsorted(order.stamps, stamp)), order.count - 1)
+            if order.ranks is not None and stamp < order.count:
+                return int(order.ranks[stamp])
+        return self._count if order is None else min(self._count, order.count - 1)
 
 
 def _opened(source: str) -> tuple[InputContainer, bool]:
@@ -265,11 +335,15 @@ def _opened(source: str) -> tuple[InputContainer, bool]:
     except (FFmpegError, OSError, ValueError) as error:
         container = _opened_cut_short(source)
         if container is None:
-            raise SourceError(_why_not(source)) from error
+            raise SourceError(why_not(source)) from error
     if not container.streams.video:
         container.close()
         raise SourceError(f"{source}: has no video in it")
-    return container, _is_of_boxes(source) and breaks_off(Path(source))
+    if container.streams.video[0].codec_context is None:
+        container.close()
+        raise SourceError(f"{source}: is a video whose coding cannot be decoded here; convert it to H.264")
+    is_mp4 = "mp4" in container.format.name.split(",")
+    return container, is_mp4 and Path(source).is_file() and breaks_off(Path(source))
 
 
 def _is_of_boxes(source: str) -> bool:
@@ -284,36 +358,3 @@ def _opened_cut_short(source: str) -> InputContainer | None:
         return opened(WholeBoxes(Path(source)))
     except (FFmpegError, OSError, ValueError):
         return None
-
-
-def _time_stamps(container: InputContainer, stream: av.VideoStream) -> array[int] | None:
-    """Time stamps of a video's packets in display order; None where they do not identify the frames."""
-    stamps = array("q")
-    packets = container.demux(stream)
-    while True:
-        try:
-            packet = next(packets)
-        except (StopIteration, FFmpegError):
-            break
-        if packet.size == 0:  # the end
-            continue
-        if packet.pts is None:
-            return None
-        if not packet.is_discard:
-            stamps.append(packet.pts)
-    values = np.unique(np.frombuffer(stamps, np.int64))
-    return array("q", values.tolist()) if 0 < len(values) == len(stamps) else None
-
-
-def _why_not(source: str) -> str:
-    path = Path(source)
-    if "://" not in source:
-        try:
-            with path.open("rb") as file:
-                if not file.read(1):
-                    return f"{source}: the file is empty (0 bytes)"
-        except OSError as error:
-            return f"{source}: cannot be read ({error.strerror or error})"
-    return (
-        f"{source}: is no video that can be read: another kind of file, damaged, or an MP4 cut short before its index"
-    )

@@ -23,6 +23,12 @@ _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]
 # Each frame by itself, and in slices that several threads write and read.
 _FFV1: _Codec = ("ffv1", {"level": "3", "g": "1", "slices": "4"}, ("gray", "gray16le", "bgr0"))
 _MOTION_JPEG: _Codec = ("mjpeg", {"qmin": "1", "qmax": "2"}, ("yuvj420p", None, "yuvj444p"))
+# Without frames that are held back, which a kill would lose.
+_H264: _Codec = (
+    "libx264",
+    {"crf": "18", "preset": "veryfast", "bf": "0", "tune": "zerolatency"},
+    ("yuv420p", None, "yuv420p"),
+)
 # By the ending of the file's name.
 _CODECS: dict[str, _Codec] = {
     ".mp4": (
@@ -34,8 +40,8 @@ _CODECS: dict[str, _Codec] = {
     ".avi": _FFV1,
 }
 _TICK = Fraction(1, 1_000_000)  # of MP4 and Matroska; AVI counts frames
-# Each frame is a fragment that is written once the next one comes, so that the file can be read even where writing was cut
-# short; it becomes a plain MP4 at the end. The encoder must not hold frames back for that (zerolatency).
+# Each frame is a fragment, written once the next one comes, so that the file can be read even where writing was cut
+# short; it becomes a plain MP4 at the end.
 _MP4 = {"movflags": "hybrid_fragmented+frag_every_frame", "flush_packets": "1"}
 # Each frame is written at once. The header is changed behind the muxer's back, so that it must not have a checksum.
 _MATROSKA = {"flush_packets": "1", "write_crc32": "0"}

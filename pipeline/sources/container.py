@@ -15,6 +15,7 @@ import av
 import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
+from dockpose.sources.frames import SourceError
 
 # What a text in a file says that is not UTF-8 matters to nobody; PyAV 19 keeps such texts of itself.
 _LENIENT: dict[str, Any] = {"metadata_errors": "ignore"} if int(av.__version__.split(".")[0]) < 19 else {}
@@ -32,6 +33,7 @@ def opened(source: str | BinaryIO | io.RawIOBase, **options: Any) -> InputContai
 
 
 _NONE = -(2**63)  # a packet without a time stamp
+_BOXES = (".mp4", ".m4v", ".mov")
 _MOST_FORWARD = 2**32  # ticks of MPEG's clock of 33 bits; FFmpeg takes a clock that runs back for one that went round
 _RAW = {"h264", "hevc", "vvc", "mjpeg", "m4v", "mpegvideo", "obu"}  # FFmpeg counts 25 of their frames a second
 # How files of a known format begin, and where.
@@ -124,7 +126,35 @@ def _is_avi_without_rate(path: Path) -> bool:
     return not any(head[stream + 20 : stream + 24]) or not any(head[stream + 24 : stream + 28])
 
 
-def why_not(source: str) -> str:
+def video_in(source: str) -> tuple[InputContainer, bool]:
+    """A file, and whether it breaks off; raises SourceError if it cannot be opened or has no video."""
+    try:
+        container = opened(source)
+    except (FFmpegError, OSError, ValueError) as error:
+        container = _opened_cut_short(source)
+        if container is None:
+            raise SourceError(_why_not(source)) from error
+    if not container.streams.video:
+        container.close()
+        raise SourceError(f"{source}: has no video in it")
+    if container.streams.video[0].codec_context is None:
+        container.close()
+        raise SourceError(f"{source}: is a video whose coding cannot be decoded here; convert it to H.264")
+    is_mp4 = "mp4" in container.format.name.split(",")
+    return container, is_mp4 and Path(source).is_file() and breaks_off(Path(source))
+
+
+def _opened_cut_short(source: str) -> InputContainer | None:
+    """Open an MP4 of which the end is missing; None where that does not help."""
+    if not (source.lower().endswith(_BOXES) and Path(source).is_file()):
+        return None
+    try:
+        return opened(WholeBoxes(Path(source)))
+    except (FFmpegError, OSError, ValueError):
+        return None
+
+
+def _why_not(source: str) -> str:
     """Say why a video could not be opened."""
     if "://" in source:
         return f"{source}: is not a video that can be read"

@@ -7,29 +7,17 @@ from collections.abc import Iterator
 from datetime import datetime
 from fractions import Fraction
 from functools import partial
-from pathlib import Path
 
 import av
 import numpy as np
-from av.container import InputContainer
 from av.error import FFmpegError
-from dockpose.sources.container import (
-    Order,
-    WholeBoxes,
-    breaks_off,
-    counts,
-    is_without_clock,
-    opened,
-    order_of,
-    why_not,
-)
+from dockpose.sources.container import Order, counts, is_without_clock, order_of, video_in
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.pixels import orientation_of, picture_of
 
 _NEAR = 32  # frames this far ahead are reached by reading on rather than by seeking
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
 _DECIMALS = 6  # of times in seconds
-_BOXES = (".mp4", ".m4v", ".mov")
 _FIRST_YEAR, _A_DAY_S = 2000, 86400  # an earlier clock was never set, and one far ahead is wrong
 _ASSUMED_HZ = 25.0  # rate of a file that tells none
 _FAILURES = 1000  # damaged packets in a row after which a file is given up
@@ -75,7 +63,7 @@ class Video(Frames):
     ) -> None:
         super().__init__(source, tell)
         self._grey = grey
-        container, is_broken_off = _opened(source)
+        container, is_broken_off = video_in(source)
         with container:
             stream = container.streams.video[0]
             self._time_base = Fraction(stream.time_base or 1)
@@ -254,7 +242,7 @@ class _Decoder:
         return self.go_to(following)
 
     def _open(self, *, is_threaded: bool = True) -> None:
-        self._container, _ = _opened(self._source)
+        self._container, _ = video_in(self._source)
         self._stream = self._container.streams.video[0]
         self._is_threaded = is_threaded
         self._stream.thread_type = "AUTO" if is_threaded else "SLICE"
@@ -326,35 +314,3 @@ class _Decoder:
             if order.ranks is not None and stamp < order.count:
                 return int(order.ranks[stamp])
         return self._count if order is None else min(self._count, order.count - 1)
-
-
-def _opened(source: str) -> tuple[InputContainer, bool]:
-    """A file, and whether it breaks off; raises SourceError if it cannot be opened or has no video."""
-    try:
-        container = opened(source)
-    except (FFmpegError, OSError, ValueError) as error:
-        container = _opened_cut_short(source)
-        if container is None:
-            raise SourceError(why_not(source)) from error
-    if not container.streams.video:
-        container.close()
-        raise SourceError(f"{source}: has no video in it")
-    if container.streams.video[0].codec_context is None:
-        container.close()
-        raise SourceError(f"{source}: is a video whose coding cannot be decoded here; convert it to H.264")
-    is_mp4 = "mp4" in container.format.name.split(",")
-    return container, is_mp4 and Path(source).is_file() and breaks_off(Path(source))
-
-
-def _is_of_boxes(source: str) -> bool:
-    return source.lower().endswith(_BOXES) and Path(source).is_file()
-
-
-def _opened_cut_short(source: str) -> InputContainer | None:
-    """Open an MP4 of which the end is missing; None where that does not help."""
-    if not _is_of_boxes(source):
-        return None
-    try:
-        return opened(WholeBoxes(Path(source)))
-    except (FFmpegError, OSError, ValueError):
-        return None

@@ -21,15 +21,19 @@ import numpy as np
 from av.codec import Codec
 from av.error import FFmpegError
 from dockpose import Settings, estimate
+from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.samples import FIRST_SAMPLE, load_sample
 from dockpose.app.state.preferences import config_folder
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
 from dockpose.checks import one_line
 from dockpose.pose.known import pose_error
+from dockpose.sources import open_frames
 from dockpose.thresholds import METHODS, bright
 
 OK, WARNING, BROKEN = "ok", "warning", "broken"
 _NEEDED = ("numpy", "opencv-python-headless", "scipy", "scikit-image", "numba", "av", "viser", "msgspec", "matplotlib")
+_OPENCV = "opencv-python-headless"
+_OTHER_OPENCV = ("opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless")
 _OPTIONAL = ("pandas", "distributed", "rosbags", "mcap", "rerun-sdk", "shtab")
 _PICTURES = (".png", ".jpg", ".tiff", ".bmp", ".webp", ".pgm")
 _NEEDED_PICTURES = (".png", ".jpg")
@@ -43,6 +47,7 @@ _VIDEOS = {
     "av1": None,
 }
 _NEEDED_VIDEOS = ("ffv1", "mjpeg", "h264")
+_LEVELS = (20, 120, 220)  # of the small video's frames
 _MOST_ERROR_M, _MOST_ERROR_DEG = 0.005, 0.5
 
 
@@ -81,11 +86,27 @@ def _versions() -> Iterator[Finding]:
             found = package == "opencv-python-headless"
             text = f"{cv2.__version__}, of another distribution" if found else "not installed"
             yield Finding(package, WARNING if found else BROKEN, text)
+    yield from _other_opencv()
     for package in _OPTIONAL:
         try:
             yield Finding(package, OK, version(package))
         except PackageNotFoundError:
             yield Finding(package, OK, "not installed (optional)")
+
+
+def _other_opencv() -> Iterator[Finding]:
+    """A finding for each build of OpenCV beside ours, since both are the one folder cv2."""
+    for package in _OTHER_OPENCV:
+        try:
+            version(package)
+            version(_OPENCV)
+        except PackageNotFoundError:
+            continue
+        text = (
+            f"{package} and {_OPENCV} overwrite each other's files, so that the one loses its windows or other parts; "
+            f"uninstall both, then install only the one that you need"
+        )
+        yield Finding(package, WARNING, text)
 
 
 def _pictures() -> Iterator[Finding]:
@@ -109,6 +130,24 @@ def _videos() -> Iterator[Finding]:
     fails = [name for name, encoder in _VIDEOS.items() if not _decodes(name, encoder)]
     state = BROKEN if set(fails) & set(_NEEDED_VIDEOS) else WARNING if fails else OK
     yield Finding("videos", state, _decoders([name for name in _VIDEOS if name not in fails], fails))
+    yield _film()
+
+
+def _film() -> Finding:
+    """Write a small video and read it back as the program reads every video."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mkv"
+        try:
+            with VideoFile(path, 10.0) as video:
+                for level in _LEVELS:
+                    video.write(np.full((48, 64), level, np.uint8))
+            with open_frames(str(path)) as frames:
+                found = [(frame.time_s, int(frame.image[24, 32])) for frame in frames]
+        except Exception as error:  # whatever a version of PyAV does
+            return Finding("film", BROKEN, f"a small video cannot be read: {type(error).__name__}: {error}")
+    if found != [(number / 10, level) for number, level in enumerate(_LEVELS)]:
+        return Finding("film", BROKEN, f"a small video of {len(_LEVELS)} frames is read wrongly: {found}")
+    return Finding("film", OK, f"a small video of {len(_LEVELS)} frames was written and read back")
 
 
 def _decoders(works: list[str], fails: list[str]) -> str:

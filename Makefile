@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).py)
 
-.PHONY: licences release try-release run report test test-page test-busy test-oldest resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: licences release try-release run report test test-page test-busy test-oldest test-pythons resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -39,6 +39,10 @@ test-oldest: $(OLDEST)/.test
 		--no-loadscope-reorder -p no:cacheprovider \
 		tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
 		--ignore tests/pipeline/paper --ignore tests/app/commands/machine/test_serve.py
+
+# The tests but those of the browser under each other Python that pyproject.toml names and that is found here.
+test-pythons: $(VENV)/.installed
+	$(BIN)/python .ci/pythons.py
 
 # Asks pip whether the oldest and the newest dependencies fit together on each Python that we name.
 resolve: $(VENV)/.installed
@@ -117,7 +121,7 @@ try-release: release
 	$(BIN)/python .ci/try_release.py build/release
 
 clean:
-	rm -rf $(VENV) $(OLDEST) build .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(OLDEST) .venv-3.* build .pytest_cache .ruff_cache .hypothesis
 
 $(VENV)/.made:
 	$(PYTHON) -m venv $(VENV)

@@ -1,4 +1,4 @@
-"""Run ``make test`` beside four processes that hold the cores, so many times: ``python -m tests.bench.busy --runs 10``."""
+"""Run ``make test`` beside four processes that hold the cores: ``python -m tests.bench.busy --runs 10``."""
 
 from __future__ import annotations
 

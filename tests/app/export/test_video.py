@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import av
 import numpy as np
 import pytest
@@ -65,16 +68,28 @@ def test_times_that_do_not_rise_are_kept_apart(tmp_path):
         assert len(list(frames)) == 4
 
 
-def test_a_video_that_was_not_finished_has_its_frames(tmp_path):
-    video = VideoFile(tmp_path / "a.mp4", 25.0)
-    for picture in pictures(600, (48, 64)):
-        video.write(picture)
-    assert video._container is not None
-    unfinished = (tmp_path / "a.mp4").read_bytes()  # as a crash would leave it
-    video.close()
-    (tmp_path / "b.mp4").write_bytes(unfinished)
-    with open_frames(str(tmp_path / "b.mp4")) as frames:
-        assert len(list(frames)) >= 250  # x264 begins a fragment with each key frame, at the latest after 250 frames
+_WRITES = """
+import sys, numpy as np
+from pathlib import Path
+from dockpose.app.export.video import VideoFile
+video = VideoFile(Path(sys.argv[1]), 25.0)
+for number in range(10_000):
+    video.write(np.full((48, 64), number % 250, np.uint8))
+    print(number, flush=True)
+"""
+
+
+def test_an_mp4_whose_writer_is_killed_has_all_frames_but_the_last(tmp_path):
+    path, done = tmp_path / "a.mp4", 0
+    with subprocess.Popen([sys.executable, "-c", _WRITES, str(path)], stdout=subprocess.PIPE, text=True) as writer:
+        assert writer.stdout is not None
+        while done < 60:
+            done = int(writer.stdout.readline()) + 1
+        writer.kill()
+    with open_frames(str(path)) as frames:
+        assert len(list(frames)) >= done - 1
+    with av.open(str(path)) as container:
+        assert sum(1 for _ in container.decode(video=0)) >= done - 1
 
 
 @pytest.mark.parametrize(

@@ -232,7 +232,7 @@ def test_boxes_break_off_wherever_the_file_does(tmp_path, end, is_cut):
 
 def test_an_mp4_cut_before_its_index_is_told_in_one_sentence(tmp_path):
     path = cut(write(tmp_path / "a.mp4", "libx264", "yuv420p", luma(30, 256, "yuv420p", 16)), 0.5)
-    with pytest.raises(SourceError, match=r"a\.mp4: is no video that can be read: .* cut short before its index"):
+    with pytest.raises(SourceError, match=r"a\.mp4: is an MP4 that is cut short before its index"):
         open_frames(str(path))
 
 
@@ -337,3 +337,119 @@ def test_the_time_of_day_is_told_where_the_file_is_sure_of_it(tmp_path, name, co
     wanted = [None] * 3 if began_s is None else [began_s + number / 25 for number in range(3)]
     assert found == (wanted if began_s is None else pytest.approx(wanted, abs=2e-6))
     assert again == found[2]
+
+
+def made(path, codec="libx264", options=None, frames=range(20)):
+    """A video whose frames are told by their brightness."""
+    pictures = (
+        av.VideoFrame.from_ndarray(np.full((HEIGHT, WIDTH), 20 + 4 * n, np.uint8), format="gray") for n in frames
+    )
+    write(path, codec, "yuv420p", (picture.reformat(format="yuv420p") for picture in pictures), options=options)
+    return path
+
+
+def order_by_brightness(found):
+    return bool((np.diff([int(frame.image[20, 40]) for frame in found]) > 0).all())
+
+
+@pytest.mark.parametrize("bf", ["0", "2"])
+@pytest.mark.parametrize("later_s", [0, 1000])  # FFmpeg takes the second for a clock that went round
+def test_joined_transport_streams_give_every_frame_at_times_that_grow(tmp_path, bf, later_s):
+    parts = []
+    for number, shift_s in enumerate((later_s, 0)):
+        with av.open(str(tmp_path / f"{number}.ts"), "w") as container:
+            stream = container.add_stream("libx264", rate=25, options={"bf": bf, "g": "10"})
+            stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+            for place in range(20):
+                level = np.full((HEIGHT, WIDTH), 20 + 4 * (20 * number + place), np.uint8)
+                frame = av.VideoFrame.from_ndarray(level, format="gray").reformat(format="yuv420p")
+                frame.pts, frame.time_base = place + 25 * shift_s, Fraction(1, 25)
+                container.mux(stream.encode(frame))
+            container.mux(stream.encode(None))
+        parts.append((tmp_path / f"{number}.ts").read_bytes())
+    (tmp_path / "joined.ts").write_bytes(b"".join(parts))
+    told = []
+    with open_frames(str(tmp_path / "joined.ts"), told.append, grey=True) as frames:
+        found = list(frames)
+        assert frames.at(25).time_s == 1.0
+    assert [frame.time_s for frame in found] == pytest.approx(np.arange(40) / 25)
+    assert order_by_brightness(found)
+    assert len(told) == 1
+    assert "joined.ts: its clock jumps at frame 20, as where files were joined" in told[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "options", "told_hz"),
+    [
+        ("a.h264", "libx264", {"bf": "2"}, 25.0),
+        ("a.264", "libx264", {"bf": "0"}, 25.0),
+        ("a.hevc", "libx265", {"x265-params": "log-level=none:vui-timing-info=0"}, None),
+        ("a.avi", "libx264", {"bf": "2"}, 25.0),  # has no times for showing
+    ],
+)
+def test_raw_videos_come_in_order_by_their_rate_or_that_which_is_given(tmp_path, name, codec, options, told_hz):
+    ending = {".264": ".h264"}.get(Path(name).suffix, Path(name).suffix)
+    path = made(tmp_path / f"made{ending}", codec, options, range(20)).rename(tmp_path / name)
+    told = []
+    with open_frames(str(path), told.append, grey=True) as frames:
+        found = list(frames)
+    assert order_by_brightness(found)
+    assert [frame.time_s for frame in found] == pytest.approx(np.arange(20) / 25)
+    assert [("tells no frame rate; 25 frames" in line) for line in told] == ([True] if told_hz is None else [])
+    with open_frames(str(path), told.append, rate_hz=10.0) as frames:
+        times_s = [frame.time_s for frame in frames]
+    assert times_s == pytest.approx(np.arange(20) / (25 if name == "a.avi" else 10))
+
+
+@pytest.mark.parametrize("name", ["a.avi", "a.mjpeg"])
+@pytest.mark.parametrize("number", [6, 18])
+def test_a_frame_that_is_damaged_is_named(tmp_path, name, number):
+    with av.open(str(tmp_path / name), "w", format=name[2:]) as container:
+        stream = container.add_stream("mjpeg", rate=25)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuvj420p"
+        for place in range(20):
+            frame = av.VideoFrame.from_ndarray(ramp(place, 256).astype(np.uint8), format="gray")
+            container.mux(stream.encode(frame.reformat(format="yuvj420p")))
+        container.mux(stream.encode(None))
+    data = bytearray((tmp_path / name).read_bytes())
+    begins = [match.start() for match in re.finditer(b"\xff\xd8\xff", data)]
+    data[begins[number] + 4 : begins[number + 1] - 40] = bytes(begins[number + 1] - begins[number] - 44)
+    (tmp_path / name).write_bytes(data)
+    told = []
+    with open_frames(str(tmp_path / name), told.append) as frames:
+        assert [frame.index for frame in frames] == [index for index in range(20) if index != number]
+    assert f"frame {number} is corrupt and left out" in told[-1]
+
+
+def test_the_damaged_frame_of_a_transport_stream_is_left_out_and_not_the_one_before(tmp_path):
+    rng, path = np.random.default_rng(0), tmp_path / "a.ts"
+    pictures = [rng.integers(0, 255, (HEIGHT, WIDTH)).astype(np.uint8) for _ in range(20)]
+    grey = (av.VideoFrame.from_ndarray(picture, format="gray").reformat(format="yuv420p") for picture in pictures)
+    write(path, "libx264", "yuv420p", grey, options={"bf": "0", "qp": "4"})
+    with av.open(str(path)) as container:
+        places = [packet.pos or 0 for packet in container.demux(video=0) if packet.size]
+    data = path.read_bytes()
+    path.write_bytes(data[: places[6] + 188 * 3] + data[places[6] + 188 * 4 :])
+    with open_frames(str(path)) as frames:
+        assert [frame.index for frame in frames] == [index for index in range(20) if index != 6]
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "words"),
+    [
+        ("a.mp4", b"words " * 99, "is not a video, or one of a format that is not read"),
+        ("a.mkv", b"\x1a\x45\xdf\xa3", "begins as a video, but is damaged or cut short"),
+        ("a.h264", b"", "is empty"),
+    ],
+)
+def test_what_is_no_video_is_not_called_damaged(tmp_path, name, data, words):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(SourceError, match=words):
+        open_frames(str(tmp_path / name))
+
+
+def test_a_coding_that_nothing_here_decodes_is_told(tmp_path):
+    path = made(tmp_path / "a.mp4", frames=range(2))
+    path.write_bytes(path.read_bytes().replace(b"avc1", b"zzzz"))
+    with pytest.raises(SourceError, match="coding cannot be decoded here"):
+        open_frames(str(path))

@@ -1,6 +1,7 @@
 import json
 import os
 import socket
+from importlib.metadata import PackageNotFoundError
 
 import cv2
 import pytest
@@ -110,6 +111,25 @@ def test_decoders_that_are_missing(monkeypatch):
     assert next(checkup._videos()).state == BROKEN
     monkeypatch.setattr(checkup, "_PICTURES", (".png", ".zzz"))
     assert next(checkup._pictures()).text == "png can be read; zzz cannot"
+
+
+def test_a_video_that_cannot_be_read_back_is_broken(monkeypatch):
+    assert checkup._film().state == OK
+    monkeypatch.setattr("dockpose.sources.container.av.open", lambda *arguments, **options: 1 / 0)
+    finding = checkup._film()
+    assert (finding.state, "cannot be read: ZeroDivisionError" in finding.text) == (BROKEN, True)
+
+
+@pytest.mark.parametrize("other", [None, "opencv-python", "opencv-contrib-python"])
+def test_another_build_of_opencv_beside_ours_is_told(monkeypatch, other):
+    def version(package):
+        if package not in ("opencv-python-headless", other):
+            raise PackageNotFoundError(package)
+        return "5.0"
+
+    monkeypatch.setattr(checkup, "version", version)
+    told = [(one.name, one.state) for one in checkup._other_opencv()]
+    assert told == ([] if other is None else [(other, WARNING)])
 
 
 @pytest.mark.skipif(not os.path.isdir("/dev"), reason="cameras are listed in /dev alone")

@@ -1,0 +1,68 @@
+"""Run the fast tests under every Python that pyproject.toml names and that is found, but the one that runs this."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
+# Reports, examples and documents are the same under each, and take most of the time.
+TESTS = ("tests/pipeline", "tests/app", "--ignore", "tests/pipeline/paper")
+PYCALIB = "pycalib-simple==2026.7.22.1"  # as in the Makefile
+
+
+def main() -> int:
+    """Print which were run and which not found. Returns 1 where one fails."""
+    here = f"{sys.version_info.major}.{sys.version_info.minor}"
+    found = {name: program for name in PYTHONS if name != here and (program := find(name)) is not None}
+    failed = [name for name, program in found.items() if not passes(name, program)]
+    missing = [name for name in PYTHONS if name != here and name not in found]
+    print(f"ran under Python {', '.join(found) or 'none'} beside {here}; not found: {', '.join(missing) or 'none'}")
+    print(f"failed: {', '.join(failed) or 'none'}", flush=True)
+    return 1 if failed else 0
+
+
+def find(name: str) -> str | None:
+    """A program that is that Python: on the path, or the newest of pyenv's."""
+    programs = [shutil.which(f"python{name}")]
+    if shutil.which("pyenv"):
+        done = subprocess.run(["pyenv", "root"], capture_output=True, text=True, check=False)
+        versions = Path(done.stdout.strip(), "versions").glob(f"{name}.*/bin/python")
+        programs += map(
+            str, sorted(versions, key=lambda path: [*map(_number, path.parts[-3].split("."))], reverse=True)
+        )
+    return next((one for one in programs if one and is_python(one, name)), None)
+
+
+def _number(text: str) -> int:
+    return int(text) if text.isdigit() else -1
+
+
+def is_python(program: str, name: str) -> bool:
+    """Whether a program runs, as pyenv's stand-ins may not, and is that Python."""
+    code = "import sys, venv; print('%d.%d' % sys.version_info[:2])"
+    done = subprocess.run([program, "-c", code], capture_output=True, text=True, check=False)
+    return done.returncode == 0 and done.stdout.strip() == name
+
+
+def passes(name: str, program: str) -> bool:
+    """Make an environment where there is none, install into it, and run the tests."""
+    folder = ROOT / f".venv-{name}"
+    python = str(folder / ("Scripts" if os.name == "nt" else "bin") / "python")
+    pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    tests = [python, "-m", "pytest", "--numprocesses", "2", "--dist", "loadfile", "--no-loadscope-reorder"]
+    print(f"Python {name}", flush=True)
+    steps = (
+        [program, "-m", "venv", str(folder)],
+        [*pip, "--editable", ".[test]"],
+        [*pip, "--no-deps", PYCALIB],
+        [*tests, "-p", "no:cacheprovider", *TESTS],
+    )
+    env = os.environ | {"NUMBA_CACHE_DIR": str(folder / "compiled")}
+    return all(subprocess.run(step, cwd=ROOT, env=env, check=False).returncode == 0 for step in steps)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

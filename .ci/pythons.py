@@ -36,8 +36,8 @@ def find(name: str) -> str | None:
     return next((one for one in programs if one and is_python(one, name)), None)
 
 
-def _number(text: str) -> int:
-    return int(text) if text.isdigit() else -1
+def _version(program: Path) -> list[int]:
+    return [int(part) if part.isdigit() else -1 for part in program.parts[-3].split(".")]
 
 
 def is_python(program: str, name: str) -> bool:

@@ -133,7 +133,7 @@ def video_in(source: str) -> tuple[InputContainer, bool]:
     except (FFmpegError, OSError, ValueError) as error:
         container = _opened_cut_short(source)
         if container is None:
-            raise SourceError(_why_not(source)) from error
+            raise SourceError(why_not(source)) from error
     if not container.streams.video:
         container.close()
         raise SourceError(f"{source}: has no video in it")
@@ -154,7 +154,7 @@ def _opened_cut_short(source: str) -> InputContainer | None:
         return None
 
 
-def _why_not(source: str) -> str:
+def why_not(source: str) -> str:
     """Say why a video could not be opened."""
     if "://" in source:
         return f"{source}: is not a video that can be read"

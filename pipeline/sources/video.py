@@ -11,7 +11,7 @@ from functools import partial
 import av
 import numpy as np
 from av.error import FFmpegError
-from dockpose.sources.container import Order, counts, is_without_clock, order_of, video_in
+from dockpose.sources.container import Order, counts, is_without_clock, order_of, video_in, why_not
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 from dockpose.sources.pixels import orientation_of, picture_of
 
@@ -74,6 +74,8 @@ class Video(Frames):
             # The average rate of such files is made up, that of the codec is not.
             told_hz = stream.codec_context.framerate if self._is_steady else stream.average_rate
         self.rate_hz = float(told_hz) if told_hz else None
+        if self._order is not None and self._order.count == 0:
+            raise SourceError(why_not(source))
         self.count = self._told if self._order is None else self._order.count
         if self._is_steady:
             self._take_rate(rate_hz)

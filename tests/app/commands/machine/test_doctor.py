@@ -115,7 +115,7 @@ def test_decoders_that_are_missing(monkeypatch):
 
 def test_a_video_that_cannot_be_read_back_is_broken(monkeypatch):
     assert checkup._film().state == OK
-    monkeypatch.setattr("dockpose.sources.container.av.open", lambda *arguments, **options: 1 / 0)
+    monkeypatch.setattr(checkup, "open_frames", lambda path: 1 / 0)
     finding = checkup._film()
     assert (finding.state, "cannot be read: ZeroDivisionError" in finding.text) == (BROKEN, True)
 

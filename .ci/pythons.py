@@ -30,9 +30,7 @@ def find(name: str) -> str | None:
     if shutil.which("pyenv"):
         done = subprocess.run(["pyenv", "root"], capture_output=True, text=True, check=False)
         versions = Path(done.stdout.strip(), "versions").glob(f"{name}.*/bin/python")
-        programs += map(
-            str, sorted(versions, key=lambda path: [*map(_number, path.parts[-3].split("."))], reverse=True)
-        )
+        programs += map(str, sorted(versions, key=_version, reverse=True))
     return next((one for one in programs if one and is_python(one, name)), None)
 
 

@@ -112,7 +112,10 @@ def _add_outputs(group: argparse._ArgumentGroup) -> None:
 
 def _add_sequences(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
-        "--rate", type=float, metavar="HZ", help="treat the pictures, in their order, as a sequence at this frame rate"
+        "--rate",
+        type=float,
+        metavar="HZ",
+        help="treat the pictures, in their order, as a sequence at this frame rate; for raw videos, theirs",
     )
     group.add_argument(
         "--smooth",

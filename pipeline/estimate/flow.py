@@ -123,7 +123,7 @@ def estimate(
         raise ImageError(f"image is {shown(image)}; it must be an array of pixels, or the path of a picture file")
     start = time.perf_counter()
     whole: np.ndarray = np.asarray(image)
-    hidden = np.ma.getmaskarray(np.ma.asarray(image)) if np.ma.is_masked(image) else None
+    hidden: np.ndarray | None = np.asarray(np.ma.getmaskarray(image)) if np.ma.is_masked(image) else None
     image, part = whole, None
     if whole.ndim >= 2 and region is not None:
         part = part_of(region, whole.shape[1], whole.shape[0])

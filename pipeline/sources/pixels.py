@@ -49,8 +49,9 @@ def picture_of(frame: av.VideoFrame, *, grey: bool = False) -> np.ndarray:
 
 def orientation_of(frame: av.VideoFrame) -> int:
     """How a frame is to be shown, by EXIF's numbers: 1 as it is, 2 to 8 turned or mirrored, 0 askew; not applied."""
-    for place in range(len(frame.side_data)):
-        side: Any = frame.side_data[place]
+    side_data: Any = frame.side_data  # its types say that names alone are taken
+    for place in range(len(side_data)):
+        side = side_data[place]
         if side.type.name == "DISPLAYMATRIX":
             a, b, _, c, d = np.frombuffer(bytes(side), np.int32)[:5] / 65536
             return _ORIENTATIONS.get((round(a), round(b), round(c), round(d)), 0)

@@ -79,9 +79,9 @@ class Video(Frames):
         self.count = self._told if self._order is None else self._order.count
         if self._is_steady:
             self._take_rate(rate_hz)
-        elif self.rate_hz is None and self._order is not None and self._order.stamps is not None and self.count > 1:
+        elif self.rate_hz is None and self._order is not None and self._order.stamps is not None:
             length = int(self._order.stamps[-1] - self._order.stamps[0]) * self._time_base
-            self.rate_hz = float((self.count - 1) / length)
+            self.rate_hz = float((self._order.count - 1) / length) if length else None
         self._kept: _Decoder | None = None
         self._tell_cut_short(is_broken_off)
         self._tell_jumps()

@@ -46,7 +46,7 @@ def test_every_method_but_fixed_is_compared_and_gives_what_estimate_gives(tank, 
     assert (line["source"], line["frame"], len(line["sha256"])) == ("s1.png", 0, 64)
     assert list(line["methods"]) == [name for name in METHODS if name != "fixed"]
     assert all(list(method) == METHOD_KEYS for method in line["methods"].values())
-    image = cv2.imread("s1.png", cv2.IMREAD_UNCHANGED)
+    image = np.asarray(cv2.imread("s1.png", cv2.IMREAD_UNCHANGED))
     for name in ("hats", "otsu"):
         found, alone = line["methods"][name], estimate(image, CAMERA, DOCK, Settings(method=name)).to_dict()
         assert (found["level"], found["groups"]) == (alone["threshold"]["level"], alone["threshold"]["groups"])

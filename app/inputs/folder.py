@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from dockpose.app.errors import UserError
-from dockpose.sources import BAG_ENDINGS, PICTURE_ENDINGS, VIDEO_ENDINGS, numeric
+from dockpose.sources import BAG_ENDINGS, PICTURE_ENDINGS, VIDEO_ENDINGS, Kind, kind_of, numeric
 
+_OF_PAGES = (".tif", ".tiff", ".gif", ".webp")  # as a rule; those of a single picture are left out
 _DEEPEST, _MOST_FOLDERS, _MOST_FILES = 4, 200, 5000
 
 
@@ -49,8 +50,9 @@ def pictures_in(root: Path, folder: str) -> list[str]:
 
 
 def videos_below(root: Path) -> list[str]:
-    """Names, relative to the root, of the videos and bags in it and in the folders below it."""
-    return _files_in(root, folders_below(root), (*VIDEO_ENDINGS, *BAG_ENDINGS))
+    """Names, relative to the root, of the videos, bags and pictures of several pages in it and below it."""
+    names = _files_in(root, folders_below(root), (*VIDEO_ENDINGS, *BAG_ENDINGS, *_OF_PAGES))
+    return [name for name in names if not name.lower().endswith(_OF_PAGES) or kind_of(str(root / name)) is Kind.PAGES]
 
 
 def _files_in(root: Path, folders: list[str], endings: tuple[str, ...]) -> list[str]:

@@ -228,13 +228,13 @@ def choose(name: Any, given: FrameSource | None, root: Path | None, scene: Scene
 
 
 def sent(data: bytes, name: str) -> FrameSource:
-    """A video or bag that a browser sent, kept until it is discarded. Raises UserError where its name is of neither."""
+    """A video, bag or picture of pages that a browser sent, kept until it is discarded; UserError for anything else."""
     folder = tempfile.TemporaryDirectory(prefix="dockpose-")
     path = Path(folder.name) / f"sent{Path(name).suffix.lower()}"
     path.write_bytes(data)
-    if kind_of(str(path)) not in (Kind.VIDEO, Kind.BAG):
+    if kind_of(str(path)) not in (Kind.VIDEO, Kind.BAG, Kind.PAGES):
         folder.cleanup()
-        raise UserError(f"{name} is no video by its name; .mp4, .avi, .mov, .mkv, .webm, .mcap and .bag are.")
+        raise UserError(f"{name} is not a video, a bag or a picture of several pages.")
     return FrameSource(str(path), name, folder=folder)
 
 

@@ -78,8 +78,8 @@ class SequenceWork:
     """The frames of one recording.
 
     Each worker opens ``source``, so on a cluster all must see it under the same path; relative paths start from
-    ``folder``. ``paths`` belong to sequences of pictures only, ``rate_hz`` to them, pages and raw videos, ``topic`` to bags.
-    ``camera`` is that of the frames as they are turned, by ``rotate_deg``.
+    ``folder``. ``paths`` belong to sequences of pictures only, ``rate_hz`` to them, pages and raw videos, ``topic`` to
+    bags. ``camera`` is that of the frames as they are turned, by ``rotate_deg``.
     """
 
     source: str

@@ -93,8 +93,8 @@ class SourcePanel(Panel):
             uploads,
             loading(self._change, self._with_new_upload),
             "Upload pictures",
-            "PNG, JPEG, TIFF, BMP, WebP or PNM, 8 or 16 bit, several at once; or drop them anywhere on the page. They "
-            "stay on this machine.",
+            "PNG, JPEG, TIFF, BMP, GIF, WebP or PNM, 8 or 16 bit, several at once; or drop them on the page. They stay "
+            "on this machine.",
             mime_type="image/*",
             order=1,
         )
@@ -104,9 +104,9 @@ class SourcePanel(Panel):
             uploads,
             self._sequence.take,
             "Upload a video",
-            "MP4, AVI, MOV, MKV or WebM; or a bag of ROS: MCAP, BAG or DB3. It stays on this machine, and is deleted "
-            "when another sequence is chosen.",
-            mime_type="video/*,.mcap,.bag,.db3",
+            "MP4, AVI, MOV, MKV or WebM; a TIFF of several pages, an animated GIF, WebP or PNG; or a bag of ROS: "
+            "MCAP, BAG or DB3. It stays on this machine, and is deleted when another sequence is chosen.",
+            mime_type="video/*,image/tiff,image/gif,image/webp,image/png,.h264,.h265,.mcap,.bag,.db3",
             order=2,
         )
 

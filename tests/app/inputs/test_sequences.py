@@ -24,6 +24,7 @@ from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
 from dockpose.sources import Simulated, SourceError
+from PIL import Image
 
 from tests.support import bags
 
@@ -99,6 +100,20 @@ def test_sent_video_is_played_and_deleted(folder):
     kept = source.folder.name
     source.discard()
     assert not Path(kept).exists()
+
+
+def test_pages_are_a_sequence_of_a_folder_and_when_sent(folder, tmp_path):
+    pages = [Image.fromarray(np.full((240, 320), level, np.uint8)) for level in (50, 150)]
+    pages[0].save(tmp_path / "pages.tif", save_all=True, append_images=pages[1:])
+    pages[0].save(tmp_path / "one.tif")
+    assert choices(None, tmp_path)[-1:] == ["pages.tif"]
+    assert "one.tif" not in choices(None, tmp_path)
+    source = sent((tmp_path / "pages.tif").read_bytes(), "pages.tif")
+    with source.open(refuse) as frames:
+        assert [int(frame.image.mean()) for frame in frames] == [50, 150]
+    source.discard()
+    with pytest.raises(UserError, match=r"one\.tif is not a video, a bag or a picture of several pages"):
+        sent((tmp_path / "one.tif").read_bytes(), "one.tif")
 
 
 def test_sent_file_that_is_no_video_is_named():

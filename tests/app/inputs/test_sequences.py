@@ -106,8 +106,7 @@ def test_pages_are_a_sequence_of_a_folder_and_when_sent(folder, tmp_path):
     pages = [Image.fromarray(np.full((240, 320), level, np.uint8)) for level in (50, 150)]
     pages[0].save(tmp_path / "pages.tif", save_all=True, append_images=pages[1:])
     pages[0].save(tmp_path / "one.tif")
-    assert choices(None, tmp_path)[-1:] == ["pages.tif"]
-    assert "one.tif" not in choices(None, tmp_path)
+    assert [name for name in choices(None, tmp_path) if name.endswith(".tif")] == ["pages.tif"]
     source = sent((tmp_path / "pages.tif").read_bytes(), "pages.tif")
     with source.open(refuse) as frames:
         assert [int(frame.image.mean()) for frame in frames] == [50, 150]

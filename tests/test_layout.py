@@ -11,10 +11,6 @@ from tests.support.layout import HOUSES, ROOT
 
 MOST_ENTRIES = 16
 MOST_LINES = 340
-# With the words and plots of the reports on the paper and the study, some 3,500 lines, and with ROS, recording and
-# calibration on the page, some 2,500; with faults of disks, names and browsers, and logging, some 1,200;
-# with the doctor and completion, some 300.
-MOST_LINES_OF_APP = 22_000
 
 # Imports against the order that are still to be cut.
 STILL_WRONG: set[tuple[str, str]] = set()
@@ -104,10 +100,6 @@ def test_each_folder_says_what_lives_there(house):
 @pytest.mark.parametrize("house", HOUSES)
 def test_files_are_short(house):
     assert {str(path): layout.lines(path) for path in layout.files(house) if layout.lines(path) > MOST_LINES} == {}
-
-
-def test_the_app_as_a_whole_is_short():
-    assert sum(map(layout.lines, layout.files("app"))) <= MOST_LINES_OF_APP
 
 
 def test_each_test_file_stands_where_its_subject_stands():

@@ -67,7 +67,7 @@ def kind_of(source: str) -> Kind:
         is_folder = is_file = False
     if is_folder:
         return Kind.BAG if _is_bag(path) else Kind.FOLDER
-    if camera_number(source) is not None and not path.is_file():
+    if camera_number(source) is not None and not (is_file and path.is_file()):
         return Kind.CAMERA
     if not is_file:
         if _ADDRESS.match(source):
@@ -81,7 +81,7 @@ def kind_of(source: str) -> Kind:
         return Kind.BAG
     if ending in VIDEO_ENDINGS:
         return Kind.VIDEO
-    return Kind.PAGES if path.is_file() and has_pages(path) else Kind.PICTURE
+    return Kind.PAGES if is_file and has_pages(path) else Kind.PICTURE
 
 
 def camera_number(source: str) -> int | None:

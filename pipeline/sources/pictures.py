@@ -161,6 +161,8 @@ class Pages(Frames):
 def has_pages(path: Path) -> bool:
     """Whether a picture file holds several pictures that follow each other; False for what cannot be read."""
     try:
+        if not path.is_file():
+            return False
         with path.open("rb") as file:
             if is_tiff(file.read(4)):
                 with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:

@@ -247,20 +247,6 @@ def test_a_file_of_sound_alone_has_no_video(tmp_path):
         open_frames(str(tmp_path / "a.mkv"))
 
 
-def test_a_picture_that_is_to_be_turned_is_turned(tmp_path):
-    # ISO 14496-12, track header: a matrix of nine 32-bit numbers; (0, 1, -1, 0) turns by 90 degrees clockwise.
-    path = write(tmp_path / "a.mp4", "libx264", "yuv420p", luma(1, 256, "yuv420p", 16), options={"qp": "0"})
-    with open_frames(str(path), grey=True) as frames:
-        upright = next(iter(frames)).image
-    data = bytearray(path.read_bytes())
-    place = data.index(b"tkhd") + 4 + 40
-    for number, value in enumerate((0, 1 << 16, 0, -(1 << 16), 0)):
-        data[place + 4 * number : place + 4 * number + 4] = value.to_bytes(4, "big", signed=True)
-    path.write_bytes(data)
-    with open_frames(str(path), grey=True) as frames:
-        np.testing.assert_array_equal(next(iter(frames)).image, np.rot90(upright, -1))
-
-
 class _Slowly(BaseHTTPRequestHandler):
     """Sends a file bit by bit, and then nothing."""
 

@@ -54,30 +54,16 @@ class ReportTable:
 
 @dataclass(frozen=True)
 class Report:
-    """Content of the template, which escapes every text.
+    """Content of the template, which escapes every text."""
 
-    Attributes
-    ----------
-    title, kind : str
-        Name of the source; "picture", "sequence" or "session".
-    facts : mapping
-        Names and values at the top of the page.
-    groups : mapping
-        Names and values of the set-up by title: camera, dock, settings, versions.
-    tables, plots, pictures : sequence
-        Shown in this order; plots are trusted SVG, pictures data URIs.
-    note : str
-        A sentence below the title.
-    """
-
-    title: str
-    kind: str
-    facts: Mapping[str, str]
-    groups: Mapping[str, Mapping[str, str]]
-    tables: Sequence[ReportTable] = ()
-    plots: Sequence[tuple[str, Markup]] = ()
-    pictures: Sequence[tuple[str, str]] = ()
-    note: str = ""
+    title: str  # name of the source
+    kind: str  # name of the source
+    facts: Mapping[str, str]  # names and values at the top of the page
+    groups: Mapping[str, Mapping[str, str]]  # names and values of the set-up by title: camera, dock, settings, versions
+    tables: Sequence[ReportTable] = ()  # shown in this order
+    plots: Sequence[tuple[str, Markup]] = ()  # shown in this order
+    pictures: Sequence[tuple[str, str]] = ()  # shown in this order
+    note: str = ""  # A sentence below the title
 
     def html(self) -> str:
         """Return the text of the file."""

@@ -40,38 +40,14 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 @dataclass(frozen=True)
 class Study:
-    """A study in a folder.
+    """A study in a folder."""
 
-    Attributes
-    ----------
-    folder : Path
-        Where its files are.
-    scenes, seed : int
-        How many scenes, and the seed of all that is random in them.
-    """
-
-    folder: Path
-    scenes: int
-    seed: int
+    folder: Path  # where its files are
+    scenes: int  # how many scenes, and the seed of all that is random in them
+    seed: int  # how many scenes, and the seed of all that is random in them
 
     def run(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
-        """Work on the scenes that are not done yet, and write ``study.csv`` and ``cost.csv`` when all are.
-
-        Parameters
-        ----------
-        jobs : int
-            Number of processes.
-        scheduler : str or None
-            Address of a Dask cluster's scheduler, which takes their place.
-        done : callable
-            Receives the number of scenes that are done, at first those of an earlier run.
-
-        Raises
-        ------
-        UserError
-            If the folder holds another study, is in use by another program or cannot be written, or there is no
-            cluster.
-        """
+        """Work on the scenes that are not done yet, and write ``study.csv`` and ``cost.csv`` when all are."""
         with writing(f"--out {self.folder}"):
             (self.folder / _SCENES).mkdir(parents=True, exist_ok=True)
             try:

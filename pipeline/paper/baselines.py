@@ -15,21 +15,11 @@ from dockpose.pose.circle import CirclePose
 
 @dataclass(frozen=True)
 class Centres:
-    """Three estimates of the dock's centre in the undistorted picture.
+    """Three estimates of the dock's centre in the undistorted picture."""
 
-    Attributes
-    ----------
-    mass_moment_px : (2,) float array, pixels
-        Mean of the lights' centroids; moves when a light is hidden.
-    ellipse_px : (2,) float array, pixels
-        Centre of the ellipse; not the dock's centre under perspective.
-    true_px : (2,) float array, pixels
-        Image of the circle's centre, which requires the pose.
-    """
-
-    mass_moment_px: np.ndarray
-    ellipse_px: np.ndarray
-    true_px: np.ndarray
+    mass_moment_px: np.ndarray  # (2,): mean of the lights' centroids
+    ellipse_px: np.ndarray  # (2,): centre of the ellipse
+    true_px: np.ndarray  # (2,): image of the circle's centre, which requires the pose
 
 
 def centres(points_px: np.ndarray, ellipse: Ellipse, pose: CirclePose) -> Centres:
@@ -41,17 +31,7 @@ def centres(points_px: np.ndarray, ellipse: Ellipse, pose: CirclePose) -> Centre
 def centre_errors_px(found: Estimate, centre_px: np.ndarray) -> np.ndarray:
     """Distance (3,) in pixels of each of :class:`Centres` from the dock's centre (Fig. 14 of the paper).
 
-    Parameters
-    ----------
-    found : Estimate
-        What was found in the picture.
-    centre_px : (2,) float array, pixels
-        Image of the dock's centre in the undistorted picture.
-
-    Returns
-    -------
-    (3,) float array
-        For mass moment, ellipse and pose; NaN where no pose was found.
+    ``centre_px`` (2,); returns (3,).
     """
     if found.selected is None or found.ellipse is None or found.markers is None or found.ring is None:
         return np.full(3, np.nan)
@@ -64,22 +44,8 @@ def centre_errors_px(found: Estimate, centre_px: np.ndarray) -> np.ndarray:
 def hong_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
     """Both poses of a circle, assuming that the ellipse's major axis is its diameter.
 
-    Parameters
-    ----------
-    ellipse : Ellipse
-        The circle's image, in pixels of the undistorted picture.
-    camera : Camera
-        The intrinsics; the geometric mean of fx and fy is used.
-    diameter : float, metres
-        Diameter of the circle.
+    ``diameter`` in metres.
 
-    Returns
-    -------
-    tuple of 2 CirclePose
-        Both poses, tilted to either side of the major axis.
-
-    Notes
-    -----
     The assumption of Hong et al., as the paper describes it: the range is focal length times diameter over major axis,
     the ellipse's centre is the dock's, and the dock is tilted about the major axis by acos(minor / major), to either
     side. That is weak perspective: right for a small, distant dock on the axis.

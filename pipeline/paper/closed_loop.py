@@ -30,26 +30,14 @@ SQUARE_ON_RAD = math.radians(5.0)
 
 @dataclass(frozen=True)
 class Course:
-    """One approach, steered by one rule.
+    """One approach, steered by one rule."""
 
-    Attributes
-    ----------
-    range_m, tilt_deg : float
-        Of the dock in the first frame; the tilt is the angle between its normal and the line of sight.
-    right : (frames,) bool array
-        Whether the chosen pose is the nearer one to the truth, or the two are the same within their errors. False where
-        none was chosen.
-    seen : (frames,) bool array
-        Whether a dock was found.
-    off_axis_deg : (frames,) float array
-        Angle between the dock's normal and the line of sight: 0 where the vehicle is square on.
-    """
-
-    range_m: float
-    tilt_deg: float
+    range_m: float  # of the dock in the first frame
+    tilt_deg: float  # of the dock in the first frame
+    # whether the chosen pose is the nearer one to the truth, or the two are the same within their errors
     right: np.ndarray
-    seen: np.ndarray
-    off_axis_deg: np.ndarray
+    seen: np.ndarray  # whether a dock was found
+    off_axis_deg: np.ndarray  # angle between the dock's normal and the line of sight: 0 where the vehicle is square on
 
     @property
     def ends_right(self) -> bool:

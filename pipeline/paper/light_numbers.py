@@ -25,18 +25,10 @@ WRONG_RAD = math.radians(10.0)  # off by more, it is another pose
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors over many random poses, by method, of ``WHO``; infinite where a method gave no pose.
+    """Errors over many random poses, by method, of ``WHO``; infinite where a method gave no pose."""
 
-    Attributes
-    ----------
-    position : dict of str to (trials,) float array, per cent of the range
-        Distance between the true and the estimated centre.
-    angle_deg : dict of str to (trials,) float array
-        Angle between the true and the estimated normal.
-    """
-
-    position: dict[str, np.ndarray]
-    angle_deg: dict[str, np.ndarray]
+    position: dict[str, np.ndarray]  # distance between the true and the estimated centre
+    angle_deg: dict[str, np.ndarray]  # angle between the true and the estimated normal
 
     def wrong(self, who: str) -> float:
         """Share of poses that are turned by more than 10 degrees, or missing."""

@@ -16,26 +16,13 @@ from dockpose.pose.circle import CirclePose
 
 @dataclass(frozen=True)
 class Orientation:
-    """What Table 1 remembers of a frame.
+    """What Table 1 remembers of a frame."""
 
-    Attributes
-    ----------
-    selected : int
-        Index of the chosen candidate.
-    normal : (3,) float array
-        Normal of the chosen candidate.
-    eccentricity : float
-        Eccentricity of the ring's image.
-    frame : int
-        Counted from 1.
-    other_normal : (3,) float array or None
-        Normal of the candidate that was not chosen, which :func:`choose_by_theta_x` may return to.
-    """
-
-    selected: int
-    normal: np.ndarray
-    eccentricity: float
-    frame: int = 1
+    selected: int  # index of the chosen candidate
+    normal: np.ndarray  # (3,): normal of the chosen candidate
+    eccentricity: float  # eccentricity of the ring's image
+    frame: int = 1  # counted from 1
+    # (3,): normal of the candidate that was not chosen, which :func:`choose_by_theta_x` may return to
     other_normal: np.ndarray | None = None
 
 
@@ -44,25 +31,6 @@ def choose_by_eccentricity(
 ) -> Orientation:
     """Choose one of two candidates as Table 1 of the paper does.
 
-    Parameters
-    ----------
-    candidates : sequence of CirclePose
-        The two poses of this frame.
-    eccentricity : float
-        Eccentricity of the ring's image in this frame.
-    before : Orientation, optional
-        The choice of the previous frame; None in the first frame.
-    first : int
-        Index of the candidate to square up to in the first frame; the paper takes either.
-
-    Returns
-    -------
-    Orientation
-        The choice; pass it in with the next frame. Between the first and the second frame the vehicle must square up to
-        its ``normal``, or the second frame's decision is meaningless.
-
-    Notes
-    -----
     In the second frame, if the eccentricity fell (e1 - e2 > 0), the orientation that was squared up to was right;
     otherwise the other one is taken. From the third frame on, the candidate nearest to the previous choice is taken.
     The printed condition of the else branch is a difference of a quantity with itself, which is always 0; it is read
@@ -83,24 +51,6 @@ def choose_by_theta_x(
 ) -> Orientation:
     """Choose one of two candidates by the letter of Table 1 of the paper.
 
-    Parameters
-    ----------
-    candidates : sequence of CirclePose
-        The two poses of this frame.
-    eccentricity : float
-        Eccentricity of the ring's image in this frame.
-    before : Orientation, optional
-        The choice of the previous frame, made by this function; None in the first frame.
-    first : int
-        Index of the candidate to square up to in the first frame; the paper takes either.
-
-    Returns
-    -------
-    Orientation
-        The choice; pass it in with the next frame.
-
-    Notes
-    -----
     Printed is: of the two solutions of frame 1 the chosen one is kept unless e1 < e2, in which case the other one is
     taken; the solution of frame 2 is the one whose theta_x is nearest to it; and so on with each further frame. Read by
     the letter this differs from :func:`choose_by_eccentricity` in three ways. Only theta_x is compared, so that two

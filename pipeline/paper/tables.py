@@ -12,24 +12,12 @@ COLUMNS = ("x (cm)", "y (cm)", "z (cm)", "theta x (deg)", "theta y (deg)")
 
 @dataclass(frozen=True)
 class Table:
-    """Poses of one table of the paper, one per row: x, y, z in centimetres, theta_x and theta_y in degrees.
+    """Poses of one table of the paper, one per row: x, y, z in centimetres, theta_x and theta_y in degrees."""
 
-    Attributes
-    ----------
-    lights : int
-        Number of lights of the ring, 0.30 m in diameter.
-    measured : (N, 5) float array
-        Measured by hand in the tank.
-    estimated : (N, 5) float array
-        Estimated by the paper's method.
-    epnp : (N, 5) float array or None
-        Estimated by EPnP from the coloured lights; None where the paper has none.
-    """
-
-    lights: int
-    measured: np.ndarray
-    estimated: np.ndarray
-    epnp: np.ndarray | None = None
+    lights: int  # number of lights of the ring, 0.30 m in diameter
+    measured: np.ndarray  # (N, 5): measured by hand in the tank
+    estimated: np.ndarray  # (N, 5): estimated by the paper's method
+    epnp: np.ndarray | None = None  # (N, 5): estimated by EPnP from the coloured lights
 
     @property
     def mean_errors(self) -> np.ndarray:

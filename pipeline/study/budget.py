@@ -31,31 +31,15 @@ _SAME_RAD = math.radians(0.2)  # poses nearer to each other are the same
 
 @dataclass(frozen=True)
 class Budget:
-    """Errors to expect of a dock straight ahead at one range and tilt.
+    """Errors to expect of a dock straight ahead at one range and tilt."""
 
-    Attributes
-    ----------
-    range_m, tilt_deg : float
-        Distance of the dock's centre, and angle between its normal and the line of sight (a yaw).
-    apart_px : float, pixels
-        Least distance between the images of two neighbouring lights.
-    in_view : bool
-        Whether all lights are in the picture.
-    sigma_position_m : tuple of 3 float, metres
-        Standard errors of x, y and z.
-    sigma_theta_rad : tuple of 2 float, radians
-        Standard errors of theta_x and theta_y, given the right one of the two poses.
-    tells_apart : float or None
-        Chance that the likelier of the two poses is the right one; None where they are the same, as square on.
-    """
-
-    range_m: float
-    tilt_deg: float
-    apart_px: float
-    in_view: bool
-    sigma_position_m: tuple[float, float, float]
-    sigma_theta_rad: tuple[float, float]
-    tells_apart: float | None
+    range_m: float  # distance of the dock's centre, and angle between its normal and the line of sight (a yaw)
+    tilt_deg: float  # distance of the dock's centre, and angle between its normal and the line of sight (a yaw)
+    apart_px: float  # least distance between the images of two neighbouring lights
+    in_view: bool  # whether all lights are in the picture
+    sigma_position_m: tuple[float, float, float]  # standard errors of x, y and z
+    sigma_theta_rad: tuple[float, float]  # standard errors of theta_x and theta_y, given the right one of the two poses
+    tells_apart: float | None  # chance that the likelier of the two poses is the right one
 
     @property
     def lights_apart(self) -> bool:
@@ -66,31 +50,6 @@ class Budget:
 def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px: float = USUAL_NOISE_PX) -> Budget:
     """Errors to expect, by the covariance of the refined pose.
 
-    Parameters
-    ----------
-    camera : Camera
-        The camera, behind its port where it has one.
-    dock : Dock
-        Its diameter and its lights, at least four.
-    range_m : float, metres
-        Distance of the dock's centre, which is straight ahead.
-    tilt_deg : float, degrees
-        Angle between the dock's normal and the line of sight, 0 to 85; a yaw.
-    noise_px : float, pixels
-        Standard deviation of a light's centre along each axis.
-
-    Returns
-    -------
-    Budget
-        What one picture with all lights tells.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range, or the number of lights is not known.
-
-    Notes
-    -----
     The standard errors are those of s^2 (J^T J)^-1 at the true pose, see :func:`dockpose.pose.refine.refine`. Far away
     and near square on, this linear model fails: the ratio of the ellipse's axes is cos(tilt), which tells a tilt only
     by its square. Each axis of N lights at R pixels from the centre is known to s sqrt(2 / N), so the ratio to
@@ -126,27 +85,7 @@ def simulated_budget(
     draws: int = 200,
     seed: int = 0,
 ) -> Budget:
-    """Errors as they come out: the pose of lights whose centres have noise, drawn again and again.
-
-    Parameters
-    ----------
-    camera, dock, range_m, tilt_deg, noise_px : Camera, Dock, float, float, float
-        As for :func:`budget`.
-    draws : int
-        How many times.
-    seed : int
-        Of the noise, and of the dock's roll.
-
-    Returns
-    -------
-    Budget
-        Root mean square errors of the candidate nearer to the truth, and the share in which it was chosen.
-
-    Raises
-    ------
-    ValueError
-        As for :func:`budget`, or if no draw gives a pose.
-    """
+    """Errors as they come out: the pose of lights whose centres have noise, drawn again and again."""
     _check(dock, range_m, tilt_deg, noise_px)
     check_whole("draws", draws, least=1)
     rng = np.random.default_rng([seed, round(1e6 * range_m), round(1e6 * tilt_deg)])

@@ -40,62 +40,31 @@ _PLACES = ("2026-11-20 15:24:59", "IPC 07", "DEPTH 3.2 m")
 
 @dataclass(frozen=True)
 class Drawn:
-    """A scene of the study.
+    """A scene of the study."""
 
-    Attributes
-    ----------
-    scene : Scene
-        With its lamps as bright as the camera exposes them only after :func:`picture_of`.
-    has_dock : bool
-        Whether a dock faces the camera; otherwise only stray lamps shine.
-    turbidity : float
-        0 for clear water to 1 for harbour water.
-    brightest : float
-        Grey levels, before clipping, that the camera's exposure gives to the brightest light.
-    strays : int
-        Lamps that are no lights of the dock.
-    """
-
-    scene: Scene
-    has_dock: bool
-    turbidity: float
-    brightest: float
-    strays: int
+    scene: Scene  # with its lamps as bright as the camera exposes them only after :func:`picture_of`
+    has_dock: bool  # whether a dock faces the camera
+    turbidity: float  # 0 for clear water to 1 for harbour water
+    brightest: float  # grey levels, before clipping, that the camera's exposure gives to the brightest light
+    strays: int  # lamps that are no lights of the dock
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A rendered scene of the study.
+    """A rendered scene of the study."""
 
-    Attributes
-    ----------
-    image : (H, W) uint8 array
-        The picture.
-    scene : Scene
-        What it shows, with its lamps as bright as they are.
-    truth : Truth
-        Where the dock is.
-    lit_share, saturated_share : float
-        Share of the pixels to which lamps add at least ``LIT_LEVELS``, and share that lamps and water saturate.
-    """
-
-    image: np.ndarray
-    scene: Scene
-    truth: Truth
+    image: np.ndarray  # (H, W): the picture
+    scene: Scene  # what it shows, with its lamps as bright as they are
+    truth: Truth  # where the dock is
+    # share of the pixels to which lamps add at least ``LIT_LEVELS``, and share that lamps and water saturate
     lit_share: float
+    # share of the pixels to which lamps add at least ``LIT_LEVELS``, and share that lamps and water saturate
     saturated_share: float
 
 
 def draw(seed: int, index: int) -> Drawn:
     """Draw scene ``index`` of the study with a seed; it depends on nothing else.
 
-    Returns
-    -------
-    Drawn
-        The scene, not yet exposed.
-
-    Notes
-    -----
     U is uniform, L uniform in the logarithm. The factors are independent unless said otherwise:
 
     - picture: one of ``SIZES``; focal length L(0.5, 3) widths, principal point in the middle, no distortion, exact;

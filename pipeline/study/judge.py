@@ -63,24 +63,6 @@ class _Errors:
 def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> dict[str, Value]:
     """Judge what a method found against the truth.
 
-    Parameters
-    ----------
-    found : Estimate
-        By the method.
-    truth : Truth
-        Of the scene.
-    radius_m : float, metres
-        Radius of the dock's ring.
-    has_dock : bool
-        Whether a dock faces the camera.
-
-    Returns
-    -------
-    dict of str to value
-        One value for each of ``COLUMNS``, None for what there is not.
-
-    Notes
-    -----
     A pose is right if its position is within 5 % of the range and its normal within 5 degrees. "success": the chosen
     pose is. "false dock": a dock is reported where there is none, or in a direction that is off the true one by more
     than the ring's radius as seen from the camera, so that a vehicle would steer beside it. "wrong pose": any other

@@ -15,24 +15,12 @@ PRODUCT = "hats_and_local"
 
 @dataclass(frozen=True)
 class Method:
-    """A way to find the dock.
+    """A way to find the dock."""
 
-    Attributes
-    ----------
-    label : str
-        Its name in tables.
-    title : str
-        Its name for people.
-    threshold : str
-        Which of ``dockpose.thresholds.METHODS``.
-    fall_back : bool
-        For hats, whether lights get levels of their own where no single level shows the ring.
-    """
-
-    label: str
-    title: str
-    threshold: str
-    fall_back: bool = False
+    label: str  # its name in tables
+    title: str  # its name for people
+    threshold: str  # which of ``dockpose.thresholds.METHODS``
+    fall_back: bool = False  # for hats, whether lights get levels of their own where no single level shows the ring
 
     def find(self, picture: Picture) -> Estimate:
         """Find the dock in a picture, told the camera, the diameter and the number of lights."""

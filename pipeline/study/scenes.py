@@ -16,13 +16,7 @@ DIGITS = 6  # of numbers in files; leaves out the last digits, which differ betw
 
 
 def scene_rows(seed: int, index: int) -> list[Row]:
-    """Draw and render scene ``index`` of the study with a seed, and try every method on it.
-
-    Returns
-    -------
-    list of dict
-        A row for each of ``METHODS``, in their order: the factors, the method, its judgement, and ``elapsed_ms``.
-    """
+    """Draw and render scene ``index`` of the study with a seed, and try every method on it."""
     drawn = draw(seed, index)
     picture = picture_of(drawn)
     factors = {"scene": index, "seed": seed, **factors_of(drawn, picture)}

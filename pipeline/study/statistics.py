@@ -13,23 +13,13 @@ Z95 = 1.959963984540054  # the normal distribution's 97.5 % quantile
 
 @dataclass(frozen=True)
 class Share:
-    """A share of a number of cases, or the median of numbers, with its 95 % interval.
+    """A share of a number of cases, or the median of numbers, with its 95 % interval."""
 
-    Attributes
-    ----------
-    value, low, high : float
-        The estimate and its interval; NaN of no cases.
-    count : int
-        Of the cases; of a share, ``hits`` of them.
-    hits : int or None
-        None for a median.
-    """
-
-    value: float
-    low: float
-    high: float
-    count: int
-    hits: int | None = None
+    value: float  # the estimate and its interval
+    low: float  # the estimate and its interval
+    high: float  # the estimate and its interval
+    count: int  # of the cases
+    hits: int | None = None  # none for a median
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -39,27 +29,15 @@ class Share:
 
 @dataclass(frozen=True)
 class Difference:
-    """How much oftener one method succeeds than another on the same scenes.
+    """How much oftener one method succeeds than another on the same scenes."""
 
-    Attributes
-    ----------
-    value, low, high : float
-        Difference of both shares, and its 95 % interval; NaN of no scenes.
-    first_only, second_only : int
-        Scenes on which only the one succeeds, and only the other.
-    count : int
-        All scenes.
-    p_value : float
-        Of McNemar's exact test that neither is better.
-    """
-
-    value: float
-    low: float
-    high: float
-    first_only: int
-    second_only: int
-    count: int
-    p_value: float
+    value: float  # difference of both shares, and its 95 % interval
+    low: float  # difference of both shares, and its 95 % interval
+    high: float  # difference of both shares, and its 95 % interval
+    first_only: int  # scenes on which only the one succeeds, and only the other
+    second_only: int  # scenes on which only the one succeeds, and only the other
+    count: int  # all scenes
+    p_value: float  # of McNemar's exact test that neither is better
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -94,17 +72,10 @@ def wilson(hits: int, count: int) -> Share:
 def paired_difference(first: np.ndarray, second: np.ndarray) -> Difference:
     """Difference of two methods' shares of success on the same scenes.
 
-    Parameters
-    ----------
-    first, second : (N,) bool array
-        Whether each succeeds, scene by scene.
+    ``first``, ``second`` (N,).
 
-    Notes
-    -----
     The interval is Newcombe's tenth, from Wilson's intervals of both shares and the correlation between them.
 
-    References
-    ----------
     Newcombe 1998, "Improved confidence intervals for the difference between binomial proportions based on paired data",
     Statistics in Medicine 17. McNemar 1947, Psychometrika 12.
     """

@@ -19,21 +19,7 @@ Summary = dict[str, Any]
 
 
 def summary_of(columns: Columns) -> Summary:
-    """Summarise the study's table.
-
-    Parameters
-    ----------
-    columns : dict of str to array
-        Of ``study.csv``; see :func:`dockpose.study.table.columns_of`.
-
-    Returns
-    -------
-    dict
-        Plain values, for a JSON file: ``methods``, ``against`` (HATS and the product against each rival),
-        ``factors``, and of the product ``calibration``, ``coverage``, and ``widen``, how many times as wide its 95 %
-        intervals would have to be to hold 95 % of the truths. Shares are 0 to 1; None where there is no case.
-        Nothing in it is timed.
-    """
+    """Summarise the study's table."""
     by_method = {label: of_method(columns, label) for label in METHODS}
     product = by_method[PRODUCT]
     docks = product["has_dock"] == 1

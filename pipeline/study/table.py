@@ -14,27 +14,13 @@ Columns = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Factor:
-    """Something that makes it harder to find the dock, in bins.
+    """Something that makes it harder to find the dock, in bins."""
 
-    Attributes
-    ----------
-    name : str
-        Of its column.
-    title : str
-        For people, with its unit.
-    edges : tuple of float
-        Of the bins; a bin holds its lower edge, and the last one its upper edge too.
-    is_whole : bool
-        Whether it is counted, so that a bin is named by the first and last number in it.
-    is_listed : bool
-        Whether it has a few values only, the lower edges, so that each bin is named by its own.
-    """
-
-    name: str
-    title: str
-    edges: tuple[float, ...]
-    is_whole: bool = False
-    is_listed: bool = False
+    name: str  # of its column
+    title: str  # for people, with its unit
+    edges: tuple[float, ...]  # of the bins
+    is_whole: bool = False  # whether it is counted, so that a bin is named by the first and last number in it
+    is_listed: bool = False  # whether it has a few values only, the lower edges, so that each bin is named by its own
 
     @property
     def labels(self) -> list[str]:

@@ -23,25 +23,13 @@ MISSING = "–"
 
 @dataclass(frozen=True)
 class Plot:
-    """A drawn figure.
+    """A drawn figure."""
 
-    Attributes
-    ----------
-    name : str
-        Stem of its files.
-    caption : str
-        One or two sentences below it.
-    png, svg : bytes
-        The files.
-    is_photograph : bool
-        Shown as PNG within the report, since an SVG would hold all pixels of a picture.
-    """
-
-    name: str
-    caption: str
-    png: bytes
-    svg: bytes
-    is_photograph: bool = False
+    name: str  # stem of its files
+    caption: str  # one or two sentences below it
+    png: bytes  # the files
+    svg: bytes  # the files
+    is_photograph: bool = False  # shown as PNG within the report, since an SVG would hold all pixels of a picture
 
     @classmethod
     def of(cls, name: str, caption: str, figure: Figure, *, is_photograph: bool = False) -> Plot:
@@ -74,30 +62,14 @@ def _settle(figure: Figure) -> None:
 
 @dataclass(frozen=True)
 class NumberTable:
-    """A table of numbers: rounded in the page, whole in its CSV file.
+    """A table of numbers: rounded in the page, whole in its CSV file."""
 
-    Attributes
-    ----------
-    name : str
-        Stem of its file.
-    caption : str
-        What the rows are.
-    head : sequence of str
-        Names of the columns, with units.
-    rows : sequence of sequences
-        Text, numbers, and None where there is none.
-    digits : int
-        Significant digits in the page.
-    is_shown : bool
-        False for the points of a curve, which only the file has.
-    """
-
-    name: str
-    caption: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
-    digits: int = 3
-    is_shown: bool = True
+    name: str  # stem of its file
+    caption: str  # what the rows are
+    head: Sequence[str]  # names of the columns, with units
+    rows: Sequence[Sequence[Cell]]  # text, numbers, and None where there is none
+    digits: int = 3  # significant digits in the page
+    is_shown: bool = True  # false for the points of a curve, which only the file has
 
     @property
     def shown(self) -> list[list[str]]:
@@ -114,27 +86,15 @@ class NumberTable:
 
 @dataclass(frozen=True)
 class Part:
-    """One figure or table of the paper, reproduced.
+    """One figure or table of the paper, reproduced."""
 
-    Attributes
-    ----------
-    key : str
-        Of files and links, as ``figure_14``.
-    title : str
-        As "Figure 14: error of the dock's centre against the level".
-    paper, ours, differs : str
-        What the paper shows; what ours shows, in numbers; where and why they differ.
-    plots, tables : sequence
-        In the order in which they are shown.
-    """
-
-    key: str
-    title: str
-    paper: str
-    ours: str
-    differs: str
-    plots: Sequence[Plot] = ()
-    tables: Sequence[NumberTable] = ()
+    key: str  # of files and links, as ``figure_14``
+    title: str  # as "Figure 14: error of the dock's centre against the level"
+    paper: str  # what the paper shows
+    ours: str  # what the paper shows
+    differs: str  # what the paper shows
+    plots: Sequence[Plot] = ()  # in the order in which they are shown
+    tables: Sequence[NumberTable] = ()  # in the order in which they are shown
 
     def write(self, folder: Path) -> None:
         """Write each plot as PNG and SVG, and each table as CSV."""

@@ -41,18 +41,10 @@ _SLOW: tuple[str, ...] = ("table_1", "error_budget", "literal_hats", "figure_15"
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The report, ready to be written.
+    """The report, ready to be written."""
 
-    Attributes
-    ----------
-    seed : int
-        Of all that is random in it.
-    parts : list of Part
-        In the order of the paper.
-    """
-
-    seed: int
-    parts: list[Part]
+    seed: int  # of all that is random in it
+    parts: list[Part]  # in the order of the paper
 
     def html(self) -> str:
         """Return the text of the file."""
@@ -69,26 +61,7 @@ def make_part(key: str, seed: int) -> Part:
 
 
 def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> Reproduction:
-    """Make the report and its files in the folder ``out``.
-
-    Parameters
-    ----------
-    out : Path
-        Folder for ``index.html`` and the PNG, SVG and CSV files of each part; made if it is not there.
-    seed : int
-        Of all that is random; the same seed gives the same numbers.
-    jobs : int
-        Number of processes.
-    only : tuple of str
-        Keys of the parts wanted; empty for all.
-    done : callable
-        Receives the key of each part that is done.
-
-    Raises
-    ------
-    UserError
-        If a key is unknown or a file cannot be written.
-    """
+    """Make the report and its files in the folder ``out``."""
     for key in only:
         if key not in PARTS:
             raise UserError(f"there is no part {key!r}; there are {', '.join(PARTS)}")

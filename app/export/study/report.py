@@ -51,15 +51,7 @@ def page_of(summary: Mapping[str, Any], parts: Sequence[Part]) -> str:
 
 
 def advice_html(summary: Mapping[str, Any], *, with_tables: bool = True) -> str:
-    """Which method when, and how far to trust the pose at which range, as a fragment of HTML.
-
-    Parameters
-    ----------
-    summary : dict
-        As :func:`dockpose.study.summary.summary_of` gives it, or read from ``summary.json``.
-    with_tables : bool
-        Add all tables by range, which need a wide page; otherwise a short one.
-    """
+    """Which method when, and how far to trust the pose at which range, as a fragment of HTML."""
     text = Markup("").join(Markup("<li>{}</li>\n").format(sentence) for sentence in advice_text(summary))
     tables = [trust_table(summary, name) for name in _RANGES] if with_tables else [_short_table(summary)]
     source = f"From {summary['scenes']} simulated scenes of seed {summary['seed']}, {summary['docks']} with a dock."

@@ -24,28 +24,14 @@ PARAMETERS = ("centre x", "centre y", "semi-major axis", "semi-minor axis", "ang
 
 @dataclass(frozen=True)
 class Picture:
-    """A rendered picture with what the threshold methods need of it.
+    """A rendered picture with what the threshold methods need of it."""
 
-    Attributes
-    ----------
-    image : (H, W) uint8 array
-        The picture.
-    scene, truth : Scene, Truth
-        What it shows.
-    histogram : Histogram
-        Of the picture.
-    hats : Threshold
-        HATS's.
-    groups : (256,) int array
-        Number of groups of at least the minimum area at every level.
-    """
-
-    image: np.ndarray
-    scene: Scene
-    truth: Truth
-    histogram: Histogram
-    hats: Threshold
-    groups: np.ndarray
+    image: np.ndarray  # (H, W): the picture
+    scene: Scene  # what it shows
+    truth: Truth  # what it shows
+    histogram: Histogram  # of the picture
+    hats: Threshold  # HATS's
+    groups: np.ndarray  # (256,): number of groups of at least the minimum area at every level
 
     @property
     def lights(self) -> int:
@@ -55,31 +41,15 @@ class Picture:
 
 @dataclass(frozen=True)
 class AtLevel:
-    """What a picture shows at a level.
+    """What a picture shows at a level."""
 
-    Attributes
-    ----------
-    level : int
-        The level.
-    kept : float
-        Share of the picture that is at or above it.
-    groups : int
-        Groups of at least the minimum area.
-    found : Estimate
-        How far the search came.
-    distance_m, angle_deg : float
-        Errors of the chosen pose; NaN where there is none.
-    is_right : bool
-        Whether the chosen pose is the true one.
-    """
-
-    level: int
-    kept: float
-    groups: int
-    found: Estimate
-    distance_m: float
-    angle_deg: float
-    is_right: bool
+    level: int  # the level
+    kept: float  # share of the picture that is at or above it
+    groups: int  # groups of at least the minimum area
+    found: Estimate  # how far the search came
+    distance_m: float  # errors of the chosen pose
+    angle_deg: float  # errors of the chosen pose
+    is_right: bool  # whether the chosen pose is the true one
 
 
 def picture_of(scene: Scene) -> Picture:
@@ -125,24 +95,13 @@ def centre_sweep(picture: Picture, levels: Sequence[int]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TwoLevels:
-    """The ellipse at two levels in pictures that differ in their noise, and in where the ring lies on the pixels.
+    """The ellipse at two levels in pictures that differ in their noise, and in where the ring lies on the pixels."""
 
-    Attributes
-    ----------
-    levels : tuple of 2 int
-        HATS's level of the first picture, and a higher one.
-    lights : (K, 2) int array
-        Groups of each picture at each.
-    true_values : (6,) float array
-        ``PARAMETERS`` of the exact image of the circle in the first picture: pixels, and degrees for the angle.
-    errors : (K, 2, 6) float array
-        The fitted ones less the exact ones of each picture.
-    """
-
-    levels: tuple[int, int]
-    lights: np.ndarray
+    levels: tuple[int, int]  # HATS's level of the first picture, and a higher one
+    lights: np.ndarray  # (K, 2): groups of each picture at each
+    # (6,): ``PARAMETERS`` of the exact image of the circle in the first picture: pixels, and degrees for the angle
     true_values: np.ndarray
-    errors: np.ndarray
+    errors: np.ndarray  # (K, 2, 6): the fitted ones less the exact ones of each picture
 
     @property
     def mean_difference(self) -> np.ndarray:

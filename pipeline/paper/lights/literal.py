@@ -28,33 +28,17 @@ from dockpose.thresholds.hats import (
 
 @dataclass(frozen=True)
 class Scheme:
-    """Which steps are taken beyond the literal reading; none by default.
+    """Which steps are taken beyond the literal reading; none by default."""
 
-    Attributes
-    ----------
-    min_area_px : int
-        Smaller groups do not count.
-    is_bounded : bool
-        Candidates end above the background and at saturation.
-    has_every_level : bool
-        Every level is a candidate, not peaks alone.
-    in_a_row : bool
-        A count's votes are those of its longest unbroken run of candidates, not of all that have it.
-    by_brightness : bool
-        A candidate's vote weighs by how far it reaches down in the logarithm of the brightness above the background.
-    largest_real : bool
-        Elected is the largest count with a real share of the votes, not the one with the most.
-    above_noise : bool
-        Levels at which noise dissolves do not vote, and the level keeps clear of noise.
-    """
-
-    min_area_px: int = 1
-    is_bounded: bool = False
-    has_every_level: bool = False
+    min_area_px: int = 1  # smaller groups do not count
+    is_bounded: bool = False  # candidates end above the background and at saturation
+    has_every_level: bool = False  # every level is a candidate, not peaks alone
+    # A count's votes are those of its longest unbroken run of candidates, not of all that have it
     in_a_row: bool = False
+    # A candidate's vote weighs by how far it reaches down in the logarithm of the brightness above the background
     by_brightness: bool = False
-    largest_real: bool = False
-    above_noise: bool = False
+    largest_real: bool = False  # elected is the largest count with a real share of the votes, not the one with the most
+    above_noise: bool = False  # levels at which noise dissolves do not vote, and the level keeps clear of noise
 
 
 # Each step adds to the one before.
@@ -72,27 +56,13 @@ STEPS: dict[str, Scheme] = {
 
 @dataclass(frozen=True)
 class Vote:
-    """How the candidates voted.
+    """How the candidates voted."""
 
-    Attributes
-    ----------
-    level : int
-        The elected level, 0..255; 256 where there is no candidate with a group.
-    groups : int
-        The elected number of groups.
-    candidates : (n,) int array
-        Levels, from bright to dark.
-    counts : (n,) int array
-        Number of groups at each.
-    weights : (n,) float array
-        Weight of each one's vote.
-    """
-
-    level: int
-    groups: int
-    candidates: np.ndarray
-    counts: np.ndarray
-    weights: np.ndarray
+    level: int  # the elected level, 0..255
+    groups: int  # the elected number of groups
+    candidates: np.ndarray  # levels, from bright to dark
+    counts: np.ndarray  # number of groups at each
+    weights: np.ndarray  # weight of each one's vote
 
 
 def local_peaks(counts: np.ndarray) -> np.ndarray:
@@ -108,20 +78,6 @@ def local_peaks(counts: np.ndarray) -> np.ndarray:
 def literal_hats(histogram: Histogram, scheme: Scheme | None = None) -> Vote:
     """Choose a level by the literal reading, or with the steps of a scheme.
 
-    Parameters
-    ----------
-    histogram : Histogram
-        Of the picture.
-    scheme : Scheme, optional
-        Which steps to take; None for the literal reading.
-
-    Returns
-    -------
-    Vote
-        The elected level and all votes.
-
-    Notes
-    -----
     Choices in the literal reading: all peaks are candidates, down to the darkest, since the paper names no end; groups
     of a single pixel count; each candidate has one vote, for the number of groups at its level; elected is the number
     with the most votes, of several the largest, since it keeps the most lights apart; the level is the brightest

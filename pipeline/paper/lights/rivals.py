@@ -32,24 +32,13 @@ SCENES_A_HALF = 50
 
 @dataclass(frozen=True)
 class Tally:
-    """What came of each scene, method by method; a method lacks where a column makes no sense for it.
+    """What came of each scene, method by method; a method lacks where a column makes no sense for it."""
 
-    Attributes
-    ----------
-    is_hard : (N,) bool array
-        Which scenes are of the hard half.
-    exact : dict of str to (N,) bool array
-        Whether the groups at the level are exactly the lights.
-    plain_chain : dict of str to (N,) bool array
-        Whether one of both poses of the ellipse through all groups is right, as the paper reads.
-    right : dict of str to (N,) bool array
-        Whether the pose that our further steps choose is right.
-    """
-
-    is_hard: np.ndarray
-    exact: dict[str, np.ndarray]
+    is_hard: np.ndarray  # (N,): which scenes are of the hard half
+    exact: dict[str, np.ndarray]  # whether the groups at the level are exactly the lights
+    # whether one of both poses of the ellipse through all groups is right, as the paper reads
     plain_chain: dict[str, np.ndarray]
-    right: dict[str, np.ndarray]
+    right: dict[str, np.ndarray]  # whether the pose that our further steps choose is right
 
 
 def compare_methods(seed: int, a_half: int = SCENES_A_HALF) -> Tally:

@@ -31,19 +31,11 @@ _PEAK_WIDTH = 10  # levels on either side of a peak that belong to it
 
 @dataclass(frozen=True)
 class LampPicture:
-    """The picture of one lamp.
+    """The picture of one lamp."""
 
-    Attributes
-    ----------
-    image : (H, W) uint8 array
-        As the camera stores it, with noise.
-    direct, glow : (H, W) float32 array
-        Its unscattered and scattered light in grey levels, without noise.
-    """
-
-    image: np.ndarray
-    direct: np.ndarray
-    glow: np.ndarray
+    image: np.ndarray  # (H, W): as the camera stores it, with noise
+    direct: np.ndarray  # (H, W): its unscattered and scattered light in grey levels, without noise
+    glow: np.ndarray  # (H, W): its unscattered and scattered light in grey levels, without noise
 
     @property
     def counts(self) -> np.ndarray:
@@ -130,18 +122,11 @@ def side_by_side(one: LampPicture, other: LampPicture, scene: Scene) -> LampPict
 
 @dataclass(frozen=True)
 class TwoPeaks:
-    """The peaks of two lamps in one histogram.
+    """The peaks of two lamps in one histogram."""
 
-    Attributes
-    ----------
-    bright, dim : int
-        Level that the most pixels of each lamp have, lightly smoothed.
-    dip : float
-        Least number of pixels between them over that at the lower peak: 1 where they are one, 0 where they are apart.
-    """
-
-    bright: int
-    dim: int
+    bright: int  # level that the most pixels of each lamp have, lightly smoothed
+    dim: int  # level that the most pixels of each lamp have, lightly smoothed
+    # least number of pixels between them over that at the lower peak: 1 where they are one, 0 where they are apart
     dip: float
 
 
@@ -172,13 +157,7 @@ def glow_within(spread: PointSpread, angle_rad: float) -> float:
 
 
 def lopsidedness(picture: LampPicture, offset_px: int) -> tuple[float, float]:
-    """How far from symmetric the glow is at an offset from the lamp; 1 and 1 where it is symmetric.
-
-    Returns
-    -------
-    tuple of 2 float
-        Glow to the left over that to the right, and mean of both over the mean of those above and below.
-    """
+    """How far from symmetric the glow is at an offset from the lamp; 1 and 1 where it is symmetric."""
     middle = SIDE_PX // 2
     left, right = picture.glow[middle, [middle - offset_px, middle + offset_px]].tolist()
     above, below = picture.glow[[middle - offset_px, middle + offset_px], middle].tolist()

@@ -35,24 +35,6 @@ def rendered_calibration(camera: Camera, seed: int) -> Calibration:
 def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> list[Camera]:
     """Calibrate a camera again and again, from other views of the board and other errors of its corners.
 
-    Parameters
-    ----------
-    camera : Camera
-        The true camera, with up to five distortion coefficients; a port is left out, as for a calibration in air.
-    count : int
-        How many calibrations.
-    corner_px : float, pixels
-        Standard deviation of a corner's x and y.
-    seed : int
-        Of views and errors.
-
-    Returns
-    -------
-    list of Camera
-        The calibrated cameras, each with five distortion coefficients and the true camera's port.
-
-    Notes
-    -----
     Same model and same solver as :func:`dockpose.camera.calibrate.calibrate` (Zhang 2000, as implemented in OpenCV);
     only the search for the corners is replaced by their true places and Gaussian errors. The numbers of one calibration
     belong together: its focal length, centre and distortion err in ways that partly cancel.

@@ -51,33 +51,16 @@ _PICTURES = {
 
 @dataclass(frozen=True)
 class Budget:
-    """Signed errors, in centimetres and degrees, of the poses of Tables 2 to 4 in turn.
+    """Signed errors, in centimetres and degrees, of the poses of Tables 2 to 4 in turn."""
 
-    Attributes
-    ----------
-    items : dict of str to (draws, 12, 5) float array
-        By what is off: the keys of ``ITEMS``.
-    pictures : dict of str to (pictures, 12, 5) float array
-        Of rendered pictures where all is known: "quiet", with "noise", with "jpeg", and with "both".
-    together : (draws, 12, 5) float array
-        With all of ``TOGETHER`` at once.
-    right : float
-        Share in which the right one of the two poses was chosen, with all at once.
-    centroid_px : float, pixels
-        Root mean square error of a light's x or y in the pictures with noise and JPEG.
-    corner_px : float, pixels
-        Root mean square error of a corner's x or y in the rendered calibration.
-    cameras : sequence of Camera
-        The calibrated cameras.
-    """
-
-    items: dict[str, np.ndarray]
+    items: dict[str, np.ndarray]  # by what is off: the keys of ``ITEMS``
+    # of rendered pictures where all is known: "quiet", with "noise", with "jpeg", and with "both"
     pictures: dict[str, np.ndarray]
-    together: np.ndarray
-    right: float
-    centroid_px: float
-    corner_px: float
-    cameras: Sequence[Camera]
+    together: np.ndarray  # with all of ``TOGETHER`` at once
+    right: float  # share in which the right one of the two poses was chosen, with all at once
+    centroid_px: float  # root mean square error of a light's x or y in the pictures with noise and JPEG
+    corner_px: float  # root mean square error of a corner's x or y in the rendered calibration
+    cameras: Sequence[Camera]  # the calibrated cameras
 
 
 def poses_of_tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -120,30 +103,7 @@ def errors_of(
     camera: Camera = CAMERA,
     draws: int = DRAWS,
 ) -> tuple[np.ndarray, float]:
-    """Signed errors where some of what is believed is wrong.
-
-    Parameters
-    ----------
-    items : collection of str
-        What is wrong, of ``ITEMS`` and "centroids"; the same draws are used whichever they are.
-    cameras : sequence of Camera
-        Calibrations to draw from.
-    centroid_px : float, pixels
-        Standard deviation of the centroids' errors.
-    seed : int
-        Of the draws.
-    camera : Camera
-        The true camera.
-    draws : int
-        How many draws of each pose.
-
-    Returns
-    -------
-    errors : (draws, 12, 5) float array
-        Of the candidate that is nearer to the truth, in centimetres and degrees.
-    right : float
-        Share in which that is the chosen one.
-    """
+    """Signed errors where some of what is believed is wrong. Returns ``errors`` in degrees."""
     measured, _, lights = poses_of_tables()
     errors, right = np.empty((draws, len(measured), 5)), 0
     for draw in range(draws):

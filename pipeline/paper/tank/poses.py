@@ -21,21 +21,11 @@ DRAWS = 20  # pictures of each pose, with rolls and noise of their own
 
 @dataclass(frozen=True)
 class Row:
-    """One pose of a table, as estimated from rendered pictures.
+    """One pose of a table, as estimated from rendered pictures."""
 
-    Attributes
-    ----------
-    ours : (draws, 5) float array
-        Estimates of x, y, z in centimetres and theta_x, theta_y in degrees; NaN where no dock was found.
-    epnp : (draws, 5) float array
-        The same by EPnP from the lights that the pipeline found and numbered.
-    right : (draws,) bool array
-        Whether of the two poses the right one was chosen.
-    """
-
-    ours: np.ndarray
-    epnp: np.ndarray
-    right: np.ndarray
+    ours: np.ndarray  # estimates of x, y, z in centimetres and theta_x, theta_y in degrees
+    epnp: np.ndarray  # the same by EPnP from the lights that the pipeline found and numbered
+    right: np.ndarray  # whether of the two poses the right one was chosen
 
 
 def tank_scene(row: np.ndarray, dock: Dock, roll_deg: float, seed: int, camera: Camera = CAMERA) -> Scene:
@@ -52,19 +42,7 @@ def table_dock(name: str) -> Dock:
 
 
 def reproduce_row(name: str, number: int, seed: int, draws: int = DRAWS) -> Row:
-    """Render and estimate one pose of a table of the paper.
-
-    Parameters
-    ----------
-    name : {"2", "3", "4"}
-        The table.
-    number : int
-        The row, counted from 0.
-    seed : int
-        Of the rolls and the noise.
-    draws : int
-        How many pictures.
-    """
+    """Render and estimate one pose of a table of the paper."""
     row, dock = TABLES[name].measured[number], table_dock(name)
     normal = -rotation_from_angles(*np.radians(row[3:]))[:, 2]
     ours, epnp, right = [], [], []

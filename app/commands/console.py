@@ -143,41 +143,25 @@ class TerminalBar(Progress):
 
 
 class FrameProgress:
-    """Shows the number of frames, their rate and the time left.
+    """Shows how many frames (or scenes, or parts) are done, their rate and the time left.
 
     A terminal shows a bar that is gone at the end; elsewhere, as in a log, a plain line comes every ten seconds.
-
-    Parameters
-    ----------
-    name : str
-        Of the source.
-    console : Console, optional
-        Where to; the default is standard error.
-
-    Attributes
-    ----------
-    total : int or None
-        Number of frames, to be set once it is known; None where the source has no known end.
+    ``total`` can be set once it is known; it is None where the source has no known end.
     """
 
-    def __init__(self, name: str, console: Console | None = None) -> None:
-        self._name = name
-        self.total: int | None = None
-        self._console = console or Console(stderr=True)
-        self._is_terminal = self._console.is_terminal  # asking takes a while
-        self._frames = 0
-        self._began_s = self._told_s = time.monotonic()
-        self._bar = TerminalBar(
-            "{task.description}",
-            BarColumn(),
-            TextColumn("{task.fields[told]}"),
-            TimeRemainingColumn(),
-            console=self._console,
-            transient=True,
-            disable=not self._is_terminal,
-            redirect_stdout=False,
-        )
-        self._task = self._bar.add_task(escape(printable(name)), total=None, told="")
+    def __init__(
+        self, name: str, console: Console | None = None, *, total: int | None = None, unit: str = "frames"
+    ) -> None:
+        self._name, self.total, self._unit = name, total, unit
+        console = console or Console(stderr=True)
+        self._is_terminal = console.is_terminal  # asking takes a while
+        self._count = self._first = 0  # done, and of these before this run
+        self._is_begun = False
+        self._began_s = self._said_s = time.monotonic()
+        columns = ("{task.description}", BarColumn(), TextColumn("{task.fields[rate]}"), TimeRemainingColumn())
+        off = not self._is_terminal
+        self._bar = TerminalBar(*columns, console=console, transient=True, disable=off, redirect_stdout=False)
+        self._task = self._bar.add_task(escape(printable(name)), total=total, rate="")
 
     def __enter__(self) -> FrameProgress:
         self._bar.start()
@@ -186,19 +170,33 @@ class FrameProgress:
     def __exit__(self, *error: object) -> None:
         self._bar.stop()
 
-    def step(self, dropped: int = 0) -> None:
-        """Count one more frame; ``dropped`` is how many of a live source were left out so far."""
-        self._frames += 1
+    def reach(self, count: int) -> None:
+        """Count up to so many; at first, those that an earlier run has done."""
+        if self._is_begun:
+            return self.step(count=count - self._count)
+        self._count = self._first = count
+        self._began_s, self._is_begun = time.monotonic(), True
+        if count > 0:
+            say(f"{count} of {self.total} {self._unit} are done already")
+        return None
+
+    def step(self, dropped: int = 0, *, count: int = 1, name: str = "") -> None:
+        """Count one more, or several; ``dropped`` is how many of a live source were left out so far.
+
+        With the name of what is done it is shown at once.
+        """
+        self._count += count
         now_s = time.monotonic()
-        if now_s - self._told_s < _EVERY_S[self._is_terminal]:
+        if not name and now_s - self._said_s < _EVERY_S[self._is_terminal]:
             return
-        self._told_s, elapsed_s = now_s, now_s - self._began_s
-        told = told_text(self._frames, self.total, elapsed_s, dropped)
+        self._said_s, elapsed_s, new = now_s, now_s - self._began_s, self._count - self._first
+        rate = rate_text(self._count, self.total, new / max(elapsed_s, 1e-9), dropped, self._unit)
         if self._is_terminal:
-            self._bar.update(self._task, total=self.total, completed=self._frames, told=told)
+            described = {"description": escape(printable(name))} if name else {}
+            self._bar.update(self._task, total=self.total, completed=self._count, rate=rate, **described)
         else:
-            left_s = 0.0 if self.total is None else max(0.0, (self.total - self._frames) * elapsed_s / self._frames)
-            say(f"{self._name}: {told}" + ("" if self.total is None else f", {left_s:.0f} s left"))
+            left_s = 0.0 if self.total is None else max(0.0, (self.total - self._count) * elapsed_s / max(new, 1))
+            say(f"{name or self._name}: {rate}" + ("" if self.total is None else f", {left_s:.0f} s left"))
 
     def tell(self, text: str) -> None:
         """Write a message without spoiling the bar."""
@@ -209,10 +207,10 @@ class FrameProgress:
             say(text)
 
 
-def told_text(frames: int, total: int | None, elapsed_s: float, dropped: int = 0) -> str:
+def rate_text(count: int, total: int | None, a_second: float, dropped: int = 0, unit: str = "frames") -> str:
     """How far it is, in words: "300 of 1000 frames, 25.0 a second, 4 dropped"."""
     of = "" if total is None else f" of {total}"
-    text = f"{frames}{of} frames, {frames / max(elapsed_s, 1e-9):.1f} a second"
+    text = f"{count}{of} {unit}, {a_second:.1f} a second"
     return f"{text}, {dropped} dropped" if dropped else text
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import datetime
-import functools
 import hashlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import cv2
-import jinja2
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing.annotated import annotate
@@ -24,11 +21,11 @@ from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.experiment.table import table
 from dockpose.app.experiment.versions import versions
+from dockpose.app.export.parts import page
 from dockpose.app.export.plots import chosen_of, error_figure, histogram_figure, sequence_figure
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.replay import estimate_again
-from dockpose.app.resources import static_path
 from dockpose.camera.image import decode, turned
 from dockpose.pose.known import pose_error
 from markupsafe import Markup
@@ -57,18 +54,17 @@ class Report:
     """Content of the template, which escapes every text."""
 
     title: str  # name of the source
-    kind: str  # name of the source
+    kind: str  # "picture", "sequence" or "session"
     facts: Mapping[str, str]  # names and values at the top of the page
     groups: Mapping[str, Mapping[str, str]]  # names and values of the set-up by title: camera, dock, settings, versions
-    tables: Sequence[ReportTable] = ()  # shown in this order
-    plots: Sequence[tuple[str, Markup]] = ()  # shown in this order
-    pictures: Sequence[tuple[str, str]] = ()  # shown in this order
-    note: str = ""  # A sentence below the title
+    tables: Sequence[ReportTable] = ()
+    plots: Sequence[tuple[str, Markup]] = ()  # title and trusted SVG
+    pictures: Sequence[tuple[str, str]] = ()  # caption and data URI
+    note: str = ""  # a sentence below the title
 
     def html(self) -> str:
         """Return the text of the file."""
-        made = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
-        return _template().render(report=self, made=made)
+        return page("report.html", report=self)
 
 
 def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
@@ -158,12 +154,6 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
         [("Pose over the sequence", _svg(sequence_figure(lines), "sequence"))] if lines else [],
         pictures,
     ).html()
-
-
-@functools.cache
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    return environment.from_string(static_path("report.html").read_text(encoding="utf-8"))
 
 
 def _groups(line: Mapping[str, Any]) -> dict[str, dict[str, str]]:

@@ -12,10 +12,11 @@ from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
 from dockpose.paper.table1 import choose_by_eccentricity, choose_by_theta_x
 from dockpose.pose.circle import CirclePose
-from dockpose.simulate import ClosedLoop, FilmPlan, Lights, Pose, RenderedFrame, Scene, Sensor, film
+from dockpose.simulate import ClosedLoop, FilmPlan, Lights, RenderedFrame, Scene, Sensor, film
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
 from dockpose.simulate.sequence import steer
+from dockpose.study.draw import tilted_pose, unit
 from dockpose.tracking import Tracker
 
 CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
@@ -33,11 +34,11 @@ class Course:
     """One approach, steered by one rule."""
 
     range_m: float  # of the dock in the first frame
-    tilt_deg: float  # of the dock in the first frame
-    # whether the chosen pose is the nearer one to the truth, or the two are the same within their errors
+    tilt_deg: float  # angle between its normal and the line of sight there
+    # (frames,): whether the chosen pose is the nearer one to the truth, or both are the same within their errors
     right: np.ndarray
-    seen: np.ndarray  # whether a dock was found
-    off_axis_deg: np.ndarray  # angle between the dock's normal and the line of sight: 0 where the vehicle is square on
+    seen: np.ndarray  # (frames,): whether a dock was found
+    off_axis_deg: np.ndarray  # (frames,): angle between the dock's normal and the line of sight, 0 if square on
 
     @property
     def ends_right(self) -> bool:
@@ -57,21 +58,12 @@ def draw_approach(seed: int, number: int) -> FilmPlan:
     """
     rng = np.random.default_rng([seed, 1, number])
     range_m = rng.uniform(*RANGE_M)
-    sight = _unit(np.array([*np.tan(np.radians(rng.uniform(-5, 5, 2))), 1.0]))
-    across = _unit(np.cross(sight, [0.0, 1.0, 0.0]))
+    sight = unit(np.array([*np.tan(np.radians(rng.uniform(-5, 5, 2))), 1.0]))
     around, tilt = rng.uniform(0, 2 * math.pi), math.radians(rng.uniform(*TILT_DEG))
-    aside = math.cos(around) * across + math.sin(around) * np.cross(sight, across)
-    normal = -math.cos(tilt) * sight + math.sin(tilt) * aside
-    x, y, z = (range_m * sight).tolist()
     scene = Scene(
         camera=CAMERA,
         dock=DOCK,
-        pose=Pose(
-            position_m=(x, y, z),
-            theta_x_deg=math.degrees(math.asin(normal[1])),
-            theta_y_deg=math.degrees(math.atan2(-normal[0], -normal[2])),
-            roll_deg=rng.uniform(0, 360),
-        ),
+        pose=tilted_pose(range_m * sight, tilt, around + math.pi, rng.uniform(0, 360)),
         lights=Lights(level=1000.0, brightness=tuple(rng.uniform(0.6, 1.0, 10).tolist())),
         water=water_of_turbidity(rng.uniform(0, 0.6)),
         background=Background(level=rng.uniform(0, 30)),
@@ -88,8 +80,8 @@ def run_approach(seed: int, number: int, rule: str) -> Course:
     """Steer one approach by one of ``RULES``.
 
     ``literal`` and ``eccentricity`` are Table 1 by the letter and as we read it, ``tracker`` the tracker, and ``frame``
-    the choice that each picture makes by itself. Table 1 begins with either candidate; which, is tossed, and is the
-    same for both readings.
+    the choice that each picture makes by itself. Table 1 begins with either candidate, by a coin that
+    both readings share.
     """
     plan = draw_approach(seed, number)
     first = int(np.random.default_rng([seed, 2, number]).integers(2))
@@ -140,7 +132,7 @@ def _chooser(rule: str, plan: FilmPlan, first: int) -> Callable[[Estimate], Circ
 
 
 def _by_tracker(plan: FilmPlan) -> Callable[[Estimate], CirclePose | None]:
-    """The tracker, which knows what the vehicle was told to do since the previous frame."""
+    """The tracker, which knows how the vehicle was to move since the previous frame."""
     motion = plan.motion
     assert isinstance(motion, ClosedLoop)
     tracker, command, frame = Tracker(plan.scene.camera, plan.scene.dock), None, 0
@@ -164,16 +156,12 @@ def _is_right(frame: RenderedFrame, found: Estimate) -> bool:
         return True
     twins = [other for other in found.candidates if other is not pose]
     if len(twins) == len(found.candidates):  # predicted: no candidate of this frame
-        sight = _unit(pose.position_m)
+        sight = unit(pose.position_m)
         return bool(pose.normal @ normal >= (2 * (pose.normal @ sight) * sight - pose.normal) @ normal)
     return all(bool(pose.normal @ normal >= twin.normal @ normal) for twin in twins)
 
 
 def _off_axis_deg(frame: RenderedFrame) -> float:
     truth = frame.truth
-    cosine = -float(truth.normal @ _unit(truth.position_m))
+    cosine = -float(truth.normal @ unit(truth.position_m))
     return math.degrees(math.acos(max(-1.0, min(1.0, cosine))))
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return vector / np.linalg.norm(vector)

@@ -12,6 +12,8 @@ from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
+from dockpose.study.draw import tilted_pose
+from dockpose.study.judge import nearest, pose_errors
 
 CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
 DIAMETER_M = 0.30
@@ -20,7 +22,7 @@ RANGE_M, OFF_AXIS, TILT_DEG = (0.7, 2.5), 0.1, 40.0
 RING_OF = 12  # lights, as the paper's coloured dock has, of which some are seen
 WHO = ("ellipse", *METHODS, "ours")
 TRIALS = 400
-WRONG_RAD = math.radians(10.0)  # off by more, it is another pose
+WRONG_RAD = math.radians(10.0)  # off by more, it is a different pose
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ def errors_with(seen: int, lights: int, seed: int, trials: int = TRIALS) -> Erro
     """Errors where ``seen`` of ``lights`` evenly spaced lights are seen, each with 0.3 px of noise.
 
     The ellipse has no means to choose between its two poses, so that its error is that of the better one. EPnP and its
-    peers are told which light is which, and the method of this package is not.
+    peers are given which light is which, and the method of this package is not.
     """
     known = Dock(DIAMETER_M, lights)
     found: dict[str, list[tuple[float, float]]] = {who: [] for who in WHO}
@@ -65,8 +67,8 @@ def _random_pose(rng: np.random.Generator) -> tuple[np.ndarray, tuple[float, flo
     range_m = rng.uniform(*RANGE_M)
     position = range_m * np.array([*rng.uniform(-OFF_AXIS, OFF_AXIS, 2), 1.0])
     tilt, around = math.radians(rng.uniform(0, TILT_DEG)), rng.uniform(0, 2 * math.pi)
-    x, y, z = math.sin(tilt) * math.cos(around), math.sin(tilt) * math.sin(around), -math.cos(tilt)
-    return position, (math.asin(y), math.atan2(-x, -z))
+    turned = tilted_pose(np.array([0.0, 0.0, range_m]), tilt, around, 0.0)
+    return position, (math.radians(turned.theta_x_deg), math.radians(turned.theta_y_deg))
 
 
 def _pose_by(who: str, points: np.ndarray, numbers: np.ndarray, dock: Dock, normal: np.ndarray) -> CirclePose | None:
@@ -78,7 +80,7 @@ def _pose_by(who: str, points: np.ndarray, numbers: np.ndarray, dock: Dock, norm
             if len(points) < MIN_POINTS:
                 return None
             poses = circle_poses(fit_ellipse(points), CAMERA, dock.diameter)
-            return max(poses, key=lambda pose: float(pose.normal @ normal))
+            return nearest(poses, normal)
         return solve(points, numbers, CAMERA, dock, who)
     except (NoEllipseError, NoPoseError):
         return None
@@ -88,5 +90,5 @@ def _error(pose: CirclePose | None, position: np.ndarray, normal: np.ndarray) ->
     """Distance of the centres in per cent of the range, and angle between the normals in degrees."""
     if pose is None:
         return math.inf, math.inf
-    off = 100 * float(np.linalg.norm(pose.position_m - position) / np.linalg.norm(position))
-    return off, math.degrees(2 * math.asin(min(1.0, float(np.linalg.norm(pose.normal - normal)) / 2)))
+    off_m, angle_deg = pose_errors(pose, CirclePose(position, normal, np.zeros(2)))
+    return 100 * off_m / float(np.linalg.norm(position)), angle_deg

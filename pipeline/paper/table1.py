@@ -16,14 +16,13 @@ from dockpose.pose.circle import CirclePose
 
 @dataclass(frozen=True)
 class Orientation:
-    """What Table 1 remembers of a frame."""
+    """What Table 1 remembers of a frame: its choice, with the normals (3,) of both candidates."""
 
     selected: int  # index of the chosen candidate
-    normal: np.ndarray  # (3,): normal of the chosen candidate
-    eccentricity: float  # eccentricity of the ring's image
-    frame: int = 1  # counted from 1
-    # (3,): normal of the candidate that was not chosen, which :func:`choose_by_theta_x` may return to
-    other_normal: np.ndarray | None = None
+    normal: np.ndarray
+    other_normal: np.ndarray
+    eccentricity: float  # of the ring's image
+    frame: int  # counted from 1
 
 
 def choose_by_eccentricity(
@@ -39,11 +38,11 @@ def choose_by_eccentricity(
     choice after the second frame.
     """
     if before is None:
-        return Orientation(first, candidates[first].normal, eccentricity)
+        return _oriented(candidates, first, eccentricity, 1)
     selected = max(range(len(candidates)), key=lambda k: float(candidates[k].normal @ before.normal))
     if before.frame == 1 and not before.eccentricity - eccentricity > 0:
         selected = len(candidates) - 1 - selected
-    return Orientation(selected, candidates[selected].normal, eccentricity, before.frame + 1)
+    return _oriented(candidates, selected, eccentricity, before.frame + 1)
 
 
 def choose_by_theta_x(
@@ -54,7 +53,7 @@ def choose_by_theta_x(
     Printed is: of the two solutions of frame 1 the chosen one is kept unless e1 < e2, in which case the other one is
     taken; the solution of frame 2 is the one whose theta_x is nearest to it; and so on with each further frame. Read by
     the letter this differs from :func:`choose_by_eccentricity` in three ways. Only theta_x is compared, so that two
-    candidates that differ in theta_y alone are not told apart. Where the eccentricity did not change at all, the first
+    candidates that differ in theta_y alone are the same. Where the eccentricity did not change at all, the first
     choice is kept. And the angles that frame 2 is compared with are those of frame 1, although the vehicle has turned
     in between. The condition of the else branch is printed as the difference of a quantity with itself; it is read here
     as e1 - e2 < 0, without which the other solution would never be taken.
@@ -62,7 +61,7 @@ def choose_by_theta_x(
     if before is None:
         return _oriented(candidates, first, eccentricity, 1)
     normal = before.normal
-    if before.frame == 1 and before.eccentricity < eccentricity and before.other_normal is not None:
+    if before.frame == 1 and before.eccentricity < eccentricity:
         normal = before.other_normal
     theta_x = math.asin(max(-1.0, min(1.0, float(normal[1]))))
     selected = min(range(len(candidates)), key=lambda k: abs(candidates[k].theta_x_rad - theta_x))
@@ -71,4 +70,4 @@ def choose_by_theta_x(
 
 def _oriented(candidates: Sequence[CirclePose], selected: int, eccentricity: float, frame: int) -> Orientation:
     other = candidates[len(candidates) - 1 - selected].normal
-    return Orientation(selected, candidates[selected].normal, eccentricity, frame, other)
+    return Orientation(selected, candidates[selected].normal, other, eccentricity, frame)

@@ -12,10 +12,11 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import check_number, check_whole
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.refine import light_rays, refine
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import deviations
+from dockpose.study.judge import nearest, signed_errors
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
@@ -33,13 +34,13 @@ _SAME_RAD = math.radians(0.2)  # poses nearer to each other are the same
 class Budget:
     """Errors to expect of a dock straight ahead at one range and tilt."""
 
-    range_m: float  # distance of the dock's centre, and angle between its normal and the line of sight (a yaw)
-    tilt_deg: float  # distance of the dock's centre, and angle between its normal and the line of sight (a yaw)
+    range_m: float  # distance of the dock's centre
+    tilt_deg: float  # angle between its normal and the line of sight (a yaw)
     apart_px: float  # least distance between the images of two neighbouring lights
     in_view: bool  # whether all lights are in the picture
     sigma_position_m: tuple[float, float, float]  # standard errors of x, y and z
     sigma_theta_rad: tuple[float, float]  # standard errors of theta_x and theta_y, given the right one of the two poses
-    tells_apart: float | None  # chance that the likelier of the two poses is the right one
+    tells_apart: float | None  # chance that the likelier of both poses is right; None where they are the same
 
     @property
     def lights_apart(self) -> bool:
@@ -98,12 +99,13 @@ def simulated_budget(
             _, choice = find_poses(noisy, camera, dock)
         except NoEllipseError:
             continue
-        nearest = max(choice.candidates, key=lambda pose: float(pose.normal @ -rotation[:, 2]))
-        errors.append(_errors(nearest, rotation, position))
-        right.append(nearest is choice.candidates[choice.selected])
+        best = nearest(choice.candidates, -rotation[:, 2])
+        errors.append(signed_errors(best, position, -rotation[:, 2]))
+        right.append(best is choice.candidates[choice.selected])
     if not errors:
         raise ValueError(f"range_m is {range_m!r}; no pose was found in {draws} draws")
-    x, y, z, theta_x, theta_y = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
+    x, y, z, *theta_deg = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
+    theta_x, theta_y = map(math.radians, theta_deg)
     tells = None if math.radians(tilt_deg) < _SAME_RAD else float(np.mean(right))
     in_view = _in_view(camera, lights_px)
     return Budget(range_m, tilt_deg, _apart(lights_px), in_view, (x, y, z), (theta_x, theta_y), tells)
@@ -222,10 +224,3 @@ def _apart(points: np.ndarray) -> float:
 
 def _in_view(camera: Camera, lights_px: np.ndarray) -> bool:
     return bool(((lights_px >= 0) & (lights_px <= [camera.width - 1, camera.height - 1])).all())
-
-
-def _errors(pose: CirclePose, rotation: np.ndarray, position_m: np.ndarray) -> tuple[float, ...]:
-    """Errors of x, y, z in metres, of theta_x and theta_y in radians."""
-    true = CirclePose(position_m, -rotation[:, 2], np.zeros(2))
-    x, y, z = (pose.position_m - position_m).tolist()
-    return x, y, z, pose.theta_x_rad - true.theta_x_rad, pose.theta_y_rad - true.theta_y_rad

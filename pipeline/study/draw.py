@@ -46,45 +46,27 @@ class Drawn:
     has_dock: bool  # whether a dock faces the camera
     turbidity: float  # 0 for clear water to 1 for harbour water
     brightest: float  # grey levels, before clipping, that the camera's exposure gives to the brightest light
-    strays: int  # lamps that are no lights of the dock
+    strays: int  # lamps that are not lights of the dock
 
 
 @dataclass(frozen=True)
 class Picture:
     """A rendered scene of the study."""
 
-    image: np.ndarray  # (H, W): the picture
+    image: np.ndarray  # (H, W)
     scene: Scene  # what it shows, with its lamps as bright as they are
-    truth: Truth  # where the dock is
-    # share of the pixels to which lamps add at least ``LIT_LEVELS``, and share that lamps and water saturate
-    lit_share: float
-    # share of the pixels to which lamps add at least ``LIT_LEVELS``, and share that lamps and water saturate
-    saturated_share: float
+    truth: Truth
+    lit_share: float  # of the pixels, to which lamps add at least ``LIT_LEVELS``
+    saturated_share: float  # of the pixels, by lamps and water
 
 
 def draw(seed: int, index: int) -> Drawn:
     """Draw scene ``index`` of the study with a seed; it depends on nothing else.
 
-    U is uniform, L uniform in the logarithm. The factors are independent unless said otherwise:
-
-    - picture: one of ``SIZES``; focal length L(0.5, 3) widths, principal point in the middle, no distortion, exact;
-    - dock: diameter L(0.2, 0.8) m; 4 to 24 lights, evenly spaced, and their number is told to the method;
-    - ring: radius in the picture L from 10 px, or what leaves 5 px between neighbours, to 0.45 heights; that gives the
-      range, of at most 15 m and at most 8 attenuation lengths, so that far docks are found in clear water only;
-    - its centre U over the picture, at least 0.8 radii from the border: some rings are cut. Tilt U(0, 60) degrees off
-      the line of sight to any side, roll U;
-    - lights: brightness U(0.35, 1) each; radius L(0.03, 0.4) of their spacing, at most a quarter of the ring's radius;
-      beam exponent U(0, 2); dead in half of the scenes, then U over 0 to a third of them;
-    - water: turbidity U(0, 1), see :func:`dockpose.simulate.optics.water.water_of_turbidity`;
-    - exposure: brightest light L(100, 2000) levels, of which 255 are stored;
-    - ambient light U(0, 120) levels with gradients U(-60, 60) across and down;
-    - strays in half of the scenes: U over 1 to 10 lamps anywhere in view, U(0.2, 1.5) as bright as a light of the dock;
-      burnt-in text in 0.2, a reflecting surface in 0.2, 5 to 60 flakes of snow in 0.4 of the scenes;
-    - sensor: read noise L(0.5, 6) levels, 10 to 100 electrons a level, lens blur U(0.5, 1.5) px, vignetting U(0, 0.4),
-      motion blur U(1, 5) px in 0.15, JPEG of quality 40 to 95 in 0.35 of the scenes.
-
-    One scene in five has no dock: its ring is turned away, so that no light of it reaches the camera; always 1 to 10
-    strays, and in two of three such scenes as many more as the dock has lights, are strewn over the picture.
+    The page of a study says in words how. The ring's radius in the picture gives the range, of at most 15 m and at most
+    8 attenuation lengths, so that far docks are found in clear water only; its centre is at least 0.8 radii from the
+    border: some rings are cut. One scene in five has no dock: its ring is turned away, so that no light of it reaches
+    the camera; 1 to 10 strays, and in two of three such scenes as many more as the dock has lights, are strewn about.
     """
     rng = np.random.default_rng([seed, index])
     turbidity = float(rng.uniform())
@@ -116,7 +98,7 @@ def draw(seed: int, index: int) -> Drawn:
         sensor=_sensor(rng),
         seed=int(rng.integers(2**31)),
     )
-    return Drawn(scene, has_dock, turbidity, _log_uniform(rng, *BRIGHTEST_LEVELS), strays)
+    return Drawn(scene, has_dock, turbidity, log_uniform(rng, *BRIGHTEST_LEVELS), strays)
 
 
 def picture_of(drawn: Drawn) -> Picture:
@@ -147,31 +129,39 @@ def _camera_and_dock(rng: np.random.Generator, farthest_m: float) -> tuple[Camer
     """Camera, dock, and the radius of its ring in the picture; drawn again where the dock would be too far away."""
     while True:
         width, height = list(SIZES)[rng.choice(len(SIZES), p=list(SIZES.values()))]
-        focal_px = width * _log_uniform(rng, *FOCAL_WIDTHS)
-        dock = Dock(_log_uniform(rng, *DIAMETERS_M), int(rng.integers(FEWEST_LIGHTS, MOST_LIGHTS + 1)))
+        focal_px = width * log_uniform(rng, *FOCAL_WIDTHS)
+        dock = Dock(log_uniform(rng, *DIAMETERS_M), int(rng.integers(FEWEST_LIGHTS, MOST_LIGHTS + 1)))
         spaced_px = LEAST_SPACING_PX * (dock.lights or 0) / (2 * math.pi)
-        radius_px = _log_uniform(rng, max(LEAST_RADIUS_PX, spaced_px), LARGEST_RADIUS * height)
+        radius_px = log_uniform(rng, max(LEAST_RADIUS_PX, spaced_px), LARGEST_RADIUS * height)
         if focal_px * dock.radius / radius_px <= farthest_m:
             camera = Camera(focal_px, focal_px, (width - 1) / 2, (height - 1) / 2, width, height)
             return camera, dock, radius_px
 
 
 def _pose(rng: np.random.Generator, camera: Camera, radius_px: float, z_m: float, tilt_deg: float) -> Pose:
-    """Attitude by the angle between the dock's normal and the line of sight, which is what the camera sees of it."""
     reach = [max(0.0, side / 2 - 0.8 * radius_px) * z_m / camera.fx for side in (camera.width, camera.height)]
-    x_m, y_m = (float(rng.uniform(-each, each)) for each in reach)
-    sight = np.array([x_m, y_m, z_m]) / math.hypot(x_m, y_m, z_m)
-    right = np.cross([0.0, 1.0, 0.0], sight)
-    right /= np.linalg.norm(right)
-    tilt, around = math.radians(tilt_deg), float(rng.uniform(0, 2 * math.pi))
-    side = math.cos(around) * right + math.sin(around) * np.cross(sight, right)
-    x, y, z = (math.sin(tilt) * side - math.cos(tilt) * sight).tolist()
+    position = np.array([*(rng.uniform(-each, each) for each in reach), z_m])
+    around = float(rng.uniform(0, 2 * math.pi))
+    return tilted_pose(position, math.radians(tilt_deg), around, rng.uniform(0, 360))
+
+
+def tilted_pose(position_m: np.ndarray, tilt_rad: float, around_rad: float, roll_deg: float) -> Pose:
+    """A pose (3,) whose normal is tilted off the line of sight, which is what a camera sees of it, to some side."""
+    sight = unit(position_m)
+    right = unit(np.cross([0.0, 1.0, 0.0], sight))
+    side = math.cos(around_rad) * right + math.sin(around_rad) * np.cross(sight, right)
+    x, y, z = (math.sin(tilt_rad) * side - math.cos(tilt_rad) * sight).tolist()
     return Pose(
-        position_m=(x_m, y_m, z_m),
+        position_m=tuple(position_m.tolist()),
         theta_x_deg=math.degrees(math.asin(y)),
         theta_y_deg=math.degrees(math.atan2(-x, -z)),
-        roll_deg=float(rng.uniform(0, 360)),
+        roll_deg=float(roll_deg),
     )
+
+
+def unit(vector: np.ndarray) -> np.ndarray:
+    """The vector with a length of 1."""
+    return vector / np.linalg.norm(vector)
 
 
 def _lights(rng: np.random.Generator, dock: Dock) -> Lights:
@@ -179,7 +169,7 @@ def _lights(rng: np.random.Generator, dock: Dock) -> Lights:
     spacing_m = 2 * math.pi * dock.radius / number
     dead = rng.choice(number, _count(rng, 0, number // 3), replace=False)
     return Lights(
-        radius_m=min(_log_uniform(rng, *LAMP_SPACINGS) * spacing_m, LARGEST_LAMP * dock.radius),
+        radius_m=min(log_uniform(rng, *LAMP_SPACINGS) * spacing_m, LARGEST_LAMP * dock.radius),
         beam_exponent=float(rng.uniform(0, 2)),
         brightness=tuple(rng.uniform(0.35, 1.0, number).tolist()),
         missing=tuple(sorted(dead.tolist())),
@@ -204,8 +194,8 @@ def _texts(rng: np.random.Generator, camera: Camera) -> tuple[Text, ...]:
 
 def _sensor(rng: np.random.Generator) -> Sensor:
     return Sensor(
-        electrons_per_level=_log_uniform(rng, 10, 100),
-        read_noise_levels=_log_uniform(rng, *READ_NOISE_LEVELS),
+        electrons_per_level=log_uniform(rng, 10, 100),
+        read_noise_levels=log_uniform(rng, *READ_NOISE_LEVELS),
         vignetting=float(rng.uniform(0, 0.4)),
         blur_px=float(rng.uniform(0.5, 1.5)),
         motion_blur_px=float(rng.uniform(1, 5)) if rng.random() < 0.15 else 0.0,
@@ -219,5 +209,6 @@ def _count(rng: np.random.Generator, least: int, most: int) -> int:
     return int(rng.integers(least, most + 1)) if rng.random() < 0.5 else 0
 
 
-def _log_uniform(rng: np.random.Generator, least: float, most: float) -> float:
+def log_uniform(rng: np.random.Generator, least: float, most: float) -> float:
+    """A number drawn uniformly in its logarithm."""
     return float(np.exp(rng.uniform(np.log(least), np.log(most))))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from dockpose.estimate import Estimate
@@ -12,52 +12,38 @@ from dockpose.simulate.truth import Truth
 
 RIGHT_SHARE, RIGHT_DEG = 0.05, 5.0  # of the range, and of the direction of the dock's normal
 HOLD_SIGMAS = 1.96  # standard errors of a 95 % interval
-SUCCESS, WRONG_POSE, REFUSED, FALSE_DOCK, CORRECT_REFUSAL = OUTCOMES = (
-    "success",
-    "wrong pose",
-    "refused",
-    "false dock",
-    "correct refusal",
-)
-_AXES = ("x", "y", "z")
-_ANGLES = ("theta_x", "theta_y")
-_UNITS = {**dict.fromkeys(_AXES, "m"), **dict.fromkeys(_ANGLES, "deg")}
-# Columns of a judgement in a table, in order; those of intervals and sigmas follow.
+OUTCOMES = ("success", "wrong pose", "refused", "false dock", "correct refusal")
+SUCCESS, WRONG_POSE, REFUSED, FALSE_DOCK, CORRECT_REFUSAL = OUTCOMES
+_UNITS = {"x": "m", "y": "m", "z": "m", "theta_x": "deg", "theta_y": "deg"}
+# Columns of a judgement in a table, in order.
 COLUMNS = (
-    "status",
-    "outcome",
-    "chosen_right",
-    "either_right",
-    "chosen_nearer",
-    "position_right",
-    "position_error_m",
-    "position_error_share",
-    "angle_error_deg",
-    "probability",
-    "detection",
-    "selected_by",
-    "lights_found",
-    "lights_on_ring",
-    *(f"error_{axis}_m" for axis in _AXES),
-    *(f"error_{angle}_deg" for angle in _ANGLES),
-    *(f"sigma_{axis}_m" for axis in _AXES),
-    *(f"sigma_{angle}_deg" for angle in _ANGLES),
-    *(f"{name}_in_95" for name in (*_AXES, *_ANGLES)),
+    *("status", "outcome", "chosen_right", "either_right", "chosen_nearer", "position_right"),
+    *("position_error_m", "position_error_share", "angle_error_deg", "probability", "detection", "selected_by"),
+    *("lights_found", "lights_on_ring"),
+    *(f"error_{name}_{unit}" for name, unit in _UNITS.items()),
+    *(f"sigma_{name}_{unit}" for name, unit in _UNITS.items()),
+    *(f"{name}_in_95" for name in _UNITS),
 )
 Value = str | int | float | bool | None
 
 
-@dataclass(frozen=True)
-class _Errors:
-    """How far a candidate is from the truth."""
+def pose_errors(pose: CirclePose, truth: CirclePose | Truth) -> tuple[float, float]:
+    """Distance in metres between two positions, and angle in degrees between two normals."""
+    angle = math.degrees(_between_rad(pose.normal, truth.normal))
+    return float(np.linalg.norm(pose.position_m - truth.position_m)), angle
 
-    position_m: float
-    share: float
-    angle_deg: float
 
-    @property
-    def is_right(self) -> bool:
-        return self.share <= RIGHT_SHARE and self.angle_deg <= RIGHT_DEG
+def nearest(candidates: Sequence[CirclePose], normal: np.ndarray) -> CirclePose:
+    """The candidate whose normal is nearest to the true one."""
+    return max(candidates, key=lambda pose: float(pose.normal @ normal))
+
+
+def signed_errors(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) -> tuple[float, ...]:
+    """What was found less the truth: x, y, z in metres, theta_x and theta_y in degrees."""
+    true = CirclePose(position_m, normal, np.zeros(2))
+    x, y, z = (pose.position_m - position_m).tolist()
+    turned = math.remainder(pose.theta_y_rad - true.theta_y_rad, 2 * math.pi)
+    return x, y, z, math.degrees(pose.theta_x_rad - true.theta_x_rad), math.degrees(turned)
 
 
 def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> dict[str, Value]:
@@ -83,29 +69,31 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
     if not has_dock:
         row["outcome"] = FALSE_DOCK
         return row
-    errors = [_errors(pose, truth) for pose in found.candidates]
-    own = _errors(chosen, truth)
-    row |= {
-        "chosen_right": own.is_right,
-        "either_right": any(each.is_right for each in errors),
-        "chosen_nearer": own.angle_deg <= min(each.angle_deg for each in errors),
-        "position_right": own.share <= RIGHT_SHARE,
-        "position_error_m": own.position_m,
-        "position_error_share": own.share,
-        "angle_error_deg": own.angle_deg,
-    }
-    row |= _signed(chosen, truth)
-    row |= {f"{name}_in_95": _is_within(row, name, unit) for name, unit in _UNITS.items()}
     range_m = float(np.linalg.norm(truth.position_m))
+    errors = [pose_errors(pose, truth) for pose in found.candidates]
+    off_m, angle_deg = pose_errors(chosen, truth)
+    is_near, is_right = off_m / range_m <= RIGHT_SHARE, _is_right(off_m, angle_deg, range_m)
+    row |= {
+        "chosen_right": is_right,
+        "either_right": any(_is_right(*each, range_m) for each in errors),
+        "chosen_nearer": angle_deg <= min(angle for _, angle in errors),
+        "position_right": is_near,
+        "position_error_m": off_m,
+        "position_error_share": off_m / range_m,
+        "angle_error_deg": angle_deg,
+    }
+    signed = signed_errors(chosen, truth.position_m, truth.normal)
+    for (name, unit), error in zip(_UNITS.items(), signed, strict=True):
+        sigma = row[f"sigma_{name}_{unit}"]
+        row[f"error_{name}_{unit}"] = error
+        row[f"{name}_in_95"] = abs(error) <= HOLD_SIGMAS * sigma if isinstance(sigma, float) else None
     is_beside = _between_rad(chosen.position_m, truth.position_m) > math.atan2(radius_m, range_m)
-    row["outcome"] = SUCCESS if own.is_right else FALSE_DOCK if is_beside else WRONG_POSE
+    row["outcome"] = SUCCESS if is_right else FALSE_DOCK if is_beside else WRONG_POSE
     return row
 
 
-def _errors(pose: CirclePose, truth: Truth) -> _Errors:
-    off_m = float(np.linalg.norm(pose.position_m - truth.position_m))
-    angle = math.degrees(_between_rad(pose.normal, truth.normal))
-    return _Errors(off_m, off_m / float(np.linalg.norm(truth.position_m)), angle)
+def _is_right(off_m: float, angle_deg: float, range_m: float) -> bool:
+    return off_m / range_m <= RIGHT_SHARE and angle_deg <= RIGHT_DEG
 
 
 def _between_rad(one: np.ndarray, other: np.ndarray) -> float:
@@ -114,28 +102,7 @@ def _between_rad(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _sigmas(pose: CirclePose) -> dict[str, Value]:
-    sigmas: dict[str, Value] = {}
-    if pose.sigma_position_m is not None:
-        sigmas |= {f"sigma_{axis}_m": value for axis, value in zip(_AXES, pose.sigma_position_m, strict=True)}
-    if pose.sigma_theta_rad is not None:
-        degrees = [math.degrees(value) for value in pose.sigma_theta_rad]
-        sigmas |= {f"sigma_{angle}_deg": value for angle, value in zip(_ANGLES, degrees, strict=True)}
-    return sigmas
-
-
-def _signed(pose: CirclePose, truth: Truth) -> dict[str, Value]:
-    """What was found less the truth, number by number."""
-    true = CirclePose(truth.position_m, truth.normal, truth.centre_px)
-    off_m = (pose.position_m - truth.position_m).tolist()
-    off_x_deg = math.degrees(pose.theta_x_rad - true.theta_x_rad)
-    off_y_deg = math.degrees(math.remainder(pose.theta_y_rad - true.theta_y_rad, 2 * math.pi))
-    errors = zip((*_AXES, *_ANGLES), (*off_m, off_x_deg, off_y_deg), strict=True)
-    return {f"error_{name}_{_UNITS[name]}": off for name, off in errors}
-
-
-def _is_within(row: dict[str, Value], name: str, unit: str) -> bool | None:
-    """Whether the truth is within the 95 % interval of a number; None where that has none."""
-    error, sigma = row[f"error_{name}_{unit}"], row[f"sigma_{name}_{unit}"]
-    if not isinstance(error, float) or not isinstance(sigma, float):
-        return None
-    return abs(error) <= HOLD_SIGMAS * sigma
+    """Standard errors by column; None for what has none."""
+    position, theta = pose.sigma_position_m or [None] * 3, pose.sigma_theta_rad or [None] * 2
+    values = (*position, *(None if value is None else math.degrees(value) for value in theta))
+    return {f"sigma_{name}_{unit}": value for (name, unit), value in zip(_UNITS.items(), values, strict=True)}

@@ -1,16 +1,17 @@
-"""The methods that the study compares, each as the flow chart is called for it."""
+"""The methods of the study: every threshold method with the steps after it, and the program's default."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from dockpose.camera.camera import Camera
-from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
 from dockpose.settings import Settings
 from dockpose.study.draw import Picture
+from dockpose.thresholds import METHODS as THRESHOLDS
 
-PRODUCT = "hats_and_local"
+PRODUCT, HATS = "hats_and_local", "hats"
+RIVALS = ("otsu", "kapur", "kittler", "sezan")  # those of the paper
 
 
 @dataclass(frozen=True)
@@ -18,31 +19,36 @@ class Method:
     """A way to find the dock."""
 
     label: str  # its name in tables
-    title: str  # its name for people
     threshold: str  # which of ``dockpose.thresholds.METHODS``
-    fall_back: bool = False  # for hats, whether lights get levels of their own where no single level shows the ring
+    fall_back: bool = False  # for hats, whether lights get a level each where no single level shows the ring
+
+    @property
+    def title(self) -> str:
+        """Its name for people."""
+        title = THRESHOLDS.title(self.threshold).partition(" (")[0]
+        return f"{title} + local" if self.fall_back else title
 
     def find(self, picture: Picture) -> Estimate:
-        """Find the dock in a picture, told the camera, the diameter and the number of lights."""
-        camera: Camera = picture.scene.camera
-        dock: Dock = picture.scene.dock
-        return estimate(picture.image, camera, dock, Settings(method=self.threshold), fall_back=self.fall_back)
+        """Find the dock in a picture, given the camera, the diameter and the number of lights."""
+        scene, settings = picture.scene, Settings(method=self.threshold)
+        return estimate(picture.image, scene.camera, scene.dock, settings, fall_back=self.fall_back)
 
 
-METHODS = {
-    method.label: method
-    for method in (
-        Method(PRODUCT, "HATS + local", "hats", fall_back=True),
-        Method("hats", "HATS", "hats"),
-        Method("hats_local", "Local HATS", "hats_local"),
-        Method("otsu", "Otsu", "otsu"),
-        Method("kapur", "Kapur", "kapur"),
-        Method("kittler", "Kittler-Illingworth", "kittler"),
-        Method("sezan", "Sezan", "sezan"),
-        Method("li", "Li", "li"),
-        Method("yen", "Yen", "yen"),
-        Method("triangle", "Triangle", "triangle"),
-    )
-}
-HATS = "hats"
-RIVALS = ("otsu", "kapur", "kittler", "sezan")  # those of the paper
+class _Methods(Mapping[str, Method]):
+    """The program's default first, then all that are registered but a fixed level, which no one sets for each scene."""
+
+    def __getitem__(self, label: str) -> Method:
+        if label == PRODUCT:
+            return Method(PRODUCT, HATS, fall_back=True)
+        if label not in THRESHOLDS or label == "fixed":
+            raise KeyError(label)
+        return Method(label, label)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((PRODUCT, *(name for name in THRESHOLDS if name != "fixed")))
+
+    def __len__(self) -> int:
+        return len(THRESHOLDS)
+
+
+METHODS = _Methods()

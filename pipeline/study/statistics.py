@@ -8,41 +8,31 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binom, binomtest
 
-Z95 = 1.959963984540054  # the normal distribution's 97.5 % quantile
+_Z95 = 1.959963984540054  # the normal distribution's 97.5 % quantile
 
 
 @dataclass(frozen=True)
 class Share:
-    """A share of a number of cases, or the median of numbers, with its 95 % interval."""
+    """A share of a number of cases, or the median of numbers, with its 95 % interval; NaN of no cases."""
 
-    value: float  # the estimate and its interval
-    low: float  # the estimate and its interval
-    high: float  # the estimate and its interval
+    value: float
+    low: float
+    high: float
     count: int  # of the cases
-    hits: int | None = None  # none for a median
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The ends of the interval."""
-        return self.low, self.high
+    hits: int | None = None  # of these; None for a median
 
 
 @dataclass(frozen=True)
 class Difference:
-    """How much oftener one method succeeds than another on the same scenes."""
+    """How much oftener one method succeeds than another on the same scenes, with its 95 % interval; NaN of none."""
 
-    value: float  # difference of both shares, and its 95 % interval
-    low: float  # difference of both shares, and its 95 % interval
-    high: float  # difference of both shares, and its 95 % interval
-    first_only: int  # scenes on which only the one succeeds, and only the other
-    second_only: int  # scenes on which only the one succeeds, and only the other
+    value: float
+    low: float
+    high: float
+    first_only: int  # scenes on which only the one succeeds
+    second_only: int
     count: int  # all scenes
     p_value: float  # of McNemar's exact test that neither is better
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The ends of the interval."""
-        return self.low, self.high
 
 
 def wilson(hits: int, count: int) -> Share:
@@ -60,19 +50,15 @@ def wilson(hits: int, count: int) -> Share:
     """
     if count == 0:
         return Share(math.nan, math.nan, math.nan, 0, 0)
-    share, square = hits / count, Z95**2
+    share, square = hits / count, _Z95**2
     middle = (share + square / (2 * count)) / (1 + square / count)
-    half = Z95 * math.sqrt(share * (1 - share) / count + square / (4 * count**2)) / (1 + square / count)
+    half = _Z95 * math.sqrt(share * (1 - share) / count + square / (4 * count**2)) / (1 + square / count)
     # At no and at all hits the limit is exactly 0 and 1, which rounding misses.
-    low = 0.0 if hits == 0 else middle - half
-    high = 1.0 if hits == count else middle + half
-    return Share(share, low, high, count, hits)
+    return Share(share, 0.0 if hits == 0 else middle - half, 1.0 if hits == count else middle + half, count, hits)
 
 
 def paired_difference(first: np.ndarray, second: np.ndarray) -> Difference:
-    """Difference of two methods' shares of success on the same scenes.
-
-    ``first``, ``second`` (N,).
+    """Difference of two methods' shares of success on the same scenes, ``first`` and ``second`` (N,) of bool.
 
     The interval is Newcombe's tenth, from Wilson's intervals of both shares and the correlation between them.
 

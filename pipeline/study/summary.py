@@ -49,10 +49,10 @@ def _result(one: Columns) -> dict[str, Any]:
     hits = docks & (outcome == SUCCESS)
     seen = docks & ((outcome == SUCCESS) | (outcome == WRONG_POSE))
     return {
-        "success": wilson(int(hits.sum()), int(docks.sum())),
-        "false_dock": wilson(int((outcome == FALSE_DOCK).sum()), len(docks)),
-        "right_of_reported": wilson(int(hits.sum()), int((docks & (outcome != REFUSED)).sum())),
-        "nearer": wilson(int((one["chosen_nearer"][seen] == 1).sum()), int(seen.sum())),
+        "success": _came(hits, docks),
+        "false_dock": _came(outcome == FALSE_DOCK, np.ones_like(docks)),
+        "right_of_reported": _came(hits, docks & (outcome != REFUSED)),
+        "nearer": _came(one["chosen_nearer"] == 1, seen),
         "z_in_95": _held(one["z_in_95"][seen]),
         "too_far": _held(np.where(np.isfinite(one["error_z_m"]), one["error_z_m"] > 0, np.nan)[seen]),
         "position_error_share": median(one["position_error_share"][seen]),
@@ -63,18 +63,22 @@ def _result(one: Columns) -> dict[str, Any]:
 
 
 def _more(one: Columns) -> dict[str, Any]:
-    """The rest of what a method reached, which is told over all scenes only."""
+    """The rest of what a method reached, given over all scenes only."""
     docks, outcome = one["has_dock"] == 1, one["outcome"]
-    count = int(docks.sum())
     false = outcome == FALSE_DOCK
     return {
-        "either_right": wilson(int((docks & (one["either_right"] == 1)).sum()), count),
-        "position_right": wilson(int((docks & (one["position_right"] == 1)).sum()), count),
-        "wrong_pose": wilson(int((outcome == WRONG_POSE).sum()), count),
-        "refused": wilson(int((docks & (outcome == REFUSED)).sum()), count),
-        "false_dock_without": wilson(int((false & ~docks).sum()), len(docks) - count),
-        "false_dock_beside": wilson(int((false & docks).sum()), count),
+        "either_right": _came(one["either_right"] == 1, docks),
+        "position_right": _came(one["position_right"] == 1, docks),
+        "wrong_pose": _came(outcome == WRONG_POSE, docks),
+        "refused": _came(outcome == REFUSED, docks),
+        "false_dock_without": _came(false, ~docks),
+        "false_dock_beside": _came(false, docks),
     }
+
+
+def _came(came: np.ndarray, among: np.ndarray) -> Share:
+    """In which share of some scenes something came true."""
+    return wilson(int((came & among).sum()), int(among.sum()))
 
 
 def _difference(first: Columns, second: Columns) -> dict[str, Any]:
@@ -109,21 +113,19 @@ def _of_probability(product: Columns) -> list[dict[str, Any]]:
 
 def _of_detection(product: Columns) -> list[dict[str, Any]]:
     """How often what is reported is the dock, by the detection that it was given."""
-    told = np.isfinite(product["detection"])
-    return _reliability(product["detection"][told], (product["outcome"] != FALSE_DOCK)[told], DETECTION_EDGES)
+    given = np.isfinite(product["detection"])
+    return _reliability(product["detection"][given], (product["outcome"] != FALSE_DOCK)[given], DETECTION_EDGES)
 
 
-def _reliability(told: np.ndarray, came: np.ndarray, edges: tuple[float, ...]) -> list[dict[str, Any]]:
+def _reliability(given: np.ndarray, came: np.ndarray, edges: tuple[float, ...]) -> list[dict[str, Any]]:
     factor = Factor("", "", edges)
-    bins = factor.bins_of(told)
-    return [
-        {
-            "bin": label,
-            "told": float(told[bins == number].mean()) if (bins == number).any() else math.nan,
-            "came": wilson(int(came[bins == number].sum()), int((bins == number).sum())),
-        }
-        for number, label in enumerate(factor.labels)
-    ]
+    bins = factor.bins_of(given)
+    rows = []
+    for number, label in enumerate(factor.labels):
+        among = bins == number
+        told = float(given[among].mean()) if among.any() else math.nan
+        rows.append({"bin": label, "told": told, "came": _came(came, among)})
+    return rows
 
 
 def _coverage(product: Columns) -> dict[str, Any]:
@@ -145,8 +147,7 @@ def _widen(product: Columns) -> dict[str, float]:
 
 
 def _held(held: np.ndarray) -> Share:
-    told = held[np.isfinite(held)]
-    return wilson(int(told.sum()), len(told))
+    return _came(held == 1, np.isfinite(held))
 
 
 def _plain(value: Any) -> Any:

@@ -25,7 +25,7 @@ import numpy as np
 import rosbags.typesys  # noqa: F401  # what commands import when they need it is to be there before they begin
 from dockpose.app.cli import main
 from dockpose.app.experiment import Session
-from dockpose.app.export.reproduction.part import Plot
+from dockpose.app.export.parts import Plot
 from dockpose.app.inputs.samples import sample_source
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, render, save_sequence

@@ -7,11 +7,9 @@ import os
 from pathlib import Path
 
 from dockpose.app.commands.arguments import Commands
-from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, say
+from dockpose.app.commands.console import EXIT_ALL_READ, FrameProgress, say
 from dockpose.app.errors import UserError
 from dockpose.app.export.reproduction.report import PARTS, reproduce
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TimeElapsedColumn
 
 SEED = 2016
 
@@ -42,23 +40,16 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose reproduce``; returns the exit status."""
-    for name in ("seed", "jobs"):
-        if getattr(arguments, name) < (name == "jobs"):
-            raise UserError(f"--{name} is {getattr(arguments, name)}; it must be at least {int(name == 'jobs')}")
-    console = Console(stderr=True)
+    check_least(arguments, seed=0, jobs=1)
     total = len(set(arguments.only)) or len(PARTS)
-    columns = ("{task.description}", BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with TerminalBar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("reproduce", total=total)
-        count = 0
-
-        def done(key: str) -> None:
-            nonlocal count
-            count += 1
-            bar.update(task, completed=count, description=key)
-            if not console.is_terminal:
-                say(f"{key} ({count} of {total})")
-
-        reproduce(arguments.out, arguments.seed, arguments.jobs, tuple(arguments.only), done)
+    with FrameProgress("reproduce", total=total, unit="parts") as progress:
+        reproduce(arguments.out, arguments.seed, arguments.jobs, arguments.only, lambda key: progress.step(name=key))
     say(f"the report is {arguments.out / 'index.html'}")
     return EXIT_ALL_READ
+
+
+def check_least(arguments: argparse.Namespace, **least: int) -> None:
+    """Raise UserError where a number is below its least."""
+    for name, value in least.items():
+        if getattr(arguments, name) < value:
+            raise UserError(f"--{name} is {getattr(arguments, name)}; it must be at least {value}")

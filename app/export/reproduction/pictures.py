@@ -1,26 +1,70 @@
-"""Pictures and curves that several parts draw alike."""
+"""Figures, pictures and curves that several parts draw alike."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, GROUPS_COLOUR, LIGHT_COLOUR, THRESHOLD_COLOUR
+from dockpose.app.drawing.figures import DPI, new_figure
 from dockpose.estimate import Estimate
 from dockpose.paper.lights.levels import Picture
 from dockpose.thresholds import LEVELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SMALL = 8  # points, of texts within a figure
 PHOTO_DPI = 110  # of figures with pictures in them, which keeps the report small
 _AROUND = 1.5  # of the ring's radius: what is shown around it
 
-Part = tuple[int, int, int, int]
+Box = tuple[int, int, int, int]
 
 
-def ring_part(picture: Picture) -> Part:
+def canvas(width_in: float, height_in: float, dpi: float = DPI) -> Figure:
+    """An empty figure whose axes take the room that their texts leave."""
+    figure = new_figure(width_in, height_in, dpi)
+    figure.set_layout_engine("constrained")
+    return figure
+
+
+def legend_above(figure: Figure, axes: Axes, ncols: int, **looks: Any) -> None:
+    """One legend for all axes of a figure, above them."""
+    handles = axes.get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper center", ncols=ncols, frameon=False, **looks)
+
+
+def draw_intervals(
+    axes: Axes,
+    places: Iterable[float],
+    shares: Sequence[Mapping[str, Any]],
+    looks: tuple[str, str],
+    *,
+    scale: float = 100.0,
+    across: bool = False,
+    **more: Any,
+) -> None:
+    """Draw values with their intervals in a colour with a mark, upright or across; those of no cases are left out."""
+    known = [(place, share) for place, share in zip(places, shares, strict=True) if share["value"] is not None]
+    if not known:
+        return
+    at = [place for place, _ in known]
+    values, lows, highs = (
+        scale * np.array([np.nan if share[key] is None else share[key] for _, share in known], dtype=float)
+        for key in ("value", "low", "high")
+    )
+    off = np.maximum(0, [values - lows, highs - values])
+    colour, mark = looks
+    style = {"fmt": mark, "color": colour, "ms": 4, "lw": 0.9} | more
+    if across:
+        axes.errorbar(values, at, xerr=off, **style)
+    else:
+        axes.errorbar(at, values, yerr=off, **style)
+
+
+def ring_part(picture: Picture) -> Box:
     """Left, top, right and bottom of what shows the dock's ring with a margin."""
     ellipse = picture.truth.ellipse
     assert ellipse is not None
@@ -29,8 +73,8 @@ def ring_part(picture: Picture) -> Part:
     return max(0, int(x - half)), max(0, int(y - half)), min(width, int(x + half)), min(height, int(y + half))
 
 
-def show(axes: Axes, image: np.ndarray, title: str, part: Part | None = None) -> None:
-    """Show a grey or binarised picture, or a part of it, without ticks."""
+def show(axes: Axes, image: np.ndarray, title: str, part: Box | None = None, found: Estimate | None = None) -> None:
+    """Show a grey or binarised picture, or a part of it, without ticks, and circle what was found in it."""
     height, width = image.shape
     left, top, right, bottom = part or (0, 0, width, height)
     extent = (left - 0.5, right - 0.5, bottom - 0.5, top - 0.5)
@@ -40,9 +84,11 @@ def show(axes: Axes, image: np.ndarray, title: str, part: Part | None = None) ->
     axes.set_title(title, fontsize=SMALL)
     axes.set_xticks([])
     axes.set_yticks([])
+    if found is not None:
+        _mark_lights(axes, found)
 
 
-def mark_lights(axes: Axes, found: Estimate) -> None:
+def _mark_lights(axes: Axes, found: Estimate) -> None:
     """Circle the lights on the ring, and draw the ellipse through them."""
     if found.markers is not None and found.ring is not None:
         x, y = found.markers.points_px[found.ring.on_ring].T
@@ -52,28 +98,25 @@ def mark_lights(axes: Axes, found: Estimate) -> None:
         axes.plot(np.append(x, x[0]), np.append(y, y[0]), "-", color=LIGHT_COLOUR, lw=0.8)
 
 
-def draw_histogram(axes: Axes, counts: np.ndarray, level: int) -> None:
+def draw_histogram(axes: Axes, counts: np.ndarray, level: int = LEVELS) -> None:
     """Draw the pixels at each grey level on a logarithmic scale, and the level."""
     axes.fill_between(np.arange(LEVELS), counts + 1, 1, step="mid", color=BARS_COLOUR)
     axes.set_yscale("log")
-    draw_level(axes, level)
-    axes.set_xlim(0, LEVELS)
-    axes.set_ylabel("pixels + 1", fontsize=SMALL)
-    axes.tick_params(labelsize=SMALL - 1)
+    _finish(axes, "pixels + 1", level)
 
 
 def draw_groups(axes: Axes, groups: np.ndarray, level: int, lights: int) -> None:
     """Draw the groups that each level leaves, the number of visible lights, and the level."""
     axes.plot(np.arange(LEVELS), groups, color=GROUPS_COLOUR, drawstyle="steps-mid", lw=1)
     axes.axhline(lights, color=LIGHT_COLOUR, ls="--", lw=1)
-    draw_level(axes, level)
-    axes.set_xlim(0, LEVELS)
     axes.set_ylim(0, 3 * lights)
-    axes.set_ylabel("groups", fontsize=SMALL)
-    axes.tick_params(labelsize=SMALL - 1)
+    _finish(axes, "groups", level)
 
 
-def draw_level(axes: Axes, level: int) -> None:
-    """Mark a level; none where nothing is kept."""
+def _finish(axes: Axes, label: str, level: int) -> None:
+    """Name the axes of what is drawn against the grey levels, and mark one; none where nothing is kept."""
     if level < LEVELS:
         axes.axvline(level, color=THRESHOLD_COLOUR, lw=1.2, ls="-.")
+    axes.set_xlim(0, LEVELS)
+    axes.set_ylabel(label, fontsize=SMALL)
+    axes.tick_params(labelsize=SMALL - 1)

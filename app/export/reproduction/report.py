@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import datetime
 import importlib
 from collections.abc import Callable
 from concurrent.futures import as_completed
-from dataclasses import dataclass
 from pathlib import Path
 
-import jinja2
 from dockpose.app.errors import UserError, check_folder, writing
 from dockpose.app.experiment.versions import versions
-from dockpose.app.export.reproduction.part import Part
+from dockpose.app.export.parts import Part, page
 from dockpose.app.processing.parallel import workers
-from dockpose.app.resources import static_path
 from dockpose.camera.durable_files import write_whole
 
 # Key of each part, in the order of the report, and the module here whose function of that name makes it.
@@ -23,35 +19,19 @@ PARTS: dict[str, str] = {
     "figure_5": "spread",
     "figure_6": "spread",
     "figure_7": "spread",
-    "figure_8": "histograms",
+    "figure_8": "levels",
     "figure_14": "levels",
     "figure_15": "methods",
     "figure_16": "levels",
     "figure_17": "number_of_lights",
     "table_1": "duality",
-    "table_2": "tank_tables",
-    "table_3": "tank_tables",
-    "table_4": "tank_tables",
-    "error_budget": "error_budget",
-    "literal_hats": "literal",
+    "table_2": "tank",
+    "table_3": "tank",
+    "table_4": "tank",
+    "error_budget": "tank",
+    "literal_hats": "methods",
 }
-# The slowest, which begin first.
-_SLOW: tuple[str, ...] = ("table_1", "error_budget", "literal_hats", "figure_15")
-
-
-@dataclass(frozen=True)
-class Reproduction:
-    """The report, ready to be written."""
-
-    seed: int  # of all that is random in it
-    parts: list[Part]  # in the order of the paper
-
-    def html(self) -> str:
-        """Return the text of the file."""
-        environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-        template = environment.from_string(static_path("reproduction.html").read_text(encoding="utf-8"))
-        made = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
-        return template.render(report=self, made=made, versions=versions())
+_SLOW = ("table_1", "error_budget", "literal_hats", "figure_15")  # these begin first
 
 
 def make_part(key: str, seed: int) -> Part:
@@ -60,8 +40,11 @@ def make_part(key: str, seed: int) -> Part:
     return getattr(module, key)(seed)
 
 
-def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> Reproduction:
-    """Make the report and its files in the folder ``out``."""
+def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> None:
+    """Write ``index.html`` and the files of each part, or of some, into a folder; ``done`` gets the key of each.
+
+    The same seed gives the same numbers. Raises UserError if a key is unknown or a file cannot be written.
+    """
     for key in only:
         if key not in PARTS:
             raise UserError(f"there is no part {key!r}; there are {', '.join(PARTS)}")
@@ -71,7 +54,7 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
         out.mkdir(parents=True, exist_ok=True)
     parts: dict[str, Part] = {}
     with workers(jobs, None) as (executor, _):
-        begun = sorted(wanted, key=lambda key: _SLOW.index(key) if key in _SLOW else len(_SLOW))
+        begun = sorted(wanted, key=lambda key: key not in _SLOW)
         waiting = {executor.submit(make_part, key, seed): key for key in begun}
         for future in as_completed(waiting):
             key = waiting[future]
@@ -79,7 +62,6 @@ def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Call
             with writing(f"--out {out}"):
                 parts[key].write(out)
             done(key)
-    report = Reproduction(seed, [parts[key] for key in wanted])
+    html = page("reproduction.html", seed=seed, parts=[parts[key] for key in wanted], versions=versions())
     with writing(f"--out {out}"):
-        write_whole(out / "index.html", report.html().encode())
-    return report
+        write_whole(out / "index.html", html.encode())

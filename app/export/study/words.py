@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from dockpose.app.export.parts import listed
 from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
 
 _TRUSTED = 0.9  # of the poses reported, from which on a range counts as one where they can be relied on
@@ -30,7 +31,7 @@ def claim_text(summary: Mapping[str, Any]) -> list[str]:
             _WORSE: f"{name} falls behind",
             _OPEN: f"these scenes cannot tell {name} from",
         }
-        parts = [f"{words[sort]} {_list(names)}" for sort, names in sorts.items() if names]
+        parts = [f"{words[sort]} {listed(names)}" for sort, names in sorts.items() if names]
         sentences.append(_sentence("; ".join(parts)))
     return sentences
 
@@ -48,7 +49,7 @@ def factor_text(summary: Mapping[str, Any]) -> list[str]:
                 if len(bins) == len(factor["bins"]):
                     found.append(f"{factor['title']} throughout")
                 elif bins:
-                    found.append(f"{factor['title']} {_list(bins)}")
+                    found.append(f"{factor['title']} {listed(bins)}")
             if found:
                 parts.append(f"{sort} at {', '.join(found)}")
         name = METHODS[rival].title
@@ -79,9 +80,9 @@ def calibration_text(summary: Mapping[str, Any]) -> list[str]:
         text = f"The probability {of} is within the interval of what came true in {held}"
         if off:
             cases = [
-                f"{row['bin']} (told {_percent(row['told'])}, came {_percent(row['came']['value'])})" for row in off
+                f"{row['bin']} (given {_percent(row['told'])}, came {_percent(row['came']['value'])})" for row in off
             ]
-            text += f", but not at {_list(cases)}"
+            text += f", but not at {listed(cases)}"
         sentences.append(text + ".")
     for name, of in (("all", "all poses of the dock"), ("nearer", "those where the nearer of the two was chosen")):
         shares = [f"{key} {_share(share)}" for key, share in summary["coverage"][name].items()]
@@ -139,8 +140,8 @@ def _widen_text(summary: Mapping[str, Any]) -> list[str]:
     held = [f"{key} {_percent(summary['coverage']['all'][key]['value'])}" for key in known]
     factors = [f"{value:.1f} for {key}" for key, value in known.items()]
     return [
-        f"Its 95 % intervals hold the truth of {_list(held)}; to hold 95 %, their widths would have to be "
-        f"multiplied by {_list(factors)}."
+        f"Its 95 % intervals hold the truth of {listed(held)}; to hold 95 %, their widths would have to be "
+        f"multiplied by {listed(factors)}."
     ]
 
 
@@ -153,7 +154,7 @@ def _exceptions(summary: Mapping[str, Any]) -> str:
             others = [label for label in METHODS if label != PRODUCT]
             better = [label for label in others if _above(factor["methods"][label][number]["success"], own)]
             if better:
-                found.append(f"{_list([METHODS[label].title for label in better])} at {factor['title']} {name}")
+                found.append(f"{listed([METHODS[label].title for label in better])} at {factor['title']} {name}")
     if not found:
         return f"nowhere does another method do better than {METHODS[PRODUCT].title} beyond the intervals of both"
     return f"better than {METHODS[PRODUCT].title}, beyond the intervals of both, are only: {'; '.join(found)}"
@@ -170,9 +171,9 @@ def _reach(summary: Mapping[str, Any], name: str) -> str:
     known = [(label, share) for label, share in zip(factor["bins"], results, strict=True) if share["value"] is not None]
     trusted = [label for label, share in known if share["value"] >= _TRUSTED]
     doubtful = [f"{label} ({_share(share)})" for label, share in known if share["value"] < _TRUSTED]
-    where = "everywhere" if not doubtful else f"at {_list(trusted)}" if trusted else "nowhere"
+    where = "everywhere" if not doubtful else f"at {listed(trusted)}" if trusted else "nowhere"
     text = f"By {factor['title']}, at least {_percent(_TRUSTED)} of the reported poses are right {where}"
-    return f"{text}; fewer at {_list(doubtful)}." if trusted and doubtful else f"{text}."
+    return f"{text}; fewer at {listed(doubtful)}." if trusted and doubtful else f"{text}."
 
 
 def _share(share: Mapping[str, Any]) -> str:
@@ -190,10 +191,6 @@ def _points(difference: Mapping[str, Any]) -> str:
 
 def _percent(value: float) -> str:
     return f"{100 * value:.3g} %"
-
-
-def _list(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def _sentence(text: str) -> str:

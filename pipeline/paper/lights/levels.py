@@ -11,7 +11,7 @@ from dockpose.camera.image import to_grey
 from dockpose.estimate import Estimate, estimate
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, fit_ellipse
 from dockpose.paper.baselines import centre_errors_px
-from dockpose.paper.lights.outcomes import group_centres, is_right, pose_errors
+from dockpose.paper.lights.outcomes import group_centres, pose_errors, pose_is_right
 from dockpose.settings import Settings
 from dockpose.simulate import Scene, Truth, render
 from dockpose.thresholds import LEVELS, Histogram, Threshold, histogram_of
@@ -26,11 +26,11 @@ PARAMETERS = ("centre x", "centre y", "semi-major axis", "semi-minor axis", "ang
 class Picture:
     """A rendered picture with what the threshold methods need of it."""
 
-    image: np.ndarray  # (H, W): the picture
-    scene: Scene  # what it shows
-    truth: Truth  # what it shows
-    histogram: Histogram  # of the picture
-    hats: Threshold  # HATS's
+    image: np.ndarray  # (H, W)
+    scene: Scene
+    truth: Truth
+    histogram: Histogram
+    hats: Threshold
     groups: np.ndarray  # (256,): number of groups of at least the minimum area at every level
 
     @property
@@ -43,12 +43,12 @@ class Picture:
 class AtLevel:
     """What a picture shows at a level."""
 
-    level: int  # the level
+    level: int
     kept: float  # share of the picture that is at or above it
-    groups: int  # groups of at least the minimum area
-    found: Estimate  # how far the search came
-    distance_m: float  # errors of the chosen pose
-    angle_deg: float  # errors of the chosen pose
+    groups: int  # of at least the minimum area
+    found: Estimate
+    distance_m: float  # of the chosen pose from the true one; NaN where there is none
+    angle_deg: float  # between their normals
     is_right: bool  # whether the chosen pose is the true one
 
 
@@ -65,10 +65,8 @@ def at_level(picture: Picture, level: int) -> AtLevel:
     scene = picture.scene
     found = estimate(picture.image, scene.camera, scene.dock, Settings(method="fixed", level=level), fall_back=False)
     kept = float((picture.histogram.levels >= level).mean())
-    groups, pose = int(picture.groups[level]), found.selected
-    distance_m, angle_deg = (np.nan, np.nan) if pose is None else pose_errors(pose, picture.truth)
-    right = pose is not None and is_right(pose, picture.truth)
-    return AtLevel(level, kept, groups, found, distance_m, angle_deg, right)
+    errors = (np.nan, np.nan) if found.selected is None else pose_errors(found.selected, picture.truth)
+    return AtLevel(level, kept, int(picture.groups[level]), found, *errors, pose_is_right(found, picture.truth))
 
 
 def merged_level(picture: Picture) -> int:

@@ -33,36 +33,27 @@ class Scheme:
     min_area_px: int = 1  # smaller groups do not count
     is_bounded: bool = False  # candidates end above the background and at saturation
     has_every_level: bool = False  # every level is a candidate, not peaks alone
-    # A count's votes are those of its longest unbroken run of candidates, not of all that have it
-    in_a_row: bool = False
-    # A candidate's vote weighs by how far it reaches down in the logarithm of the brightness above the background
-    by_brightness: bool = False
+    in_a_row: bool = False  # a count's votes are those of its longest unbroken run of candidates, not of all
+    by_brightness: bool = False  # a vote weighs by its reach in the logarithm of brightness above the background
     largest_real: bool = False  # elected is the largest count with a real share of the votes, not the one with the most
     above_noise: bool = False  # levels at which noise dissolves do not vote, and the level keeps clear of noise
 
 
 # Each step adds to the one before.
-STEPS: dict[str, Scheme] = {
-    "literal": Scheme(),
-    "+ minimum area": Scheme(2),
-    "+ bounds": Scheme(2, True),
-    "+ every level": Scheme(2, True, True),
-    "+ unbroken run": Scheme(2, True, True, True),
-    "+ log brightness": Scheme(2, True, True, True, True),
-    "+ largest real count": Scheme(2, True, True, True, True, True),
-    "+ clear of noise": Scheme(2, True, True, True, True, True, True),
-}
+_NAMES = ("bounds", "every level", "unbroken run", "log brightness", "largest real count", "clear of noise")
+STEPS = {"literal": Scheme(), "+ minimum area": Scheme(2)}
+STEPS |= {f"+ {name}": Scheme(2, *[True] * number) for number, name in enumerate(_NAMES, start=1)}
 
 
 @dataclass(frozen=True)
 class Vote:
     """How the candidates voted."""
 
-    level: int  # the elected level, 0..255
-    groups: int  # the elected number of groups
-    candidates: np.ndarray  # levels, from bright to dark
-    counts: np.ndarray  # number of groups at each
-    weights: np.ndarray  # weight of each one's vote
+    level: int  # elected, 0..255; 256 where there is no candidate with a group
+    groups: int  # elected
+    candidates: np.ndarray  # (n,): levels, from bright to dark
+    counts: np.ndarray  # (n,): number of groups at each
+    weights: np.ndarray  # (n,): of each one's vote
 
 
 def local_peaks(counts: np.ndarray) -> np.ndarray:

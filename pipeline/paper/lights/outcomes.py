@@ -6,8 +6,6 @@ threshold and the ellipse tells lights from other groups, so that the threshold 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -15,6 +13,7 @@ from dockpose.estimate import Estimate
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.pose.circle import CirclePose, circle_poses
 from dockpose.simulate.truth import Truth
+from dockpose.study.judge import pose_errors
 from dockpose.thresholds import LEVELS, Histogram
 
 SAME_LIGHT_PX = 4.0  # a group so near to a light is that light
@@ -48,12 +47,6 @@ def poses_of_all(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[Cir
         return circle_poses(fit_ellipse(camera.undistort(points_px)), camera, dock.diameter)
     except NoEllipseError:
         return ()
-
-
-def pose_errors(pose: CirclePose, truth: Truth) -> tuple[float, float]:
-    """Return the distance in metres between two positions, and the angle in degrees between two normals."""
-    apart = min(1.0, float(np.linalg.norm(pose.normal - truth.normal)) / 2)
-    return float(np.linalg.norm(pose.position_m - truth.position_m)), math.degrees(2 * math.asin(apart))
 
 
 def is_right(pose: CirclePose, truth: Truth) -> bool:

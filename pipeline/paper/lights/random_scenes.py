@@ -11,6 +11,7 @@ from dockpose.simulate.emitters import emitters_of
 from dockpose.simulate.optics.glow import light_on_sensor
 from dockpose.simulate.optics.water import PRESETS
 from dockpose.simulate.parts import Background, Mirror, Snow, Text
+from dockpose.study.draw import log_uniform, tilted_pose
 
 DIAMETER_M = 0.30
 # Sizes of pictures, and how often they are drawn.
@@ -32,14 +33,14 @@ def draw_scene(seed: int, *, hard: bool) -> Scene:
         scene = _with_trouble(scene, rng)
     direct, glow = light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water)
     brightest = float((direct + glow).max())
-    wanted = float(np.exp(rng.uniform(np.log(100), np.log(1000))))
+    wanted = log_uniform(rng, 100, 1000)
     lights = msgspec.structs.replace(scene.lights, level=scene.lights.level * wanted / brightest)
     return msgspec.structs.replace(scene, lights=lights)
 
 
 def _plain(rng: np.random.Generator, seed: int) -> Scene:
     width, height = list(SIZES)[rng.choice(len(SIZES), p=list(SIZES.values()))]
-    focal_px = width * float(np.exp(rng.uniform(np.log(0.5), np.log(3))))
+    focal_px = width * log_uniform(rng, 0.5, 3)
     camera = Camera(focal_px, focal_px, (width - 1) / 2, (height - 1) / 2, width, height)
     largest_px = min(0.27 * width, 0.4 * height)
     radius_px = float(rng.uniform(min(max(0.055 * width, focal_px * DIAMETER_M / 2 / 3), largest_px), largest_px))
@@ -47,9 +48,7 @@ def _plain(rng: np.random.Generator, seed: int) -> Scene:
     lights = int(rng.integers(FEWEST_LIGHTS, most + 1))
     z_m = focal_px * DIAMETER_M / 2 / radius_px
     tilt, around = np.radians(rng.uniform(0, 40)), rng.uniform(0, 2 * np.pi)
-    normal = np.array([np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around), -np.cos(tilt)])
-    theta_x = float(np.degrees(np.arcsin(normal[1])))
-    theta_y = float(np.degrees(np.arctan2(-normal[0], -normal[2])))
+    turned = tilted_pose(np.array([0.0, 0.0, z_m]), tilt, around, 0.0)
     reach_x, reach_y = (max(0.0, 0.49 * side * z_m / focal_px - 0.17) for side in (width, height))
     name = list(PRESETS)[rng.integers(len(PRESETS))]
     return Scene(
@@ -57,8 +56,8 @@ def _plain(rng: np.random.Generator, seed: int) -> Scene:
         dock=Dock(DIAMETER_M, lights),
         pose=Pose(
             position_m=(float(rng.uniform(-reach_x, reach_x)), float(rng.uniform(-reach_y, reach_y)), z_m),
-            theta_x_deg=theta_x,
-            theta_y_deg=theta_y,
+            theta_x_deg=turned.theta_x_deg,
+            theta_y_deg=turned.theta_y_deg,
             roll_deg=float(rng.uniform(0, 36)),
         ),
         lights=Lights(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,45 +32,40 @@ SCENES_A_HALF = 50
 
 @dataclass(frozen=True)
 class Tally:
-    """What came of each scene, method by method; a method lacks where a column makes no sense for it."""
+    """What came of each of N scenes, by method; a method is missing where a column makes no sense for it."""
 
     is_hard: np.ndarray  # (N,): which scenes are of the hard half
-    exact: dict[str, np.ndarray]  # whether the groups at the level are exactly the lights
-    # whether one of both poses of the ellipse through all groups is right, as the paper reads
-    plain_chain: dict[str, np.ndarray]
-    right: dict[str, np.ndarray]  # whether the pose that our further steps choose is right
+    exact: dict[str, np.ndarray]  # (N,): whether the groups at the level are exactly the lights
+    plain_chain: dict[str, np.ndarray]  # (N,): whether one of both poses of the ellipse through all groups is right
+    right: dict[str, np.ndarray]  # (N,): whether the pose that our further steps choose is right
+
+
+Row = tuple[bool, dict[str, bool], dict[str, bool], dict[str, bool]]  # a scene's, of a tally
 
 
 def compare_methods(seed: int, a_half: int = SCENES_A_HALF) -> Tally:
     """Search random scenes by each method, all with the same steps after the threshold.
 
-    ``PER_LIGHT`` is HATS as ``estimate`` has it by default, which gives each light a level of its own where no single
-    one shows the ring. ``ANY_LEVEL``, in ``exact`` alone, tells whether any single level shows exactly the lights.
+    ``PER_LIGHT`` is HATS as ``estimate`` has it by default, which gives each light a level where no single one shows
+    the ring. ``ANY_LEVEL``, in ``exact`` alone, is whether any single level shows exactly the lights.
     """
+    searches = {name: Settings(method=name) for name in METHODS_COMPARED}
     rows = []
-    for hard, scene in draw_scenes(seed, a_half):
-        image, truth = render(scene)
-        histogram = histogram_of(to_grey(image))
-        searches = {name: Settings(method=name) for name in METHODS_COMPARED}
-        row = _searched(image, histogram, scene, truth, searches)
+    for row, histogram, truth in _searched(seed, a_half, lambda histogram: searches):
         lights_px = truth.lights_px[truth.visible]
-        row[0][ANY_LEVEL] = any_level_shows_the_lights(histogram, lights_px, Settings().min_area_px)
-        row[2][PER_LIGHT] = pose_is_right(estimate(image, scene.camera, scene.dock), truth)
-        rows.append((hard, *row))
+        row[1][ANY_LEVEL] = any_level_shows_the_lights(histogram, lights_px, Settings().min_area_px)
+        rows.append(row)
     return _tally(rows)
 
 
 def compare_schemes(seed: int, a_half: int = SCENES_A_HALF) -> Tally:
     """Search the same scenes by the literal HATS, with each of ``STEPS``, and by ours."""
-    rows = []
-    for hard, scene in draw_scenes(seed, a_half):
-        image, truth = render(scene)
-        histogram = histogram_of(to_grey(image))
-        searches = {name: settings_of(scheme, literal_hats(histogram, scheme)) for name, scheme in STEPS.items()}
-        row = _searched(image, histogram, scene, truth, {**searches, OURS: Settings()})
-        row[2][PER_LIGHT] = pose_is_right(estimate(image, scene.camera, scene.dock), truth)
-        rows.append((hard, *row))
-    return _tally(rows)
+
+    def searches(histogram: Histogram) -> dict[str, Settings]:
+        steps = {name: settings_of(scheme, literal_hats(histogram, scheme)) for name, scheme in STEPS.items()}
+        return {**steps, OURS: Settings()}
+
+    return _tally(row for row, _, _ in _searched(seed, a_half, searches))
 
 
 def settings_of(scheme: Scheme, vote: Vote) -> Settings:
@@ -79,25 +74,31 @@ def settings_of(scheme: Scheme, vote: Vote) -> Settings:
 
 
 def _searched(
-    image: np.ndarray, histogram: Histogram, scene: Scene, truth: Truth, searches: dict[str, Settings]
-) -> tuple[dict[str, bool], dict[str, bool], dict[str, bool]]:
-    """Exact, right by the plain chain and right by ours, for each search; the same search is not done twice."""
-    lights_px = truth.lights_px[truth.visible]
-    judged: dict[Settings, tuple[bool, bool, bool]] = {}
-    for settings in searches.values():
-        if settings in judged:
-            continue
-        found = estimate(image, scene.camera, scene.dock, settings, fall_back=False)
-        level = LEVELS if found.threshold is None else found.threshold.level
-        points_px = group_centres(histogram, level, settings.min_area_px)
-        poses = poses_of_all(points_px, scene.camera, scene.dock)
-        chain = any(is_right(pose, truth) for pose in poses)
-        judged[settings] = are_the_lights(points_px, lights_px), chain, pose_is_right(found, truth)
-    exact, chain, right = ({name: judged[one][column] for name, one in searches.items()} for column in range(3))
-    return exact, chain, right
+    seed: int, a_half: int, searches: Callable[[Histogram], dict[str, Settings]]
+) -> Iterator[tuple[Row, Histogram, Truth]]:
+    """What came of each scene, with its histogram and truth; the same search is not done twice."""
+    for is_hard, scene in draw_scenes(seed, a_half):
+        image, truth = render(scene)
+        histogram = histogram_of(to_grey(image))
+        wanted = searches(histogram)
+        judged = {settings: _judged(image, histogram, scene, truth, settings) for settings in set(wanted.values())}
+        exact, chain, right = ({name: judged[one][column] for name, one in wanted.items()} for column in range(3))
+        right[PER_LIGHT] = pose_is_right(estimate(image, scene.camera, scene.dock), truth)
+        yield (is_hard, exact, chain, right), histogram, truth
 
 
-def _tally(rows: Iterable[tuple[bool, dict[str, bool], dict[str, bool], dict[str, bool]]]) -> Tally:
+def _judged(
+    image: np.ndarray, histogram: Histogram, scene: Scene, truth: Truth, settings: Settings
+) -> tuple[bool, bool, bool]:
+    """Exact, right by the plain chain, and right by ours."""
+    found = estimate(image, scene.camera, scene.dock, settings, fall_back=False)
+    level = LEVELS if found.threshold is None else found.threshold.level
+    points_px = group_centres(histogram, level, settings.min_area_px)
+    chain = any(is_right(pose, truth) for pose in poses_of_all(points_px, scene.camera, scene.dock))
+    return are_the_lights(points_px, truth.lights_px[truth.visible]), chain, pose_is_right(found, truth)
+
+
+def _tally(rows: Iterable[Row]) -> Tally:
     is_hard, *columns = zip(*rows, strict=True)
     return Tally(
         np.array(is_hard), *({name: np.array([row[name] for row in part]) for name in part[0]} for part in columns)

@@ -34,8 +34,8 @@ class LampPicture:
     """The picture of one lamp."""
 
     image: np.ndarray  # (H, W): as the camera stores it, with noise
-    direct: np.ndarray  # (H, W): its unscattered and scattered light in grey levels, without noise
-    glow: np.ndarray  # (H, W): its unscattered and scattered light in grey levels, without noise
+    direct: np.ndarray  # (H, W): unscattered light in grey levels, without noise
+    glow: np.ndarray  # (H, W): scattered light
 
     @property
     def counts(self) -> np.ndarray:
@@ -101,13 +101,8 @@ def lamp_scene(psf: Psf, water: Water, distance_m: float, seed: int, tilt_deg: f
     )
 
 
-def lamp_picture(scene: Scene, brightest: float = BRIGHTEST) -> LampPicture:
-    """Expose the picture of a :func:`lamp_scene` so that its brightest pixel has this many grey levels."""
-    return lamp_pictures([scene], brightest)[0]
-
-
 def lamp_pictures(scenes: list[Scene], brightest: float = BRIGHTEST) -> list[LampPicture]:
-    """Expose several pictures alike, so that the brightest pixel of the first has this many grey levels."""
+    """Expose pictures of :func:`lamp_scene` alike; the brightest pixel of the first gets this many grey levels."""
     light = [light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water) for scene in scenes]
     scale = (brightest - scenes[0].background.level) / float((light[0][0] + light[0][1]).max())
     return [_exposed(scene, scale * direct, scale * glow) for scene, (direct, glow) in zip(scenes, light, strict=True)]
@@ -124,10 +119,9 @@ def side_by_side(one: LampPicture, other: LampPicture, scene: Scene) -> LampPict
 class TwoPeaks:
     """The peaks of two lamps in one histogram."""
 
-    bright: int  # level that the most pixels of each lamp have, lightly smoothed
-    dim: int  # level that the most pixels of each lamp have, lightly smoothed
-    # least number of pixels between them over that at the lower peak: 1 where they are one, 0 where they are apart
-    dip: float
+    bright: int  # level that the most pixels of the brighter lamp have, lightly smoothed
+    dim: int  # of the other one
+    dip: float  # least number of pixels between them over that at the lower peak: 1 where they are one, 0 if apart
 
 
 def two_peaks(both: LampPicture) -> TwoPeaks:

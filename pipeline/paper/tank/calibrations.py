@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import cv2
+import msgspec
 import numpy as np
 from dockpose.camera.calibrate import Board, Calibration, calibrate
 from dockpose.camera.camera import Camera
@@ -23,10 +24,10 @@ _ROUNDS = 60  # far more than a calibration needs
 
 def rendered_calibration(camera: Camera, seed: int) -> Calibration:
     """Render pictures of a board through a camera's lens, and calibrate from them as ``dockpose calibrate`` does."""
-    drawing, rays = _drawing(), _rays_of_pixels(camera)
+    drawing, rays, focal_px = _drawing(), _rays_of_pixels(camera), math.sqrt(camera.fx * camera.fy)
     pictures = (
-        (f"view {number}", _picture(drawing, rays, rotation, position, camera, number, seed))
-        for number, (rotation, position) in enumerate(_board_poses(seed, 0))
+        (f"view {number}", _picture(drawing, rays, pose, focal_px, np.random.default_rng([seed, 6, number])))
+        for number, pose in enumerate(_board_poses(seed, 0))
     )
     with _one_thread():
         return calibrate(pictures, BOARD)
@@ -42,7 +43,7 @@ def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> lis
     columns, rows = BOARD.columns - 1, BOARD.rows - 1
     column, row = np.meshgrid(np.arange(columns), np.arange(rows))
     flat = BOARD.square_m * np.column_stack([column.ravel() + 1, row.ravel() + 1, np.zeros(column.size)])
-    lens = Camera(camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, camera.distortion)
+    lens = msgspec.structs.replace(camera, port=None)
     size, found = (camera.width, camera.height), []
     for number in range(count):
         rng = np.random.default_rng([seed, 4, number])
@@ -90,7 +91,7 @@ def _drawing() -> np.ndarray:
 
 def _rays_of_pixels(camera: Camera) -> np.ndarray:
     """Unit rays (H, W, 3) in air."""
-    lens = Camera(camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, camera.distortion)
+    lens = msgspec.structs.replace(camera, port=None)
     x, y = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
     return lens.rays(np.column_stack([x.ravel(), y.ravel()])).reshape(camera.height, camera.width, 3)
 
@@ -98,18 +99,16 @@ def _rays_of_pixels(camera: Camera) -> np.ndarray:
 def _picture(
     drawing: np.ndarray,
     rays: np.ndarray,
-    rotation: np.ndarray,
-    position: np.ndarray,
-    camera: Camera,
-    number: int,
-    seed: int,
+    pose: tuple[np.ndarray, np.ndarray],
+    focal_px: float,
+    rng: np.random.Generator,
 ) -> np.ndarray:
     """Look along every pixel's ray at the board, whose drawing is blurred to the sharpness of a pixel."""
+    rotation, position = pose
     depth = (position @ rotation[:, 2]) / (rays @ rotation[:, 2])
     on_board = (rays * depth[..., None] - position) @ rotation
     warp = (on_board[..., :2] / BOARD.square_m * _SQUARE_PX + _SQUARE_PX - 0.5).astype(np.float32)
-    blur = 0.5 * _SQUARE_PX * float(position[2]) / BOARD.square_m / math.sqrt(camera.fx * camera.fy)
+    blur = 0.5 * _SQUARE_PX * float(position[2]) / BOARD.square_m / focal_px
     sharp = cv2.GaussianBlur(drawing, (0, 0), blur)
     seen = cv2.remap(sharp, warp[..., 0], warp[..., 1], cv2.INTER_LINEAR, borderValue=90).astype(float)
-    noise = np.random.default_rng([seed, 6, number]).normal(0, _NOISE_LEVELS, seen.shape)
-    return np.clip(0.7 * seen + 20 + noise, 0, 255).astype(np.uint8)
+    return np.clip(0.7 * seen + 20 + rng.normal(0, _NOISE_LEVELS, seen.shape), 0, 255).astype(np.uint8)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -14,10 +15,11 @@ from dockpose.dock import Dock
 from dockpose.estimate import estimate
 from dockpose.paper.tables import TABLES
 from dockpose.paper.tank.calibrations import calibrations, rendered_calibration
-from dockpose.paper.tank.poses import DIAMETER_M, nearest, numbers_of, tank_scene
+from dockpose.paper.tank.poses import DIAMETER_M, numbers_of, tank_scene
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Sensor, render
+from dockpose.study.judge import nearest
 
 # The ring is as large in the picture as for the tables' pinhole camera of 700 px; the distortion is a webcam's.
 CAMERA = Camera(
@@ -53,10 +55,9 @@ _PICTURES = {
 class Budget:
     """Signed errors, in centimetres and degrees, of the poses of Tables 2 to 4 in turn."""
 
-    items: dict[str, np.ndarray]  # by what is off: the keys of ``ITEMS``
-    # of rendered pictures where all is known: "quiet", with "noise", with "jpeg", and with "both"
-    pictures: dict[str, np.ndarray]
-    together: np.ndarray  # with all of ``TOGETHER`` at once
+    items: dict[str, np.ndarray]  # (draws, 12, 5) by what is off: the keys of ``ITEMS``
+    pictures: dict[str, np.ndarray]  # (pictures, 12, 5) where all is known: "quiet", with "noise", "jpeg", or "both"
+    together: np.ndarray  # (draws, 12, 5): with all of ``TOGETHER`` at once
     right: float  # share in which the right one of the two poses was chosen, with all at once
     centroid_px: float  # root mean square error of a light's x or y in the pictures with noise and JPEG
     corner_px: float  # root mean square error of a corner's x or y in the rendered calibration
@@ -74,25 +75,23 @@ def poses_of_tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def reading_steps() -> np.ndarray:
     """Steps (5,) in which the measured values are printed: centimetres and degrees."""
     measured = poses_of_tables()[0]
-    steps = [
-        next(step for step in (1.0, 0.5, 0.1) if _is_multiple(group, step))
+    cm, deg = (
+        next(step for step in (1.0, 0.5, 0.1) if np.allclose(group / step, np.rint(group / step)))
         for group in (measured[:, :3], measured[:, 3:])
-    ]
-    return np.array([steps[0]] * 3 + [steps[1]] * 2)
+    )
+    return np.array([cm, cm, cm, deg, deg])
 
 
 def error_budget(seed: int) -> Budget:
     """Measure the budget; half a minute of computing."""
     corner_px = rendered_calibration(CAMERA, seed).error_px / math.sqrt(2)
     cameras = calibrations(CAMERA, CALIBRATIONS, corner_px, seed)
-    pictures, centroid_px = {}, 0.0
-    for name, sensor in _PICTURES.items():
-        pictures[name], off_px = _of_pictures(sensor, seed)
-        if name == "both":
-            centroid_px = off_px
+    pictures = {name: _of_pictures(sensor, seed) for name, sensor in _PICTURES.items()}
+    centroid_px = pictures["both"][1]
     items = {name: errors_of((name,), cameras, centroid_px, seed)[0] for name in ITEMS}
     together, right = errors_of(TOGETHER, cameras, centroid_px, seed)
-    return Budget(items, pictures, together, right, centroid_px, corner_px, cameras)
+    found = {name: errors for name, (errors, _) in pictures.items()}
+    return Budget(items, found, together, right, centroid_px, corner_px, cameras)
 
 
 def errors_of(
@@ -103,7 +102,11 @@ def errors_of(
     camera: Camera = CAMERA,
     draws: int = DRAWS,
 ) -> tuple[np.ndarray, float]:
-    """Signed errors where some of what is believed is wrong. Returns ``errors`` in degrees."""
+    """Signed errors (draws, 12, 5) in centimetres and degrees where some of what is believed is wrong.
+
+    ``items`` are of ``ITEMS`` and "centroids"; the same draws are used whichever they are. The errors are those of the
+    candidate nearer to the truth. Returned also is the share in which it is the chosen one.
+    """
     measured, _, lights = poses_of_tables()
     errors, right = np.empty((draws, len(measured), 5)), 0
     for draw in range(draws):
@@ -136,17 +139,16 @@ def _draw(
     ring = radii[:, None] * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(lights)])
     points = camera.project(row[:3] / 100 + ring @ rotation_from_angles(*np.radians(row[3:])).T)
     points = points + ("centroids" in items) * noise
-    believed = camera
-    if "intrinsics" in items or "calibration" in items:
-        numbers = {name: getattr(calibrated, name) for name in ("fx", "fy", "cx", "cy")}
-        believed = msgspec.structs.replace(believed, **numbers)
-    if "distortion" in items or "calibration" in items:
-        believed = msgspec.structs.replace(believed, distortion=calibrated.distortion)
+    changes: dict[str, Any] = {}
+    if {"intrinsics", "calibration"} & set(items):
+        changes |= {name: getattr(calibrated, name) for name in ("fx", "fy", "cx", "cy")}
+    if {"distortion", "calibration"} & set(items):
+        changes["distortion"] = calibrated.distortion
     if "ignored" in items:
-        believed = msgspec.structs.replace(believed, distortion=())
+        changes["distortion"] = ()
     if "port" in items and camera.port is not None:
-        port = msgspec.structs.replace(camera.port, air_gap_m=max(0.0, camera.port.air_gap_m + gap))
-        believed = msgspec.structs.replace(believed, port=port)
+        changes["port"] = msgspec.structs.replace(camera.port, air_gap_m=max(0.0, camera.port.air_gap_m + gap))
+    believed = msgspec.structs.replace(camera, **changes)
     return points, believed, Dock(DIAMETER_M + ("diameter" in items) * diameter, lights)
 
 
@@ -169,7 +171,3 @@ def _of_pictures(sensor: Sensor, seed: int) -> tuple[np.ndarray, float]:
             closest = np.argmin((away**2).sum(axis=2), axis=1)
             off_px.append(away[np.arange(len(points)), closest].ravel())
     return errors, float(np.sqrt(np.mean(np.concatenate(off_px) ** 2)))
-
-
-def _is_multiple(values: np.ndarray, step: float) -> bool:
-    return bool(np.allclose(values / step, np.rint(values / step)))

@@ -13,10 +13,11 @@ from dockpose.paper.tables import TABLES, coded_dock
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.pnp import NoPoseError, solve
 from dockpose.simulate import Pose, Scene, Sensor, render
+from dockpose.study.judge import nearest
 
 CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
 DIAMETER_M = 0.30
-DRAWS = 20  # pictures of each pose, with rolls and noise of their own
+DRAWS = 20  # pictures of each pose, each with its roll and noise
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,6 @@ def numbers_of(pose: CirclePose | None) -> list[float]:
         return [math.nan] * 5
     x, y, z = (100 * pose.position_m).tolist()
     return [x, y, z, math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)]
-
-
-def nearest(candidates: tuple[CirclePose, ...], normal: np.ndarray) -> CirclePose:
-    """The candidate whose normal is nearest to the true one."""
-    return max(candidates, key=lambda pose: float(pose.normal @ normal))
 
 
 def _by_epnp(found: Estimate) -> CirclePose | None:

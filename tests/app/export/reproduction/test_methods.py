@@ -1,5 +1,6 @@
 import numpy as np
-from dockpose.app.export.reproduction.methods import share_table, share_words
+from dockpose.app.export.parts import NumberTable
+from dockpose.app.export.reproduction.methods import share_rows, share_words
 from dockpose.paper.lights.rivals import Tally
 
 
@@ -7,7 +8,8 @@ def test_shares_in_words_and_in_the_table_by_hand():
     successes = np.array([True, True, False, False])
     assert share_words(successes) == "50 % (15 to 85)"
     tally = Tally(np.array([False, False, True, True]), {"a": successes}, {"a": ~successes}, {"a": successes})
-    table = share_table("shares", tally, {"a": "method A", "b": "of which nothing is known"})
+    rows = share_rows(tally, {"a": "method A", "b": "of which nothing is known"})
+    table = NumberTable.of("figure_15", "main", "shares", rows, cases=4)
     first, second = table.shown
     assert first == ["method A", "50", "15", "85", "50", "15", "85", "50", "15", "85", "100", "0"]
     assert second[1:] == ["–"] * (len(table.head) - 1)

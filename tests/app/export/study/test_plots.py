@@ -1,6 +1,10 @@
-from dockpose.app.export.study.plots import factor_plot, methods_plot
+import pytest
+from dockpose.app.export.parts import Plot
+from dockpose.app.export.study.plots import factor_figure, methods_figure
 from dockpose.study.methods import METHODS
 from dockpose.study.summary import summary_of
+from dockpose.thresholds import METHODS as THRESHOLDS
+from dockpose.thresholds import register_threshold
 
 from tests.support.studied import table
 
@@ -9,10 +13,20 @@ def summary():
     return summary_of(table(20, lambda scene, method: "success" if scene % 3 else "wrong pose", docks=15))
 
 
-def test_a_factors_plot_names_every_method_and_bin():
+@pytest.fixture
+def half_way():
+    """A method of somebody's."""
+    register_threshold("half_way", title="Half way up (mean)")(lambda grey: 128)
+    yield
+    del THRESHOLDS._entries["half_way"]
+
+
+def test_a_factors_plot_names_every_method_and_bin(half_way):
     one = summary()["factors"]["tilt_deg"]
-    svg = factor_plot("tilt_deg", one).svg.decode()
-    for title in [method.title for method in METHODS.values()]:
+    svg = Plot.of("tilt_deg", "", factor_figure(one)).svg.decode()
+    titles = [method.title for method in METHODS.values()]
+    assert "Half way up" in titles
+    for title in titles:
         assert title in svg
     for label in one["bins"]:
         assert label in svg
@@ -20,5 +34,5 @@ def test_a_factors_plot_names_every_method_and_bin():
 
 
 def test_the_same_numbers_give_the_same_bytes():
-    assert methods_plot(summary()).svg == methods_plot(summary()).svg
-    assert methods_plot(summary()).png == methods_plot(summary()).png
+    first, second = (Plot.of("methods", "", methods_figure(summary())) for _ in range(2))
+    assert (first.svg, first.png) == (second.svg, second.png)

@@ -9,7 +9,6 @@ from dockpose.paper.lights.spread import (
     SIDE_PX,
     LampPicture,
     glow_within,
-    lamp_picture,
     lamp_pictures,
     lamp_scene,
     lopsidedness,
@@ -50,9 +49,9 @@ def test_pictures_are_exposed_alike_and_not_saturated():
 
 
 def test_a_symmetric_glow_is_the_same_on_all_sides_and_a_rotated_one_is_narrower():
-    square = lamp_picture(lamp_scene(Psf(), HOU_WATER, 1.0, 1))
+    square, turned = (lamp_pictures([lamp_scene(Psf(), HOU_WATER, 1.0, 1, tilt)])[0] for tilt in (0.0, 50.0))
     assert lopsidedness(square, 30) == pytest.approx((1, 1), abs=0.01)
-    sides, narrow = lopsidedness(lamp_picture(lamp_scene(Psf(), HOU_WATER, 1.0, 1, 50.0)), 30)
+    sides, narrow = lopsidedness(turned, 30)
     assert sides < 0.95
     assert narrow < 0.7
 

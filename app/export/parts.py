@@ -1,0 +1,188 @@
+"""Parts of the reports on the paper and the study, with their words, plots and tables; and the page of any report."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import datetime
+import functools
+import io
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jinja2
+from dockpose.app.drawing.figures import to_png, to_svg
+from dockpose.app.drawing.numbers import MISSING
+from dockpose.app.resources import static_path
+from dockpose.camera.durable_files import write_whole
+from markupsafe import Markup
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Cell = str | int | float | None
+Rows = Sequence[Sequence[Cell]]
+
+
+@functools.cache
+def _pages() -> jinja2.Environment:
+    loader = jinja2.FunctionLoader(lambda name: static_path(name).read_text(encoding="utf-8"))
+    strict = jinja2.StrictUndefined
+    return jinja2.Environment(loader=loader, autoescape=True, undefined=strict, trim_blocks=True, lstrip_blocks=True)
+
+
+def page(template: str, **values: Any) -> str:
+    """The HTML of a template in ``static``, which extends ``base.html`` and escapes every text."""
+    made = datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
+    return _pages().get_template(template).render(made=made, **values)
+
+
+@functools.cache
+def _all_words() -> dict[str, Any]:
+    return tomllib.loads(static_path("parts.toml").read_text(encoding="utf-8"))
+
+
+def words(part: str, *path: str, **numbers: Any) -> str:
+    """A text of ``parts.toml`` with its numbers in it; none where there is no such text."""
+    found: Any = _all_words()[part]
+    for name in path:
+        found = found.get(name, "")
+    return _filled(found, numbers)
+
+
+def _filled(text: str, numbers: Mapping[str, Any]) -> str:
+    """A text with its numbers in it, and those texts that stand at the top of ``parts.toml`` for all parts."""
+    shared = {name: " ".join(one.split()) for name, one in _all_words().items() if isinstance(one, str)}
+    return " ".join(text.split()).format(**shared, **numbers)
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as "a, b and c"."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A drawn figure."""
+
+    name: str  # stem of its files
+    caption: str  # one or two sentences below it
+    png: bytes
+    svg: bytes
+    is_photograph: bool = False  # shown as PNG within the report, since an SVG would hold all pixels of a picture
+
+    @classmethod
+    def of(cls, name: str, caption: str, figure: Figure) -> Plot:
+        """Draw a figure; one that shows pictures is a photograph."""
+        _settle(figure)
+        is_photograph = any(axes.images for axes in figure.axes)
+        return cls(name, caption, to_png(figure), to_svg(figure, name), is_photograph)
+
+    @property
+    def inline(self) -> Markup:
+        """What stands in the page."""
+        if self.is_photograph:
+            uri = "data:image/png;base64," + base64.b64encode(self.png).decode()
+            return Markup('<img alt="{}" src="{}">').format(self.caption, uri)
+        text = self.svg.decode()
+        return Markup(text[text.index("<svg") :])
+
+
+def _settle(figure: Figure) -> None:
+    """Lay a figure out once, and round where its axes lie.
+
+    The last digits of a layout depend on where objects lie in memory, and the names within an SVG on those digits.
+    """
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        left, bottom, width, height = axes.get_position(original=True).bounds
+        axes.set_position((round(left, 6), round(bottom, 6), round(width, 6), round(height, 6)))
+
+
+@dataclass(frozen=True)
+class NumberTable:
+    """A table of numbers: rounded in the page, whole in its CSV file."""
+
+    name: str  # stem of its file
+    caption: str  # what the rows are
+    head: Sequence[str]  # names of the columns, with units
+    rows: Rows
+    digits: int = 3  # significant digits in the page
+    is_shown: bool = True  # False for the points of a curve, which only the file has
+
+    @classmethod
+    def of(cls, part: str, table: str, name: str, rows: Rows, /, **numbers: Any) -> NumberTable:
+        """A table with the words of ``parts.toml``; its first row is its head where it has none there."""
+        of = _all_words()[part]["tables"][table]
+        head, *body = rows if "head" not in of else (of["head"], *rows)
+        filled = [_filled(str(cell), numbers) for cell in head]
+        return cls(name, _filled(of["caption"], numbers), filled, body, of.get("digits", 3), of.get("is_shown", True))
+
+    @property
+    def shown(self) -> list[list[str]]:
+        """The cells as the page has them."""
+        return [[self._text(cell) for cell in row] for row in self.rows]
+
+    @property
+    def html(self) -> Markup:
+        """The table as the pages have it."""
+        return Markup(_pages().get_template("base.html").module.table(self.head, self.shown, caption=self.caption))
+
+    def _text(self, cell: Cell) -> str:
+        if cell is None or cell != cell:  # not a number
+            return MISSING
+        if isinstance(cell, float):
+            return f"{cell:.{self.digits}g}" if abs(cell) < 10**self.digits else f"{cell:.0f}"
+        return str(cell)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One figure or table of the paper, reproduced, or one section of the study."""
+
+    key: str  # of files and links, as ``figure_14``
+    title: str  # as "Figure 14: error of the dock's centre against the level"
+    paper: str  # what the paper shows
+    ours: str  # what ours shows, in numbers; of the study, a sentence a line
+    differs: str  # where and why they differ
+    plots: Sequence[Plot] = ()
+    tables: Sequence[NumberTable] = ()
+
+    @classmethod
+    def of(
+        cls,
+        key: str,
+        plots: Mapping[str, Figure],
+        tables: Mapping[str, Rows],
+        /,
+        like: str = "",
+        files: str | None = None,
+        **numbers: Any,
+    ) -> Part:
+        """A part with the words of ``parts.toml``, those of its key or of the part that it is ``like``.
+
+        Plots and tables are named as there, and their files after ``files``, by default the key, and their name; that
+        of "main" has no name behind it.
+        """
+        like, files = like or key, key if files is None else files
+        texts = [words(like, name, **numbers) for name in ("title", "paper", "ours", "differs")]
+        names = {name: files if name == "main" else f"{files}_{name}".lstrip("_") for name in (*plots, *tables)}
+        drawn = [Plot.of(names[name], words(like, "plots", name, **numbers), one) for name, one in plots.items()]
+        listed = [NumberTable.of(like, name, names[name], rows, **numbers) for name, rows in tables.items()]
+        return cls(key, *texts, drawn, listed)
+
+    def write(self, folder: Path) -> None:
+        """Write each plot as PNG and SVG, and each table as CSV."""
+        for plot in self.plots:
+            write_whole(folder / f"{plot.name}.png", plot.png)
+            write_whole(folder / f"{plot.name}.svg", plot.svg)
+        for table in self.tables:
+            text = io.StringIO(newline="")
+            writer = csv.writer(text)
+            writer.writerow(table.head)
+            writer.writerows(table.rows)
+            write_whole(folder / f"{table.name}.csv", text.getvalue().encode())

@@ -1,0 +1,301 @@
+"""Tables 2 to 4 of the paper: measured in the tank, the paper's estimates, ours on rendered pictures; error budget."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from dockpose.app.drawing.colours import BLUE, GREY, ORANGE, VERMILLION
+from dockpose.app.export.parts import Cell, Part, Rows
+from dockpose.app.export.reproduction.pictures import canvas
+from dockpose.paper.tables import COLUMNS, TABLES, Table
+from dockpose.paper.tank import error_budget as budgets
+from dockpose.paper.tank.calibrations import BOARD, VIEWS
+from dockpose.paper.tank.error_budget import ITEMS, Budget, poses_of_tables, reading_steps
+from dockpose.paper.tank.poses import DRAWS, Row, reproduce_row
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+GROSS_DEG = 5.0  # an angle that is off by more shows another pose, not a less exact one
+_PICTURES = {
+    "quiet": "picture without noise",
+    "noise": f"noise of {budgets.READ_NOISE_LEVELS:g} grey levels, and shot noise",
+    "jpeg": f"JPEG of quality {budgets.JPEG_QUALITY}",
+    "both": "noise and JPEG",
+}
+_NAMES = ("x", "y", "z", "theta x", "theta y")
+
+
+def table_2(seed: int) -> Part:
+    """Make Table 2."""
+    return _made("2", seed)
+
+
+def table_3(seed: int) -> Part:
+    """Make Table 3."""
+    return _made("3", seed)
+
+
+def table_4(seed: int) -> Part:
+    """Make Table 4."""
+    return _made("4", seed)
+
+
+def error_budget(seed: int) -> Part:
+    """Make the error budget."""
+    return budget_part(budgets.error_budget(seed))
+
+
+def _made(name: str, seed: int) -> Part:
+    return table_part(name, [reproduce_row(name, number, seed) for number in range(len(TABLES[name].measured))])
+
+
+def table_part(name: str, rows: list[Row]) -> Part:
+    """The part for one table, with its rows as they were reproduced."""
+    table, errors = TABLES[name], _absolute(TABLES[name], [row.ours for row in rows])
+    ours, pictures = np.nanmean(errors, axis=(0, 1)), errors.shape[0] * errors.shape[1]
+    missed = int(np.isnan(errors[..., 0]).sum())
+    ratio = table.mean_errors / ours
+    lights, beside, epnp = f"{table.lights} lights", "", ""
+    if table.epnp is not None:
+        lights += " (2 of them red and 2 blue)"
+        beside = ", and of EPnP, which is given by the colours which light is which"
+        epnp = _epnp_words(table, rows)
+    return Part.of(
+        f"table_{name}",
+        {},
+        {"main": _values(table, rows), "errors": _errors(table, rows, ours), "pictures": _pictures(table, rows)},
+        like="tank",
+        **{"name": name, "table": table, "poses": len(rows), "lights": lights, "beside": beside, "epnp": epnp},
+        paper_errors=_in_words(table.mean_errors),
+        our_errors=_in_words(ours),
+        draws=DRAWS,
+        pictures=pictures,
+        right=sum(int(row.right.sum()) for row in rows),
+        missing=f" In {missed} no dock was found." if missed else "",
+        least=ratio.min(),
+        most=ratio.max(),
+        scale=_scale(table),
+    )
+
+
+def _in_words(errors: np.ndarray) -> str:
+    x, y, z, theta_x, theta_y = (f"{error:.2g}" for error in errors)
+    return f"{x}, {y} and {z} cm in x, y and z, and {theta_x} and {theta_y} degrees in theta x and theta y"
+
+
+def _absolute(table: Table, found: list[np.ndarray]) -> np.ndarray:
+    """Absolute errors (rows, draws, 5); NaN where nothing was found."""
+    return np.abs(np.array(found) - table.measured[:, None])
+
+
+def _epnp_words(table: Table, rows: list[Row]) -> str:
+    """EPnP's errors but for the pictures that show another pose: angles or range far off, or none."""
+    errors = _absolute(table, [row.epnp for row in rows])
+    gross = ~((errors[..., 3:] < GROSS_DEG).all(axis=-1) & (errors[..., 2] < 0.05 * table.measured[:, 2, None]))
+    return (
+        " EPnP, with the lights that the pipeline found and identified by colour, has "
+        f"{_in_words(np.nanmean(errors[~gross], axis=0))}, but for {gross.sum()} pictures in which an angle is "
+        f"off by more than {GROSS_DEG:g} degrees or the range by more than 5 %, or it gave no pose."
+    )
+
+
+def _scale(table: Table) -> str:
+    """What the signs of the printed errors of z say."""
+    shares = 100 * (table.estimated - table.measured)[:, 2] / table.measured[:, 2]
+    if min(shares) < 0 < max(shares):
+        return "The printed errors of z have both signs: no wrong scale, as of diameter or focal length, made them all."
+    mean = float(np.abs(shares).mean())
+    text = (
+        f"All printed estimates of z are too {'large' if shares[0] > 0 else 'small'}, by {mean:.1f} % on average, as "
+        f"they would be with a diameter or a focal length that is wrong by as much: {3 * mean:.1f} mm of 30 cm."
+    )
+    if table.epnp is None:
+        return text
+    other = 100 * (table.epnp - table.measured)[:, 2] / table.measured[:, 2]
+    if (np.sign(other) == np.sign(shares)).all():
+        return text
+    return text + (
+        f" But both methods share diameter and focal length, and the paper's EPnP is off by {other.mean():+.1f} % on "
+        "average, so that such a scale alone is not the reason."
+    )
+
+
+def _rounded(words: str, errors: np.ndarray) -> list[Cell]:
+    """A row of errors to a micrometre and a ten-thousandth of a degree, which is more than anyone wants to know."""
+    return [words, *np.round(errors, 4).tolist()]
+
+
+def _who(table: Table, rows: list[Row], number: int) -> dict[str, np.ndarray]:
+    """The estimates (5,) of one pose; of ours the first picture's."""
+    found = {"paper": table.estimated[number], "ours": rows[number].ours[0]}
+    if table.epnp is not None:
+        found |= {"paper's EPnP": table.epnp[number], "our EPnP": rows[number].epnp[0]}
+    return found
+
+
+def _values(table: Table, rows: list[Row]) -> Rows:
+    lines: list[list[Cell]] = [["pose", *COLUMNS]]
+    for number, measured in enumerate(table.measured):
+        lines.append([f"{number + 1} measured", *measured.tolist()])
+        who = _who(table, rows, number)
+        lines += [[f"{number + 1} {name}", *np.round(values, 2).tolist()] for name, values in who.items()]
+    return lines
+
+
+def _errors(table: Table, rows: list[Row], ours: np.ndarray) -> Rows:
+    lines: list[list[Cell]] = [["pose", *COLUMNS]]
+    for number, measured in enumerate(table.measured):
+        who = _who(table, rows, number)
+        lines += [_rounded(f"{number + 1} {name}", values - measured) for name, values in who.items()]
+    means = {"mean absolute: paper": table.mean_errors, f"mean absolute: ours, {DRAWS} pictures a pose": ours}
+    if table.epnp is not None:
+        epnp = _absolute(table, [row.epnp for row in rows])
+        means |= {
+            "mean absolute: paper's EPnP": np.abs(table.epnp - table.measured).mean(axis=0),
+            "mean absolute: our EPnP, all pictures": np.nanmean(epnp, axis=(0, 1)),
+            "median absolute: our EPnP": np.nanmedian(epnp, axis=(0, 1)),
+        }
+    return [*lines, *(_rounded(words, errors) for words, errors in means.items())]
+
+
+def _pictures(table: Table, rows: list[Row]) -> Rows:
+    lines: list[list[Cell]] = [["pose", "picture", "method", *COLUMNS]]
+    for number, row in enumerate(rows, start=1):
+        for draw, (ours, epnp) in enumerate(zip(row.ours.tolist(), row.epnp.tolist(), strict=True), start=1):
+            lines.append([number, draw, "ours", *ours])
+            if table.epnp is not None:
+                lines.append([number, draw, "EPnP", *epnp])
+    return lines
+
+
+def budget_part(budget: Budget) -> Part:
+    """The part for a budget."""
+    camera, port, paper = budgets.CAMERA, budgets.CAMERA.port, _rms(poses_of_tables()[1])
+    assert port is not None
+    together, reading = _rms(budget.together), reading_steps() / np.sqrt(12)
+
+    def reached(values: np.ndarray) -> str:
+        return ", ".join(f"{name} {100 * share:.0f} %" for name, share in zip(_NAMES, values / paper, strict=True))
+
+    return Part.of(
+        "error_budget",
+        {"main": _figure(budget)},
+        {"main": _budget_rows(budget), "tables": _by_table(budget), "calibrations": _cameras(budget)},
+        poses=len(poses_of_tables()[0]),
+        paper=_in_words(paper),
+        gap_mm=1000 * port.air_gap_m,
+        glass_mm=1000 * port.glass_m,
+        **{"camera": camera, "board": BOARD, "views": VIEWS, "budget": budget, "cameras": len(budget.cameras)},
+        sigma=_sigmas(budget),
+        together=_in_words(together),
+        right=100 * budget.right,
+        largest_z=_largest(budget, 2),
+        largest_angle=max(_largest(budget, 3), _largest(budget, 4), key=lambda one: one[1]),
+        ignored=_in_words(_rms(budget.items["ignored"])),
+        reached=reached(together),
+        steps=reading_steps(),
+        reading=reading,
+        reached_rounded=reached(np.hypot(together, reading)),
+        by_table=_by_table_in_words(budget),
+        pictures=_in_words(_rms(budget.pictures["both"])),
+    )
+
+
+def _rms(errors: np.ndarray) -> np.ndarray:
+    """Root mean squares (5,) over all but the last axis."""
+    return np.sqrt(np.nanmean(errors.reshape(-1, 5) ** 2, axis=0))
+
+
+def _sigmas(budget: Budget) -> dict[str, float]:
+    """Standard deviations of what the calibrations find."""
+    found = np.array(_cameras(budget), dtype=float)[:, 1:7]
+    return dict(zip(("fx", "fy", "cx", "cy", "k1", "k2"), found.std(axis=0).tolist(), strict=True))
+
+
+def _largest(budget: Budget, column: int) -> tuple[str, float]:
+    """What brings the largest error in a column, and how large it is; ignored distortion is a mistake."""
+    errors = {words: float(_rms(budget.items[key])[column]) for key, words in ITEMS.items() if key != "ignored"}
+    return max(errors.items(), key=lambda one: one[1])
+
+
+def _mean_absolute(errors: np.ndarray) -> dict[str, np.ndarray]:
+    """Mean absolute errors (5,) of each table, of errors (draws, 12, 5)."""
+    ends = np.cumsum([len(table.measured) for table in TABLES.values()])
+    parts = np.split(np.abs(errors), ends[:-1], axis=1)
+    return {name: np.nanmean(part, axis=(0, 1)) for name, part in zip(TABLES, parts, strict=True)}
+
+
+def _by_table_in_words(budget: Budget) -> str:
+    """Where the believable camera and ring are worse than the paper."""
+    ours = _mean_absolute(budget.together)
+    worse = [
+        f"{column} of Table {name} ({found:.2g} against {printed:.2g})"
+        for name, table in TABLES.items()
+        for column, found, printed in zip(_NAMES, ours[name], table.mean_errors, strict=True)
+        if found > printed
+    ]
+    if not worse:
+        return "In no column of the three tables do they exceed the paper's mean absolute error."
+    return (
+        f"It is more than the paper has in {', '.join(worse)}: there the paper's ring was closer to its drawing than a "
+        "millimetre, or its errors happened to be small."
+    )
+
+
+def _sums(budget: Budget) -> dict[str, np.ndarray]:
+    """Root mean square errors (5,) of all together, and what they are compared with."""
+    together, reading = _rms(budget.together), reading_steps() / np.sqrt(12)
+    return {
+        "all together, without ignored distortion": together,
+        "rounding of the measured values": reading,
+        "all together, and rounding": np.hypot(together, reading),
+        "the paper": _rms(poses_of_tables()[1]),
+    }
+
+
+def _budget_rows(budget: Budget) -> Rows:
+    rows = {words: _rms(budget.items[key]) for key, words in ITEMS.items()}
+    rows |= {words: _rms(budget.pictures[key]) for key, words in _PICTURES.items()} | _sums(budget)
+    return [("what is off", *COLUMNS), *(_rounded(words, errors) for words, errors in rows.items())]
+
+
+def _by_table(budget: Budget) -> Rows:
+    rows: list[list[Cell]] = [["table", *COLUMNS]]
+    believable, exact = _mean_absolute(budget.together), _mean_absolute(budget.pictures["both"])
+    for name, table in TABLES.items():
+        rows.append(_rounded(f"Table {name}: the paper", table.mean_errors))
+        rows.append(_rounded(f"Table {name}: ours, believable camera and ring", believable[name]))
+        rows.append(_rounded(f"Table {name}: ours, all known exactly, noise and JPEG", exact[name]))
+    return rows
+
+
+def _cameras(budget: Budget) -> Rows:
+    return [
+        [number, camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion]
+        for number, camera in enumerate(budget.cameras, start=1)
+    ]
+
+
+def _figure(budget: Budget) -> Figure:
+    bars = [(words, _rms(budget.items[key]), BLUE) for key, words in ITEMS.items()]
+    sums = _sums(budget)
+    bars.append((_PICTURES["both"], _rms(budget.pictures["both"]), BLUE))
+    bars.append(("all together", sums["all together, without ignored distortion"], ORANGE))
+    for words, colour in (("rounding of the measured values", GREY), ("the paper", VERMILLION)):
+        bars.append((words, sums[words], colour))
+    figure = canvas(8.0, 4.6)
+    panels = figure.subplots(1, 5, sharey=True)
+    places = np.arange(len(bars))
+    for k, axes in enumerate(panels):
+        axes.barh(places, [values[k] for _, values, _ in bars], color=[colour for _, _, colour in bars])
+        axes.set_title(COLUMNS[k], fontsize=9)
+        axes.set_xlim(0, 1.2 * max(values[k] for _, values, _ in bars))
+        axes.locator_params(axis="x", nbins=3)
+        axes.grid(axis="x", lw=0.4, color="0.85")
+        axes.set_axisbelow(True)
+    panels[0].set_yticks(places, [words for words, _, _ in bars])
+    panels[0].invert_yaxis()
+    figure.supxlabel("root mean square error", fontsize=9)
+    return figure

@@ -42,12 +42,17 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 class Study:
     """A study in a folder."""
 
-    folder: Path  # where its files are
-    scenes: int  # how many scenes, and the seed of all that is random in them
-    seed: int  # how many scenes, and the seed of all that is random in them
+    folder: Path
+    scenes: int
+    seed: int  # of all that is random in them
 
     def run(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
-        """Work on the scenes that are not done yet, and write ``study.csv`` and ``cost.csv`` when all are."""
+        """Work on the scenes that are not done yet, and write ``study.csv`` and ``cost.csv`` when all are.
+
+        ``scheduler``, a Dask cluster's address, takes the place of the processes. ``done`` receives the number of
+        scenes that are done, at first those of an earlier run. Raises UserError if the folder holds a different study,
+        is in use or cannot be written, or there is no cluster.
+        """
         with writing(f"--out {self.folder}"):
             (self.folder / _SCENES).mkdir(parents=True, exist_ok=True)
             try:
@@ -71,6 +76,7 @@ class Study:
         remove_temporaries(self.folder)
         remove_temporaries(self.folder / _SCENES)
         about = {"seed": self.seed, "scenes": self.scenes, "code": code_print(), "versions": versions()}
+        about["methods"] = list(METHODS)
         path = self.folder / _ABOUT
         if path.exists():
             _check_same(json.loads(path.read_text(encoding="utf-8")), about, self.folder)
@@ -82,29 +88,23 @@ class Study:
     def _work(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
         count = self.done
         done(count)
-        todo = self._todo()
-        first = next(todo, None)
-        if first is None:
+        todo = list(self._todo())
+        if not todo:
             return
         with _one_thread(), workers(jobs, scheduler) as (executor, at_once):
-            for start, stop, text in _results(executor, at_once, self.seed, first, todo):
+            for start, stop, text in _results(executor, at_once, self.seed, todo):
                 write_whole(self._path(start, stop), text.encode())
                 sync_folder(self.folder / _SCENES)
                 count += stop - start
                 done(count)
 
     def _todo(self) -> Iterator[tuple[int, int]]:
-        """Blocks of scenes that are not done; they begin at multiples of ``BLOCK`` where nothing is done yet."""
+        """Blocks of scenes that are not done; of a block that an earlier run has begun, the rest."""
         done = {scene for start, stop in self._blocks() for scene in range(start, stop)}
-        start = 0
-        while start < self.scenes:
-            stop = start
-            last = min(self.scenes, start - start % BLOCK + BLOCK)
-            while stop < last and stop not in done:
-                stop += 1
-            if stop > start:
-                yield start, stop
-            start = max(stop, start + 1)
+        for start in range(0, self.scenes, BLOCK):
+            left = [scene for scene in range(start, min(start + BLOCK, self.scenes)) if scene not in done]
+            if left:
+                yield left[0], left[-1] + 1
 
     def _blocks(self) -> list[tuple[int, int]]:
         """First scene of each finished block, and the one after its last; in order."""
@@ -157,22 +157,24 @@ def code_print() -> str:
 
 
 def _results(
-    executor: Executor, at_once: int, seed: int, first: tuple[int, int], todo: Iterable[tuple[int, int]]
+    executor: Executor, at_once: int, seed: int, blocks: Iterable[tuple[int, int]]
 ) -> Iterator[tuple[int, int, str]]:
     """Yield each block's scenes and rows as it is done."""
-    waiting: dict[Future[tuple[str, str]], tuple[int, int]] = {executor.submit(block_text, seed, *first): first}
-    todo = iter(todo)
+    todo = iter(blocks)
+    waiting: dict[Future[tuple[str, str]], tuple[int, int]] = {}
     try:
-        while waiting:
+        while True:
             while len(waiting) < _AHEAD * at_once and (block := next(todo, None)):
                 waiting[executor.submit(block_text, seed, *block)] = block
+            if not waiting:
+                return
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
                 start, stop = waiting.pop(future)
                 code, text = future.result()
                 if code != code_print():
                     raise UserError("a worker runs another version of dockpose; all must run the same")
                 if text.count("\n") != 1 + (stop - start) * len(METHODS):
-                    raise UserError(f"scenes {start} to {stop - 1}: a worker sent not all of their rows")
+                    raise UserError(f"scenes {start} to {stop - 1}: a worker did not send all of their rows")
                 yield start, stop, text
     finally:
         for future in waiting:
@@ -180,7 +182,7 @@ def _results(
 
 
 def _check_same(there: dict[str, Any], ours: dict[str, Any], folder: Path) -> None:
-    """Raise UserError where a folder's study is another one, or has more scenes."""
+    """Raise UserError where a folder has a different study, or one of more scenes."""
     use = "use another folder"
     if there.get("seed") != ours["seed"]:
         raise UserError(f"--out {folder}: has a study with the seed {there.get('seed')}, not {ours['seed']}; {use}")
@@ -192,8 +194,9 @@ def _check_same(there: dict[str, Any], ours: dict[str, Any], folder: Path) -> No
     changed = [f"{name} {before.get(name)}, not {now[name]}" for name in now if before.get(name) != now[name]]
     if changed:
         raise UserError(f"--out {folder}: its study was begun with {'; '.join(changed)}; {use}")
-    if there.get("code") != ours["code"]:
-        raise UserError(f"--out {folder}: its study was begun with other code of dockpose; {use}")
+    for name, what in (("code", "other code of dockpose"), ("methods", "other threshold methods")):
+        if there.get(name) != ours[name]:
+            raise UserError(f"--out {folder}: its study was begun with {what}; {use}")
 
 
 @contextlib.contextmanager

@@ -66,7 +66,7 @@ def test_calibration_tells_what_does_not_hold():
         return "wrong pose" if scene % 2 else "success"
 
     text = " ".join(calibration_text(summary_of(table(SCENES, wrong))))
-    assert "in 0 of 1 bins, but not at 0.95 to 0.99 (told 97 %, came 50 %)" in text
+    assert "in 0 of 1 bins, but not at 0.95 to 0.99 (given 97 %, came 50 %)" in text
     assert "x 50.0 %" in text
     assert "as often as not" in text
 

@@ -192,8 +192,8 @@ class FrameProgress:
         self._said_s, elapsed_s, new = now_s, now_s - self._began_s, self._count - self._first
         rate = rate_text(self._count, self.total, new / max(elapsed_s, 1e-9), dropped, self._unit)
         if self._is_terminal:
-            described = {"description": escape(printable(name))} if name else {}
-            self._bar.update(self._task, total=self.total, completed=self._count, rate=rate, **described)
+            words = escape(printable(name or self._name))
+            self._bar.update(self._task, description=words, total=self.total, completed=self._count, rate=rate)
         else:
             left_s = 0.0 if self.total is None else max(0.0, (self.total - self._count) * elapsed_s / max(new, 1))
             say(f"{name or self._name}: {rate}" + ("" if self.total is None else f", {left_s:.0f} s left"))

@@ -127,11 +127,6 @@ class NumberTable:
         """The cells as the page has them."""
         return [[self._text(cell) for cell in row] for row in self.rows]
 
-    @property
-    def html(self) -> Markup:
-        """The table as the pages have it."""
-        return Markup(_pages().get_template("base.html").module.table(self.head, self.shown, caption=self.caption))
-
     def _text(self, cell: Cell) -> str:
         if cell is None or cell != cell:  # not a number
             return MISSING
@@ -169,11 +164,11 @@ class Part:
         of "main" has no name behind it.
         """
         like, files = like or key, key if files is None else files
-        texts = [words(like, name, **numbers) for name in ("title", "paper", "ours", "differs")]
+        title, paper, ours, differs = (words(like, name, **numbers) for name in ("title", "paper", "ours", "differs"))
         names = {name: files if name == "main" else f"{files}_{name}".lstrip("_") for name in (*plots, *tables)}
         drawn = [Plot.of(names[name], words(like, "plots", name, **numbers), one) for name, one in plots.items()]
         listed = [NumberTable.of(like, name, names[name], rows, **numbers) for name, rows in tables.items()]
-        return cls(key, *texts, drawn, listed)
+        return cls(key, title, paper, ours, differs, drawn, listed)
 
     def write(self, folder: Path) -> None:
         """Write each plot as PNG and SVG, and each table as CSV."""

@@ -172,7 +172,7 @@ def _results(
                 start, stop = waiting.pop(future)
                 code, text = future.result()
                 if code != code_print():
-                    raise UserError("a worker runs another version of dockpose; all must run the same")
+                    raise UserError("a worker runs a different version of dockpose; all must run the same")
                 if text.count("\n") != 1 + (stop - start) * len(METHODS):
                     raise UserError(f"scenes {start} to {stop - 1}: a worker did not send all of their rows")
                 yield start, stop, text

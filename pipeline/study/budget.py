@@ -146,7 +146,7 @@ def farthest_within_m(
 def farthest_told_m(
     camera: Camera, dock: Dock, chance: float, tilt_deg: float, noise_px: float = USUAL_NOISE_PX
 ) -> float:
-    """Range, in metres, up to which both poses at that tilt are told apart with at least that chance."""
+    """Range, in metres, up to which both poses at that tilt can be distinguished with at least that chance."""
 
     def under(log_range: float) -> float:
         return chance - (budget(camera, dock, math.exp(log_range), tilt_deg, noise_px).tells_apart or 0.5)

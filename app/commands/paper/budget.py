@@ -95,8 +95,8 @@ def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
 
 
 def _values(budget: Budget) -> list[float | str]:
-    told = "" if budget.tells_apart is None else budget.tells_apart
-    return [*budget.sigma_position_m, *map(math.degrees, budget.sigma_theta_rad), told]
+    chance = "" if budget.tells_apart is None else budget.tells_apart
+    return [*budget.sigma_position_m, *map(math.degrees, budget.sigma_theta_rad), chance]
 
 
 def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], arguments: argparse.Namespace) -> None:

@@ -29,6 +29,7 @@ _STYLES = {
 }
 _SHARES = {"median": 0.5, "90 %": 0.9}
 _ERRORS = {"position": ("position (%)", "position (% of range)"), "angle_deg": ("angle (deg)", "normal (°)")}
+_MISLED = ((5, RING_OF), (6, RING_OF), (10, 10), (12, 12))  # lights seen, and of the ring, where some choose wrongly
 Results = dict[tuple[int, int], Errors]
 
 
@@ -61,13 +62,8 @@ def part_of(results: Results) -> Part:
         ours_first=_medians(results[first, first], "ours"),
         ours_last=_medians(results[last, last], "ours"),
         ratio=_quantile(ten.angle_deg["ellipse"], 0.5) / _quantile(ten.angle_deg["ours"], 0.5),
-        **{
-            f"{who}_wrong": {seen: f"{100 * results[seen, lights].wrong(who):.0f} %" for seen, lights in cells}
-            for who, cells in (
-                ("ours", ((5, RING_OF), (6, RING_OF))),
-                ("iterative", ((5, RING_OF), (6, RING_OF))),
-                ("epnp", ((10, 10), (12, 12))),
-            )
+        wrong={
+            who: {seen: f"{100 * results[seen, lights].wrong(who):.0f} %" for seen, lights in _MISLED} for who in WHO
         },
         trials=len(ten.position["ours"]),
     )

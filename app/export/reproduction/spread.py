@@ -47,7 +47,7 @@ def figure_5(seed: int) -> Part:
     rng = np.random.default_rng([seed, *b"poisson"])
     drawn = {f"Poisson, draw {k + 1}": point_spread(_POISSON, HOU_WATER, HOU_DISTANCE_M, rng) for k in range(_DRAWS)}
     scenes = [lamp_scene(psf, HOU_WATER, HOU_DISTANCE_M, seed) for psf in (_HOU, _POISSON)]
-    pictures = dict(zip(("Hou", "Poisson"), lamps.lamp_pictures(scenes), strict=True))
+    pictures: dict[str, LampPicture] = dict(zip(("Hou", "Poisson"), lamps.lamp_pictures(scenes), strict=True))
     direct = math.exp(-HOU_WATER.attenuation_per_m * HOU_DISTANCE_M)
     faintest = min(drawn, key=lambda name: drawn[name].glow_share)  # all of them would hide each other
     return Part.of(

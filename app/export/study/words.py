@@ -63,7 +63,7 @@ def factor_text(summary: Mapping[str, Any]) -> list[str]:
 
 
 def verdict(difference: Mapping[str, Any]) -> str:
-    """Whether the first method is better, worse, or neither can be told with 95 % confidence."""
+    """Whether the first method is better, worse, or neither with 95 % confidence."""
     if difference["value"] is None:
         return _OPEN
     return _BETTER if difference["low"] > 0 else _WORSE if difference["high"] < 0 else _OPEN

@@ -136,7 +136,7 @@ def two_levels(scene: Scene, pictures: int) -> TwoLevels:
 
 
 def _moved(scene: Scene, number: int, shift_px: np.ndarray) -> Scene:
-    """The scene with another noise, its dock moved across by so many pixels."""
+    """The scene with new noise, its dock moved across by so many pixels."""
     x, y, z = scene.pose.position_m
     dx, dy = (shift_px * z / [scene.camera.fx, scene.camera.fy]).tolist()
     pose = msgspec.structs.replace(scene.pose, position_m=(x + dx, y + dy, z))

@@ -29,7 +29,7 @@ def are_the_lights(points_px: np.ndarray, lights_px: np.ndarray) -> bool:
 
 
 def group_centres(histogram: Histogram, level: int, min_area_px: int) -> np.ndarray:
-    """Mass moments (N, 2) in pixels of the groups that a level leaves; none is split, merged or told apart."""
+    """Mass moments (N, 2) in pixels of the groups that a level leaves; none is split, merged or left out."""
     if level >= LEVELS or (pixels := histogram.bright(level)).is_empty:
         return np.empty((0, 2))
     count, labels = pixels.groups()

@@ -129,6 +129,6 @@ def test_one_program_at_a_time(tmp_path, worked_on):
 
 def test_a_worker_of_another_version_is_refused(tmp_path, worked_on, monkeypatch):
     monkeypatch.setattr(module, "block_text", lambda *block: ("other", ""))
-    with pytest.raises(UserError, match="another version of dockpose"):
+    with pytest.raises(UserError, match="a different version of dockpose"):
         run(tmp_path, 4)
     assert Study(tmp_path, 4, 2).done == 0

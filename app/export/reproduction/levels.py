@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, THRESHOLD_COLOUR
-from dockpose.app.export.parts import Cell, Part
+from dockpose.app.export.parts import Cell, Part, words
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
 from dockpose.paper.lights import levels as sweeps
@@ -44,20 +44,13 @@ def figure_3(seed: int) -> Part:
 
 
 def _words(name: str, one: AtLevel) -> str:
-    share = f"{100 * one.kept:.2g} % of the picture is kept, in {_groups(one.groups)}"
-    return f"At level {one.level} ({name}) {share}; {_pose_words(one)}."
+    kept, mm = 100 * one.kept, 1000 * one.distance_m
+    pose = "none" if one.found.selected is None else "right" if one.is_right else "wrong"
+    return words("figure_3", pose, name=name, one=one, groups=_groups(one.groups), kept=kept, mm=mm)
 
 
 def _groups(count: int) -> str:
     return f"{count} group{'' if count == 1 else 's'}"
-
-
-def _pose_words(one: AtLevel) -> str:
-    if one.found.selected is None:
-        return "no pose was found"
-    right = "right" if one.is_right else "wrong"
-    errors = f"off by {1000 * one.distance_m:.2g} mm and {one.angle_deg:.2g} degrees"
-    return f"{one.found.lights_on_ring} of them are taken for lights, and the pose is {right}, {errors}"
 
 
 def _row(name: str, one: AtLevel) -> tuple[Cell, ...]:
@@ -104,9 +97,8 @@ def _is_exact(picture: Picture) -> bool:
 
 def _rest_words(name: str, picture: Picture, one: AtLevel) -> str:
     pose = "right" if one.is_right else "wrong" if one.found.selected is not None else "not found"
-    return (
-        f"With {name} there are {one.groups} groups for {picture.lights} lights, of which "
-        f"{one.found.lights_on_ring or 0} are taken for lights, and the pose is {pose}."
+    return words(
+        "figure_8", "other", name=name, picture=picture, one=one, found=one.found.lights_on_ring or 0, pose=pose
     )
 
 
@@ -188,9 +180,6 @@ def figure_16(seed: int) -> Part:
     apart = [name for name, one in zip(PARAMETERS, np.abs(difference) / error, strict=True) if one > _AGREE]
     largest = float(np.abs(difference[:4]).max())
     means, scatter = found.errors.mean(axis=0), found.errors.std(axis=0, ddof=1)
-    agreement = f"No parameter's mean difference is more than {_AGREE:.0f} of its standard errors."
-    if apart:
-        agreement = f"More than {_AGREE:.0f} of its standard errors is the mean difference of: {', '.join(apart)}."
     columns = (found.true_values, means[0], scatter[0], means[1], scatter[1], difference, error)
     units = ("px", "px", "px", "px", "deg", "1")
     names = [f"{name} ({unit})" for name, unit in zip(PARAMETERS, units, strict=True)]
@@ -203,9 +192,9 @@ def figure_16(seed: int) -> Part:
         pictures=len(found.errors),
         largest=largest,
         share=100 * largest / found.true_values[2],
-        agreement=agreement,
+        agreement=words("figure_16", "apart" if apart else "agree", most=_AGREE, names=", ".join(apart)),
         scatter=scatter,
-        conclusion="" if apart else "Fewer lights make the ellipse less certain, but not a different one.",
+        conclusion="" if apart else words("figure_16", "same"),
     )
 
 

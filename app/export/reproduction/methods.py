@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
 from dockpose.app.drawing.thresholded import kept_pixels
-from dockpose.app.export.parts import Cell, Part, Rows, listed
+from dockpose.app.export.parts import Cell, Part, Rows, listed, words
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
 from dockpose.estimate import Estimate, estimate
@@ -151,8 +151,8 @@ def _head(first: str) -> list[str]:
     return [first, *(cell for _, column, _ in _COLUMNS.values() for cell in (column, "from", "to"))]
 
 
-def _shares(tally: Tally, method: str, words: str) -> list[Cell]:
-    row: list[Cell] = [words]
+def _shares(tally: Tally, method: str, title: str) -> list[Cell]:
+    row: list[Cell] = [title]
     for column in _COLUMNS:
         of = getattr(tally, column).get(method)
         row += [None] * 3 if of is None else _in_per_cent(_share(of))
@@ -206,13 +206,13 @@ def _steps_words(gains: Mapping[str, Mapping[str, Difference]]) -> str:
             sure.append(f"{name} {' and '.join(beyond)}")
         elif all(one.value == 0 for one in of.values()):
             nothing.append(name)
-    words = f"Of the steps, these change more than chance does: {'; '.join(sure)}." if sure else ""
-    words = words or "No single step changes more than chance does."
-    words += f" These change nothing on these scenes: {', '.join(nothing)}." if nothing else ""
-    cases = len(gains) * len(_COLUMNS)
-    return (
-        f"{words} The others cannot be distinguished from chance on so few scenes; of the {cases} intervals, which are "
-        f"not corrected for their number, about {cases * 0.05:.1f} would leave out 0 by chance alone."
+    return words(
+        "literal_hats",
+        "steps_differ" if sure else "no_step_differs",
+        sure="; ".join(sure),
+        nothing=" " + words("literal_hats", "no_change", names=", ".join(nothing)) if nothing else "",
+        cases=len(gains) * len(_COLUMNS),
+        chance=0.05 * len(gains) * len(_COLUMNS),
     )
 
 
@@ -245,9 +245,9 @@ def _draw_steps(tally: Tally, steps: list[str]) -> Figure:
     figure = canvas(8.6, 4.0)
     axes = figure.add_subplot()
     rows = np.arange(len(steps))
-    for number, (column, (words, _, looks)) in enumerate(_COLUMNS.items()):
+    for number, (column, (label, _, looks)) in enumerate(_COLUMNS.items()):
         shares = [vars(_share(getattr(tally, column)[step])) for step in steps]
-        draw.draw_intervals(axes, rows + 0.22 * (number - 1), shares, looks, across=True, ms=5, capsize=2, label=words)
+        draw.draw_intervals(axes, rows + 0.22 * (number - 1), shares, looks, across=True, ms=5, capsize=2, label=label)
     axes.set_yticks(rows, steps)
     axes.invert_yaxis()
     axes.set_xlim(0, 100)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, ORANGE, PURPLE, THRESHOLD_COLOUR
-from dockpose.app.export.parts import Cell, Part, Rows
+from dockpose.app.export.parts import Cell, Part, Rows, words
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, draw_histogram, show
 from dockpose.paper.lights import spread as lamps
 from dockpose.paper.lights.spread import HOU_DISTANCE_M, HOU_THETA0_RAD, HOU_WATER, SIDE_PX, LampPicture, lamp_scene
@@ -33,12 +33,6 @@ _HEAD = (
     *("peak at level", "pixels in the peak on the lamp (%)", "pixels in the peak, over those below"),
     "direct light on the lamp (%)",
 )
-_WATER_WORDS = (
-    f"The water has a = {HOU_WATER.absorption_per_m:g} and b = {HOU_WATER.scattering_per_m:g} per metre. With the lamp "
-    f"{HOU_DISTANCE_M:g} m away, w0 = {HOU_WATER.albedo:.2f} and c r = "
-    f"{HOU_WATER.attenuation_per_m * HOU_DISTANCE_M:.1f}, the published example of Hou's function with theta0 = "
-    f"{HOU_THETA0_RAD:g}."
-)
 
 
 def figure_5(seed: int) -> Part:
@@ -60,7 +54,7 @@ def figure_5(seed: int) -> Part:
         mean=HOU_WATER.scattering_per_m * HOU_DISTANCE_M,
         draws=_DRAWS,
         numbers=", ".join(str(round(spread.glow_share / direct)) for spread in drawn.values()),
-        water=_WATER_WORDS,
+        water=_water_words(),
     )
 
 
@@ -87,7 +81,7 @@ def figure_6(seed: int) -> Part:
         hou=hou,
         near_direct=100 * pictures[near].share_of_direct,
         far_direct=100 * pictures[far].share_of_direct,
-        water=_WATER_WORDS,
+        water=_water_words(),
     )
 
 
@@ -123,12 +117,14 @@ def _turned(distance_m: float, seed: int) -> tuple[LampPicture, LampPicture, Lam
     return square, rotated, lamps.side_by_side(square, rotated, scenes[0])
 
 
+def _water_words() -> str:
+    lengths = HOU_WATER.attenuation_per_m * HOU_DISTANCE_M
+    return words("figure_5", "of_water", water=HOU_WATER, far_m=HOU_DISTANCE_M, lengths=lengths, theta0=HOU_THETA0_RAD)
+
+
 def _peak_words(picture: LampPicture) -> str:
-    return (
-        f"The histogram has a peak at level {picture.peak}, with {_prominence(picture)}; "
-        f"{100 * picture.share_of_lamp_in_peak:.0f} % of its pixels see the lamp itself, whose light there is to "
-        f"{100 * picture.share_of_direct:.0f} % direct."
-    )
+    shares = 100 * picture.share_of_lamp_in_peak, 100 * picture.share_of_direct
+    return words("figure_5", "of_peak", picture=picture, prominence=_prominence(picture), shares=shares)
 
 
 def _prominence(picture: LampPicture) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREY, ORANGE, VERMILLION
-from dockpose.app.export.parts import Cell, Part, Rows
+from dockpose.app.export.parts import Cell, Part, Rows, words
 from dockpose.app.export.reproduction.pictures import canvas
 from dockpose.paper.tables import COLUMNS, TABLES, Table
 from dockpose.paper.tank import error_budget as budgets
@@ -61,7 +61,7 @@ def table_part(name: str, rows: list[Row]) -> Part:
     if table.epnp is not None:
         lights += " (2 of them red and 2 blue)"
         beside = ", and of EPnP, which is given by the colours which light is which"
-        epnp = _epnp_words(table, rows)
+        epnp = " " + _epnp_words(table, rows)
     return Part.of(
         f"table_{name}",
         {},
@@ -94,10 +94,8 @@ def _epnp_words(table: Table, rows: list[Row]) -> str:
     """EPnP's errors but for the pictures that show another pose: angles or range far off, or none."""
     errors = _absolute(table, [row.epnp for row in rows])
     gross = ~((errors[..., 3:] < GROSS_DEG).all(axis=-1) & (errors[..., 2] < 0.05 * table.measured[:, 2, None]))
-    return (
-        " EPnP, with the lights that the pipeline found and identified by colour, has "
-        f"{_in_words(np.nanmean(errors[~gross], axis=0))}, but for {gross.sum()} pictures in which an angle is "
-        f"off by more than {GROSS_DEG:g} degrees or the range by more than 5 %, or it gave no pose."
+    return words(
+        "tank", "by_epnp", errors=_in_words(np.nanmean(errors[~gross], axis=0)), gross=gross.sum(), deg=GROSS_DEG
     )
 
 
@@ -105,26 +103,19 @@ def _scale(table: Table) -> str:
     """What the signs of the printed errors of z say."""
     shares = 100 * (table.estimated - table.measured)[:, 2] / table.measured[:, 2]
     if min(shares) < 0 < max(shares):
-        return "The printed errors of z have both signs: no wrong scale, as of diameter or focal length, made them all."
+        return words("tank", "both_signs")
     mean = float(np.abs(shares).mean())
-    text = (
-        f"All printed estimates of z are too {'large' if shares[0] > 0 else 'small'}, by {mean:.1f} % on average, as "
-        f"they would be with a diameter or a focal length that is wrong by as much: {3 * mean:.1f} mm of 30 cm."
-    )
+    text = words("tank", "one_sign", size="large" if shares[0] > 0 else "small", mean=mean, mm=3 * mean)
     if table.epnp is None:
         return text
     other = 100 * (table.epnp - table.measured)[:, 2] / table.measured[:, 2]
-    if (np.sign(other) == np.sign(shares)).all():
-        return text
-    return text + (
-        f" But both methods share diameter and focal length, and the paper's EPnP is off by {other.mean():+.1f} % on "
-        "average, so that such a scale alone is not the reason."
-    )
+    is_alike = bool((np.sign(other) == np.sign(shares)).all())
+    return text if is_alike else f"{text} {words('tank', 'epnp_differs', mean=other.mean())}"
 
 
-def _rounded(words: str, errors: np.ndarray) -> list[Cell]:
+def _rounded(name: str, errors: np.ndarray) -> list[Cell]:
     """A row of errors to a micrometre and a ten-thousandth of a degree, which is more than anyone wants to know."""
-    return [words, *np.round(errors, 4).tolist()]
+    return [name, *np.round(errors, 4).tolist()]
 
 
 def _who(table: Table, rows: list[Row], number: int) -> dict[str, np.ndarray]:
@@ -157,7 +148,7 @@ def _errors(table: Table, rows: list[Row], ours: np.ndarray) -> Rows:
             "mean absolute: our EPnP, all pictures": np.nanmean(epnp, axis=(0, 1)),
             "median absolute: our EPnP": np.nanmedian(epnp, axis=(0, 1)),
         }
-    return [*lines, *(_rounded(words, errors) for words, errors in means.items())]
+    return [*lines, *(_rounded(name, errors) for name, errors in means.items())]
 
 
 def _pictures(table: Table, rows: list[Row]) -> Rows:
@@ -236,12 +227,7 @@ def _by_table_in_words(budget: Budget) -> str:
         for column, found, printed in zip(_NAMES, ours[name], table.mean_errors, strict=True)
         if found > printed
     ]
-    if not worse:
-        return "In no column of the three tables do they exceed the paper's mean absolute error."
-    return (
-        f"It is more than the paper has in {', '.join(worse)}: there the paper's ring was closer to its drawing than a "
-        "millimetre, or its errors happened to be small."
-    )
+    return words("error_budget", "worse" if worse else "not_worse", names=", ".join(worse))
 
 
 def _sums(budget: Budget) -> dict[str, np.ndarray]:
@@ -258,7 +244,7 @@ def _sums(budget: Budget) -> dict[str, np.ndarray]:
 def _budget_rows(budget: Budget) -> Rows:
     rows = {words: _rms(budget.items[key]) for key, words in ITEMS.items()}
     rows |= {words: _rms(budget.pictures[key]) for key, words in _PICTURES.items()} | _sums(budget)
-    return [("what is off", *COLUMNS), *(_rounded(words, errors) for words, errors in rows.items())]
+    return [("what is off", *COLUMNS), *(_rounded(name, errors) for name, errors in rows.items())]
 
 
 def _by_table(budget: Budget) -> Rows:
@@ -283,8 +269,8 @@ def _figure(budget: Budget) -> Figure:
     sums = _sums(budget)
     bars.append((_PICTURES["both"], _rms(budget.pictures["both"]), BLUE))
     bars.append(("all together", sums["all together, without ignored distortion"], ORANGE))
-    for words, colour in (("rounding of the measured values", GREY), ("the paper", VERMILLION)):
-        bars.append((words, sums[words], colour))
+    for name, colour in (("rounding of the measured values", GREY), ("the paper", VERMILLION)):
+        bars.append((name, sums[name], colour))
     figure = canvas(8.0, 4.6)
     panels = figure.subplots(1, 5, sharey=True)
     places = np.arange(len(bars))

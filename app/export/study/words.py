@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from dockpose.app.export.parts import listed
+from dockpose.app.export.parts import listed, words
 from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
 
 _TRUSTED = 0.9  # of the poses reported, from which on a range counts as one where they can be relied on
@@ -15,51 +15,43 @@ _BETTER, _WORSE, _OPEN = "better", "worse", "open"
 
 def claim_text(summary: Mapping[str, Any]) -> list[str]:
     """Whether HATS's claim against its rivals stands, in sentences."""
-    result = summary["methods"][HATS]
-    sentences = [
-        f"On {summary['docks']} scenes with a dock, HATS gives the right pose in {_share(result['success'])}, and "
-        f"{METHODS[PRODUCT].title}, the program's default, in {_share(summary['methods'][PRODUCT]['success'])}."
+    shares = {label: _share(summary["methods"][label]["success"]) for label in (HATS, PRODUCT)}
+    product = METHODS[PRODUCT].title
+    return [
+        words("claim", "success", docks=summary["docks"], hats=shares[HATS], product=product, share=shares[PRODUCT]),
+        *(_against(METHODS[first].title, summary["against"][first]) for first in (HATS, PRODUCT)),
     ]
-    for first in (HATS, PRODUCT):
-        against = summary["against"][first]
-        name = METHODS[first].title
-        sorts: dict[str, list[str]] = {_BETTER: [], _WORSE: [], _OPEN: []}
-        for rival in RIVALS:
-            sorts[verdict(against[rival])].append(f"{METHODS[rival].title} ({_points(against[rival])})")
-        words = {
-            _BETTER: f"the claim of {name} stands against",
-            _WORSE: f"{name} falls behind",
-            _OPEN: f"these scenes cannot tell {name} from",
-        }
-        parts = [f"{words[sort]} {listed(names)}" for sort, names in sorts.items() if names]
-        sentences.append(_sentence("; ".join(parts)))
-    return sentences
+
+
+def _against(name: str, against: Mapping[str, Any]) -> str:
+    sorts: dict[str, list[str]] = {_BETTER: [], _WORSE: [], _OPEN: []}
+    for rival in RIVALS:
+        sorts[verdict(against[rival])].append(f"{METHODS[rival].title} ({_points(against[rival])})")
+    parts = [f"{words('claim', sort, name=name)} {listed(names)}" for sort, names in sorts.items() if names]
+    return _sentence("; ".join(parts))
 
 
 def factor_text(summary: Mapping[str, Any]) -> list[str]:
     """For each rival, where HATS is better or worse than it by more than chance."""
     sentences = []
     for rival in RIVALS:
-        parts = []
-        for sort in (_BETTER, _WORSE):
-            found = []
-            for factor in summary["factors"].values():
-                differences = zip(factor["bins"], factor["against"][rival], strict=True)
-                bins = [name for name, difference in differences if verdict(difference) == sort]
-                if len(bins) == len(factor["bins"]):
-                    found.append(f"{factor['title']} throughout")
-                elif bins:
-                    found.append(f"{factor['title']} {listed(bins)}")
-            if found:
-                parts.append(f"{sort} at {', '.join(found)}")
+        where = {sort: _bins(summary, rival, sort) for sort in (_BETTER, _WORSE)}
+        parts = [f"{sort} at {', '.join(found)}" for sort, found in where.items() if found]
         name = METHODS[rival].title
         sentences.append(f"Against {name}, HATS is {'; and '.join(parts) or 'nowhere better or worse beyond chance'}.")
     compared = sum(len(factor["bins"]) for factor in summary["factors"].values())
-    sentences.append(
-        f"Each rival is compared in {compared} bins; of as many without any difference, about "
-        f"{0.05 * compared:.0f} would seem to differ by chance."
-    )
-    return sentences
+    return [*sentences, words("claim", "chance", compared=compared, chance=0.05 * compared)]
+
+
+def _bins(summary: Mapping[str, Any], rival: str, sort: str) -> list[str]:
+    """The bins of each factor in which HATS is better, or worse."""
+    found = []
+    for factor in summary["factors"].values():
+        differences = zip(factor["bins"], factor["against"][rival], strict=True)
+        bins = [name for name, difference in differences if verdict(difference) == sort]
+        if bins:
+            found.append(f"{factor['title']} {'throughout' if len(bins) == len(factor['bins']) else listed(bins)}")
+    return found
 
 
 def verdict(difference: Mapping[str, Any]) -> str:
@@ -72,18 +64,12 @@ def verdict(difference: Mapping[str, Any]) -> str:
 def calibration_text(summary: Mapping[str, Any]) -> list[str]:
     """Whether probabilities and intervals hold."""
     sentences = []
-    events = {"probability": "of the chosen pose", "detection": "that it is a dock"}
-    for key, of in events.items():
+    for key, of in (("probability", "of the chosen pose"), ("detection", "that it is a dock")):
         rows = [row for row in summary["calibration"][key] if row["came"]["count"]]
         off = [row for row in rows if not row["came"]["low"] <= row["told"] <= row["came"]["high"]]
-        held = f"{len(rows) - len(off)} of {len(rows)} bins"
-        text = f"The probability {of} is within the interval of what came true in {held}"
-        if off:
-            cases = [
-                f"{row['bin']} (given {_percent(row['told'])}, came {_percent(row['came']['value'])})" for row in off
-            ]
-            text += f", but not at {listed(cases)}"
-        sentences.append(text + ".")
+        cases = [f"{row['bin']} (given {_percent(row['told'])}, came {_percent(row['came']['value'])})" for row in off]
+        but = f", but not at {listed(cases)}" if cases else ""
+        sentences.append(words("calibration", "held", of=of, held=len(rows) - len(off), bins=len(rows), but=but))
     for name, of in (("all", "all poses of the dock"), ("nearer", "those where the nearer of the two was chosen")):
         shares = [f"{key} {_share(share)}" for key, share in summary["coverage"][name].items()]
         sentences.append(f"The 95 % intervals hold the truth, of {of}: {', '.join(shares)}.")
@@ -94,16 +80,12 @@ def _bias_text(summary: Mapping[str, Any]) -> list[str]:
     """Whether the range comes out too long or too short, and what that does to its intervals."""
     too_far = summary["methods"][PRODUCT]["too_far"]
     if too_far["value"] is None or too_far["low"] <= 0.5 <= too_far["high"]:
-        return [f"The range is too long in {_share(too_far)} of the poses of the dock, as often as not."]
+        return [words("calibration", "no_bias", share=_share(too_far))]
     lamps = summary["factors"]["lamp_spacings"]
     results = zip(lamps["bins"], lamps["methods"][PRODUCT], strict=True)
     held = [f"{label}: {_share(one['z_in_95'])}" for label, one in results if one["z_in_95"]["count"]]
-    pull = "towards the ring's middle, where the glow of the other lamps and vignetting pull them"
-    way = pull if too_far["value"] > 0.5 else "away from the ring's middle"
     return [
-        f"The range is too long in {_share(too_far)} of the poses of the dock: the centres that are measured lie off "
-        f"those of the lamps {way}. An error that all lights share leaves no residuals, of which the "
-        "standard errors are computed, so that the intervals do not have it in them.",
+        words("calibration", "too_long" if too_far["value"] > 0.5 else "too_short", share=_share(too_far)),
         f"The interval of z holds, by {lamps['title']}: {'; '.join(held)}.",
     ]
 
@@ -111,25 +93,19 @@ def _bias_text(summary: Mapping[str, Any]) -> list[str]:
 def advice_text(summary: Mapping[str, Any]) -> list[str]:
     """Which method when, and how far to trust the pose at which range."""
     methods = summary["methods"]
-    order = sorted(METHODS, key=lambda label: -(methods[label]["success"]["value"] or 0))
-    best = order[0]
-    others = [label for label in (PRODUCT, HATS) if label != best]
-    own = (
-        "HATS + local, the program's default, first tries one level for all lights, and where that shows no ring, one "
-    )
-    sentences = [
-        own + "for each light; HATS tries the one level only.",
-        f"{METHODS[best].title} finds the right pose most often, in {_share(methods[best]['success'])} of the docks; "
-        + ", ".join(f"{METHODS[label].title} in {_share(methods[label]['success'])}" for label in others)
-        + ".",
+    best = max(METHODS, key=lambda label: methods[label]["success"]["value"] or 0)
+    shares = {label: f"in {_share(methods[label]['success'])}" for label in METHODS}
+    others = [f"{METHODS[label].title} {shares[label]}" for label in (PRODUCT, HATS) if label != best]
+    product = methods[PRODUCT]
+    right, false = _share(product["right_of_reported"]), _share(product["false_dock_without"])
+    return [
+        words("trust", "methods"),
+        words("trust", "best", best=METHODS[best].title, share=shares[best], others=", ".join(others)),
         _sentence(_exceptions(summary)),
-        f"What the program reports is a dock and its right pose in {_share(methods[PRODUCT]['right_of_reported'])} of "
-        f"the docks it reports; in scenes without one it reports a dock in "
-        f"{_share(methods[PRODUCT]['false_dock_without'])}.",
+        words("trust", "reported", right=right, false=false),
         *_widen_text(summary),
         *(_reach(summary, name) for name in ("range_diameters", "ring_radius_px", "attenuation_lengths", "lit_share")),
     ]
-    return sentences
 
 
 def _widen_text(summary: Mapping[str, Any]) -> list[str]:
@@ -139,25 +115,19 @@ def _widen_text(summary: Mapping[str, Any]) -> list[str]:
         return []
     held = [f"{key} {_percent(summary['coverage']['all'][key]['value'])}" for key in known]
     factors = [f"{value:.1f} for {key}" for key, value in known.items()]
-    return [
-        f"Its 95 % intervals hold the truth of {listed(held)}; to hold 95 %, their widths would have to be "
-        f"multiplied by {listed(factors)}."
-    ]
+    return [words("trust", "widen", held=listed(held), factors=listed(factors))]
 
 
 def _exceptions(summary: Mapping[str, Any]) -> str:
-    """Where another method does better than the program's by more than both intervals."""
+    """Where some other method does better than the program's by more than both intervals."""
     found = []
     for factor in summary["factors"].values():
         for number, name in enumerate(factor["bins"]):
-            own = factor["methods"][PRODUCT][number]["success"]
-            others = [label for label in METHODS if label != PRODUCT]
-            better = [label for label in others if _above(factor["methods"][label][number]["success"], own)]
+            shares = {label: factor["methods"][label][number]["success"] for label in METHODS}
+            better = [METHODS[label].title for label, share in shares.items() if _above(share, shares[PRODUCT])]
             if better:
-                found.append(f"{listed([METHODS[label].title for label in better])} at {factor['title']} {name}")
-    if not found:
-        return f"nowhere does another method do better than {METHODS[PRODUCT].title} beyond the intervals of both"
-    return f"better than {METHODS[PRODUCT].title}, beyond the intervals of both, are only: {'; '.join(found)}"
+                found.append(f"{listed(better)} at {factor['title']} {name}")
+    return words("trust", "better" if found else "none_better", product=METHODS[PRODUCT].title, where="; ".join(found))
 
 
 def _above(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
@@ -172,8 +142,8 @@ def _reach(summary: Mapping[str, Any], name: str) -> str:
     trusted = [label for label, share in known if share["value"] >= _TRUSTED]
     doubtful = [f"{label} ({_share(share)})" for label, share in known if share["value"] < _TRUSTED]
     where = "everywhere" if not doubtful else f"at {listed(trusted)}" if trusted else "nowhere"
-    text = f"By {factor['title']}, at least {_percent(_TRUSTED)} of the reported poses are right {where}"
-    return f"{text}; fewer at {listed(doubtful)}." if trusted and doubtful else f"{text}."
+    fewer = f"; fewer at {listed(doubtful)}" if trusted and doubtful else ""
+    return words("trust", "reach", title=factor["title"], share=_percent(_TRUSTED), where=where, fewer=fewer)
 
 
 def _share(share: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,7 @@ from dockpose.paper.lights.tank_scenes import near_ring, tank_scenes
 from dockpose.thresholds import LEVELS
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _DEAD = (2, 3, 4)  # three neighbours
@@ -61,12 +63,10 @@ def _row(name: str, one: AtLevel) -> tuple[Cell, ...]:
 
 def _draw_levels(picture: Picture, seen: dict[str, AtLevel]) -> Figure:
     figure = canvas(8.6, 5.9, PHOTO_DPI)
-    part = draw.ring_part(picture)
     axes = figure.subplots(2, 3).ravel()
-    show(axes[0], picture.image, "the picture", part)
-    for one_axes, (name, one) in zip(axes[1:], seen.items(), strict=False):
-        title = f"{name}: level {one.level}, {_groups(one.groups)}"
-        show(one_axes, picture.histogram.levels >= one.level, title, part, one.found)
+    _show_levels(
+        axes, picture, {f"{name}: level {one.level}, {_groups(one.groups)}": one for name, one in seen.items()}
+    )
     draw.draw_groups(axes[5], picture.groups, picture.hats.level, picture.lights)
     axes[5].set_xlabel("level", fontsize=SMALL)
     axes[5].set_title("groups at each level", fontsize=SMALL)
@@ -205,10 +205,13 @@ def _range_words(counts: np.ndarray) -> str:
 
 def _draw_two(picture: Picture, seen: list[AtLevel]) -> Figure:
     figure = canvas(8.6, 3.3, PHOTO_DPI)
-    part = draw.ring_part(picture)
-    axes = figure.subplots(1, 3)
-    show(axes[0], picture.image, "the picture", part)
-    for one_axes, one in zip(axes[1:], seen, strict=True):
-        title = f"level {one.level}: {_groups(one.groups)}"
-        show(one_axes, picture.histogram.levels >= one.level, title, part, one.found)
+    _show_levels(figure.subplots(1, 3), picture, {f"level {one.level}: {_groups(one.groups)}": one for one in seen})
     return figure
+
+
+def _show_levels(axes: Sequence[Axes], picture: Picture, seen: Mapping[str, AtLevel]) -> None:
+    """The ring of a picture, and what each level keeps of it, by title."""
+    part = draw.ring_part(picture)
+    show(axes[0], picture.image, "the picture", part)
+    for one_axes, (title, one) in zip(axes[1:], seen.items(), strict=False):
+        show(one_axes, picture.histogram.levels >= one.level, title, part, one.found)

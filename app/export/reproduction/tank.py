@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,21 +28,6 @@ _PICTURES = {
 _NAMES = ("x", "y", "z", "theta x", "theta y")
 
 
-def table_2(seed: int) -> Part:
-    """Make Table 2."""
-    return _made("2", seed)
-
-
-def table_3(seed: int) -> Part:
-    """Make Table 3."""
-    return _made("3", seed)
-
-
-def table_4(seed: int) -> Part:
-    """Make Table 4."""
-    return _made("4", seed)
-
-
 def error_budget(seed: int) -> Part:
     """Make the error budget."""
     return budget_part(budgets.error_budget(seed))
@@ -49,6 +35,9 @@ def error_budget(seed: int) -> Part:
 
 def _made(name: str, seed: int) -> Part:
     return table_part(name, [reproduce_row(name, number, seed) for number in range(len(TABLES[name].measured))])
+
+
+table_2, table_3, table_4 = (functools.partial(_made, name) for name in TABLES)
 
 
 def table_part(name: str, rows: list[Row]) -> Part:

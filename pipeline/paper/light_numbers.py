@@ -12,7 +12,7 @@ from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
-from dockpose.study.draw import tilted_pose
+from dockpose.study.draw import tilted_normal
 from dockpose.study.judge import nearest, pose_errors
 
 CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
@@ -67,8 +67,8 @@ def _random_pose(rng: np.random.Generator) -> tuple[np.ndarray, tuple[float, flo
     range_m = rng.uniform(*RANGE_M)
     position = range_m * np.array([*rng.uniform(-OFF_AXIS, OFF_AXIS, 2), 1.0])
     tilt, around = math.radians(rng.uniform(0, TILT_DEG)), rng.uniform(0, 2 * math.pi)
-    turned = tilted_pose(np.array([0.0, 0.0, range_m]), tilt, around, 0.0)
-    return position, (math.radians(turned.theta_x_deg), math.radians(turned.theta_y_deg))
+    x, y, z = tilted_normal(np.array([0.0, 0.0, 1.0]), tilt, around).tolist()
+    return position, (math.asin(y), math.atan2(-x, -z))
 
 
 def _pose_by(who: str, points: np.ndarray, numbers: np.ndarray, dock: Dock, normal: np.ndarray) -> CirclePose | None:

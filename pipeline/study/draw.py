@@ -146,17 +146,21 @@ def _pose(rng: np.random.Generator, camera: Camera, radius_px: float, z_m: float
 
 
 def tilted_pose(position_m: np.ndarray, tilt_rad: float, around_rad: float, roll_deg: float) -> Pose:
-    """A pose (3,) whose normal is tilted off the line of sight, which is what a camera sees of it, to some side."""
-    sight = unit(position_m)
-    right = unit(np.cross([0.0, 1.0, 0.0], sight))
-    side = math.cos(around_rad) * right + math.sin(around_rad) * np.cross(sight, right)
-    x, y, z = (math.sin(tilt_rad) * side - math.cos(tilt_rad) * sight).tolist()
+    """A pose at (3,) whose normal is tilted off the line of sight, which is what a camera sees of it, to some side."""
+    x, y, z = tilted_normal(unit(position_m), tilt_rad, around_rad).tolist()
     return Pose(
         position_m=tuple(position_m.tolist()),
         theta_x_deg=math.degrees(math.asin(y)),
         theta_y_deg=math.degrees(math.atan2(-x, -z)),
         roll_deg=float(roll_deg),
     )
+
+
+def tilted_normal(sight: np.ndarray, tilt_rad: float, around_rad: float) -> np.ndarray:
+    """The normal (3,) of a dock that is seen along a unit vector (3,)."""
+    right = unit(np.cross([0.0, 1.0, 0.0], sight))
+    side = math.cos(around_rad) * right + math.sin(around_rad) * np.cross(sight, right)
+    return math.sin(tilt_rad) * side - math.cos(tilt_rad) * sight
 
 
 def unit(vector: np.ndarray) -> np.ndarray:

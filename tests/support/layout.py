@@ -17,8 +17,8 @@ for _name in ("camera", "dock", "thresholds", "lights", "settings", "pose", "est
 LIBRARY["simulate"] = {"checks", "camera", "dock", "lights.ellipse", "pose"}
 # A simulated course that is steered by what is seen needs the estimate.
 LIBRARY["sources"] = {"checks", "camera", "dock", "simulate", "estimate"}
-LIBRARY["paper"] = {*LIBRARY} - {"sources"}
 LIBRARY["study"] = {*LIBRARY} - {"sources"}
+LIBRARY["paper"] = {*LIBRARY} - {"sources"}
 
 # The floors of the app, from the ground up: a folder may import those below it, and the library.
 FLOORS = (

@@ -100,6 +100,7 @@ def test_a_lost_block_alone_is_done_again(tmp_path, worked_on):
         (8, 2, {}, "has a study of 12 scenes, more than 8; give --scenes 12 or more, or use another folder"),
         (12, 2, {"code": "other"}, "begun with other code of dockpose; use another folder"),
         (12, 2, {"versions": {"numpy": "1.0"}}, "numpy 1.0, not"),
+        (12, 2, {"methods": ["hats"]}, "begun with other threshold methods; use another folder"),
     ],
 )
 def test_another_study_in_the_folder_is_refused(tmp_path, worked_on, scenes, seed, changed, message):

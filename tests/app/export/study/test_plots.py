@@ -1,4 +1,3 @@
-import pytest
 from dockpose.app.export.parts import Plot
 from dockpose.app.export.study.plots import factor_figure, methods_figure
 from dockpose.study.methods import METHODS
@@ -13,15 +12,9 @@ def summary():
     return summary_of(table(20, lambda scene, method: "success" if scene % 3 else "wrong pose", docks=15))
 
 
-@pytest.fixture
-def half_way():
-    """A method of somebody's."""
+def test_a_factors_plot_names_every_method_and_bin(monkeypatch):
+    monkeypatch.setattr(THRESHOLDS, "_entries", dict(THRESHOLDS._entries))
     register_threshold("half_way", title="Half way up (mean)")(lambda grey: 128)
-    yield
-    del THRESHOLDS._entries["half_way"]
-
-
-def test_a_factors_plot_names_every_method_and_bin(half_way):
     one = summary()["factors"]["tilt_deg"]
     svg = Plot.of("tilt_deg", "", factor_figure(one)).svg.decode()
     titles = [method.title for method in METHODS.values()]

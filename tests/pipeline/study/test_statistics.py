@@ -21,16 +21,12 @@ def test_wilsons_interval_as_published(hits, count, low, high):
     assert (share.low, share.high) == pytest.approx((low, high), abs=5e-5)
 
 
-def test_all_hits_mirror_no_hits():
-    none, every = wilson(0, 20), wilson(20, 20)
+def test_all_hits_mirror_no_hits_and_a_share_of_nothing_is_unknown():
+    none, every, nothing = wilson(0, 20), wilson(20, 20), wilson(0, 0)
     assert (none.low, every.high) == (0.0, 1.0)
     assert every.low == pytest.approx(1 - none.high)
-
-
-def test_a_share_of_nothing_is_unknown():
-    share = wilson(0, 0)
-    assert math.isnan(share.value)
-    assert math.isnan(share.low)
+    assert math.isnan(nothing.value)
+    assert math.isnan(nothing.low)
 
 
 def pairs(both, one, other, neither):

@@ -20,24 +20,12 @@ _ROUNDS, _SETTLED, _LEAST_DAMPING, _MOST_DAMPING = 60, 1e-9, 1e-12, 1e8  # of Le
 
 @dataclass(frozen=True)
 class Shared:
-    """Numbers that all pictures share, and the camera that they make.
+    """Numbers that all pictures share, and the camera that they make."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Their names.
-    numbers : (P,) float array
-        Their values.
-    steps : (P,) float array
-        Steps for the derivatives by each.
-    camera_of : callable
-        Makes a camera of values (P,).
-    """
-
-    names: tuple[str, ...]
-    numbers: np.ndarray
-    steps: np.ndarray
-    camera_of: Callable[[np.ndarray], Camera]
+    names: tuple[str, ...]  # their names
+    numbers: np.ndarray  # (P,): their values
+    steps: np.ndarray  # (P,): steps for the derivatives by each
+    camera_of: Callable[[np.ndarray], Camera]  # makes a camera of values (P,)
 
 
 def residuals(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
@@ -75,24 +63,7 @@ def settled_pose(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.nda
 
 
 def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> tuple[np.ndarray, np.ndarray]:
-    """Bundle adjustment by Levenberg and Marquardt's method, each board's pose eliminated.
-
-    Parameters
-    ----------
-    sightings : sequence of Sighting
-        The boards.
-    poses : (N, 6) float array
-        Where their poses start.
-    shared : Shared
-        What all pictures share, and where it starts.
-
-    Returns
-    -------
-    numbers : (P,) float array
-        The numbers with the least sum of squares.
-    poses : (N, 6) float array
-        The poses with it.
-    """
+    """Numbers (P,) and poses (N, 6) with the least squares, by Levenberg and Marquardt's method, poses eliminated."""
     numbers, damping = shared.numbers, 1e-3
     squares, blocks = _blocks(sightings, poses, shared, numbers)
     for _ in range(_ROUNDS):
@@ -155,45 +126,22 @@ def _step(blocks: list[tuple[np.ndarray, np.ndarray, np.ndarray]], damping: floa
 
 @dataclass(frozen=True)
 class Sigmas:
-    """Standard errors of a fit's numbers.
+    """Standard errors of a fit's numbers."""
 
-    Attributes
-    ----------
-    values : dict of str to float
-        By name: ``fx``, ``fy``, ``cx``, ``cy`` in pixels, then the coefficients that were fitted.
-    noise_px : float, pixels
-        Standard deviation of a corner along x or y.
-    """
-
+    # by name: ``fx``, ``fy``, ``cx``, ``cy`` in pixels, then the coefficients that were fitted
     values: dict[str, float]
-    noise_px: float
+    noise_px: float  # standard deviation of a corner along x or y
 
 
 def sigmas(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> Sigmas:
     """Standard errors of numbers that all pictures share, with each board's pose free.
 
-    Parameters
-    ----------
-    sightings : sequence of Sighting
-        The boards.
-    poses : (N, 6) float array
-        Their fitted poses.
-    shared : Shared
-        The fitted numbers.
+    ``poses`` (N, 6).
 
-    Returns
-    -------
-    Sigmas
-        The standard errors.
-
-    Notes
-    -----
     Each board's pose is eliminated (Schur complement), which leaves the information of the shared numbers. Errors of
     corners in one picture may be alike (a lens that the model does not quite meet, a bent board), so the errors are
     also computed from the scatter of the pictures' gradients, and the larger of the two is given for each number.
 
-    References
-    ----------
     White 1982, "Maximum likelihood estimation of misspecified models", Econometrica 50.
     """
     squares, blocks = _blocks(sightings, poses, shared, shared.numbers)

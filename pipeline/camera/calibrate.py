@@ -28,24 +28,12 @@ NO_BOARD, UNREADABLE, ALIKE = "no board was found in it", "it cannot be read as 
 
 @dataclass(frozen=True)
 class BoardView:
-    """What became of one picture: its error, or why it was dropped.
+    """What became of one picture: its error, or why it was dropped."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the picture.
-    error_px : float or None, pixels
-        Root mean square reprojection error of its corners; None where it was not used.
-    corners : int
-        Number of corners found.
-    dropped : str
-        Why it was left out; empty where it was used.
-    """
-
-    name: str
-    error_px: float | None
-    corners: int
-    dropped: str = ""
+    name: str  # name of the picture
+    error_px: float | None  # root mean square reprojection error of its corners
+    corners: int  # number of corners found
+    dropped: str = ""  # why it was left out
 
 
 @dataclass(frozen=True)
@@ -96,52 +84,19 @@ class Calibration:
 
 @dataclass
 class Gathering:
-    """Boards gathered from pictures, one after another.
+    """Boards gathered from pictures, one after another."""
 
-    Parameters
-    ----------
-    board : Board
-        The board in the pictures.
-    distinct : bool
-        Whether a board that lies as another one did is left out, unless it is sharper, then it takes its place: for
-        frames of a video or a live camera.
-
-    Attributes
-    ----------
-    sightings : list of Sighting
-        The boards that count.
-    views : dict of str to BoardView
-        What became of each picture, by its name.
-    size : (int, int) or None, pixels
-        Width and height of the pictures with a board.
-    counted_as : {"squares", "corners"}
-        What the board's columns and rows count.
-    """
-
-    board: Board
+    board: Board  # the board in the pictures
+    # whether a board that lies as another one did is left out, unless it is sharper, then it takes its place: for
+    # frames of a video or a live camera
     distinct: bool = False
-    sightings: list[Sighting] = field(default_factory=list)
-    views: dict[str, BoardView] = field(default_factory=dict)
-    size: tuple[int, int] | None = None
-    counted_as: str = "squares"
+    sightings: list[Sighting] = field(default_factory=list)  # the boards that count
+    views: dict[str, BoardView] = field(default_factory=dict)  # what became of each picture, by its name
+    size: tuple[int, int] | None = None  # pixels: width and height of the pictures with a board
+    counted_as: str = "squares"  # what the board's columns and rows count
 
     def add(self, name: str, grey: ArrayLike | None, *, thorough: bool = True) -> Sighting | None:
-        """Look for the board in one more picture.
-
-        Parameters
-        ----------
-        name : str
-            Of the picture; one name stands for one picture.
-        grey : (H, W) grey or (H, W, 3) BGR array or None
-            The picture, see :func:`dockpose.camera.image.as_picture`; None where it could not be read.
-        thorough : bool
-            See :func:`dockpose.camera.board.find_board`.
-
-        Returns
-        -------
-        Sighting or None
-            The board, whether it counts or not, as ``views[name].dropped`` says; None where there is none.
-        """
+        """Look for the board in one more picture, (H, W) or (H, W, 3) BGR; None where it could not be read."""
         dropped, found = self._look(name, None if grey is None else to_levels(to_grey(grey))[0], thorough)
         if found is not None and not dropped and self.distinct:
             dropped = self._alike(found)
@@ -227,25 +182,6 @@ def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, le
 def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
     """Calibrate a camera from boards that were gathered.
 
-    Parameters
-    ----------
-    gathering : Gathering
-        The boards; it is left as it is.
-    lens : str
-        Lens model, see :func:`calibrate`.
-
-    Returns
-    -------
-    Calibration
-        As :func:`calibrate` returns it.
-
-    Raises
-    ------
-    CalibrationError
-        If there are fewer than three boards, or they do not determine the camera.
-
-    Notes
-    -----
     Blurred pictures are left out first. Outliers are dropped one at a time, and the rest calibrated again, until none
     is left; then the lens model is chosen, and outliers looked for once more.
     """

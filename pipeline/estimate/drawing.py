@@ -33,19 +33,7 @@ def picture_of(image: Any, path: Path | None) -> Callable[[], Any]:
 
 
 def draw(found: Estimate) -> np.ndarray:
-    """Draw an estimate over its picture, or over black where that is gone.
-
-    Parameters
-    ----------
-    found : Estimate
-        What to draw.
-
-    Returns
-    -------
-    (H, W, 3) uint8 BGR array
-        As large as the picture, but at most 1200 pixels wide and high. Lights on the ring are circled, other groups
-        crossed out; the ellipse is thin; of each pose the dock's circle and its normal are drawn, wide of the chosen.
-    """
+    """Draw an estimate over its picture, (H, W, 3) BGR, or over black where that is gone."""
     scale = min(1.0, _LARGEST_PX / max(found.width, found.height))
     canvas = _Canvas(_background(found, scale), scale)
     if (outline := geometry.outline(found)) is not None:

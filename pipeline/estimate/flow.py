@@ -42,23 +42,13 @@ LIKELY_RANGE_M = 1.0
 
 @dataclass(frozen=True)
 class _Picture:
-    """What is searched: the picture or a part of it.
+    """What is searched: the picture or a part of it."""
 
-    Attributes
-    ----------
-    image, grey, histogram : array, array, Histogram
-        Of the part.
-    part : tuple of int
-        Left, top, right and bottom of it.
-    width : int
-        Of the whole picture, in pixels.
-    """
-
-    image: np.ndarray
-    grey: np.ndarray
-    histogram: Histogram
-    part: tuple[int, int, int, int]
-    width: int
+    image: np.ndarray  # of the part
+    grey: np.ndarray  # of the part
+    histogram: Histogram  # of the part
+    part: tuple[int, int, int, int]  # left, top, right and bottom of it
+    width: int  # of the whole picture, in pixels
 
 
 def estimate(

@@ -14,28 +14,11 @@ _NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute d
 
 @compiled
 def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float) -> np.ndarray:
-    """Grey-weighted centroids of lights.
+    """Grey-weighted centroids (N, 2) of lights near some points (N, 2), of the pixels (N,) that each reaches.
 
-    Parameters
-    ----------
-    grey : (H, W) array
-        Grey picture.
-    points : (N, 2) float array, pixels
-        Rough centres x, y.
-    reach : (N,) int array, pixels
-        Half the size of the window around each light.
-    foot : float
-        Share of a light's height above the water around it below which a pixel has no weight.
-
-    Returns
-    -------
-    (N, 2) float array, pixels
-        Centroids x, y.
-
-    Notes
-    -----
-    The glow of the other lights, and vignetting, make the water brighter towards the ring's middle. Taken for light,
-    that would pull all centres inwards, which leaves no residuals and so appears in no standard error.
+    ``foot`` is the share of a light's height above the water below which nothing weighs. The glow of the other lights,
+    and vignetting, make the water brighter towards the ring's middle. Taken for light, that would pull all centres
+    inwards, which leaves no residuals and so appears in no standard error.
     """
     centres = points.copy()
     for light in range(len(points)):

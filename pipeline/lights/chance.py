@@ -28,18 +28,10 @@ NUMBERS = range(4, 25)  # of lights that are tried where it is not known
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Points near a ring that are not on it.
+    """Points near a ring that are not on it."""
 
-    Attributes
-    ----------
-    around : int
-        How many are within twice its larger radius.
-    beside : int
-        How many are within an ellipse of twice its size and its shape, as the letters of a line are for a narrow one.
-    """
-
-    around: int
-    beside: int
+    around: int  # how many are within twice its larger radius
+    beside: int  # how many are within an ellipse of twice its size and its shape, as letters beside a narrow one are
 
 
 NONE_NEAR = Neighbours(0, 0)
@@ -61,28 +53,14 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Scene:
-    """What rings are sought among.
+    """What rings are sought among."""
 
-    Attributes
-    ----------
-    points_px : (N, 2) float array
-        The groups' centres, from the principal point.
-    brightness : (N,) float array
-        Of each.
-    area_px2, focal_px : float
-        Of the picture.
-    even : bool
-        Whether the dock's lights are evenly spaced.
-    numbers : int
-        How many numbers of lights are tried.
-    """
-
-    points_px: np.ndarray
-    brightness: np.ndarray
-    area_px2: float
-    focal_px: float
-    even: bool
-    numbers: int
+    points_px: np.ndarray  # (N, 2): the groups' centres, from the principal point
+    brightness: np.ndarray  # (N,): of each
+    area_px2: float  # of the picture
+    focal_px: float  # of the picture
+    even: bool  # whether the dock's lights are evenly spaced
+    numbers: int  # how many numbers of lights are tried
 
 
 def neighbours(
@@ -92,24 +70,7 @@ def neighbours(
     centre_px: tuple[float, float],
     radius_px: float,
 ) -> tuple[Neighbours, Neighbours]:
-    """Count the points near a ring that are not on it.
-
-    Parameters
-    ----------
-    points_px : (M, 2) float array
-        All points of the picture.
-    brightness : (M,) float array
-        Of each.
-    members : int array
-        Numbers of those on the ring, at least four.
-    centre_px, radius_px : tuple of float, float
-        The ring's image: middle and major semi-axis.
-
-    Returns
-    -------
-    tuple of Neighbours
-        All, and those as bright as the dimmest on the ring.
-    """
+    """Count the points (M, 2) near a ring that are not on it: all, and those as bright as its dimmest member."""
     if len(members) == len(points_px):
         return Neighbours(0, 0), Neighbours(0, 0)
     off = points_px - centre_px
@@ -169,33 +130,6 @@ def log_chance_rings(
 ) -> float:
     """Natural logarithm of the expected number of rings as good among points strewn at random.
 
-    Parameters
-    ----------
-    count : int
-        Points on the ring, at least four.
-    sides : int
-        Lights of the dock.
-    even : bool
-        Whether they are evenly spaced.
-    squares_px2 : float
-        Sum of the squared distances between the points and where the ring has its lights, in pixels squared.
-    semi_axes_px : tuple of float
-        Major and minor semi-axis of the ring's image.
-    near : tuple of Neighbours
-        Other points near it, and those as bright, see :func:`neighbours`.
-    area_px2 : float
-        Of the picture.
-
-    Returns
-    -------
-    float
-        The larger of the logarithms for two backgrounds: points strewn over the whole picture as densely as near the
-        ring, and one crowd of points no larger than the ring and its surroundings, such as the parts of a bright
-        object; in a crowd it is no evidence that points are close together. Fewer than five points are no crowd.
-        Infinite for points in a line, which is no ring.
-
-    Notes
-    -----
     The images of a ring's n lights form a surface in the 2n-dimensional space of n points; random points come within a
     distance rho of it, the root of the sum of squares, in a tube around it. The expected number of chance rings is the
     density to the power of n times the tube's volume (first order: that of the surface times that of a ball of radius
@@ -231,21 +165,7 @@ def log_chance_rings(
 
 
 def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: float, total: int) -> float:
-    """Natural logarithm of the expected number of ellipses that run as close to as many points strewn at random.
-
-    Parameters
-    ----------
-    count : int
-        Points on the ellipse, at least six: any five lie on a conic.
-    rms_px : float
-        Root mean square distance of the points from the ellipse.
-    radius_px : float
-        Major semi-axis.
-    density : float
-        Points per square pixel.
-    total : int
-        Points in all.
-    """
+    """Natural logarithm of the expected number of ellipses that run as close to as many points strewn at random."""
     width_px = 2 * 2.0 * max(rms_px, _LEAST_PX) * math.sqrt(count / (count - 5))
     beside = min(1.0, density * 2 * math.pi * radius_px * width_px)
     choose_five = math.log(math.comb(total, 5))

@@ -15,26 +15,8 @@ _RIM_PX = 3  # margin around a light that takes in its flanks and some water
 def tell_colours(
     image: np.ndarray, points_px: np.ndarray, areas_px: np.ndarray, which: np.ndarray | None = None
 ) -> list[str | None]:
-    """Name the colour of each light.
+    """Name the colour of each light (N, 2) of a picture (H, W, 3), None where it is unknown; of ``which`` (N,) alone.
 
-    Parameters
-    ----------
-    image : (H, W, 3) BGR array, uint8 or uint16
-        Colour picture; a grey one yields no colours.
-    points_px : (N, 2) float array, pixels
-        Centres of the groups.
-    areas_px : (N,) array, pixels
-        Areas of the groups.
-    which : (N,) bool array, optional
-        Which groups are lights of the dock; None for all.
-
-    Returns
-    -------
-    list of str or None
-        For each group "red", "green", "blue" or "white"; None where the colour is unknown or the group is not a light.
-
-    Notes
-    -----
     The light in each band is averaged over the group and a rim, less the water around it, so that lights with saturated
     centres are still told apart by their flanks. Water absorbs red first, then blue or green, equally for every light
     of a ring. So the bands are first balanced to the median light, on the assumption that most lights are white. A band

@@ -141,25 +141,7 @@ def fit_ellipse(points_px: Any) -> Ellipse:
 
 
 def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
-    """Return the ellipse with conic coefficients A..F.
-
-    Parameters
-    ----------
-    conic : (6,) array_like
-        Coefficients A..F.
-    rms_px : float, pixels
-        Root mean square distance of the points it was fitted to; 0 if it was not fitted.
-
-    Returns
-    -------
-    Ellipse
-        With the conic scaled to unit norm and negative inside.
-
-    Raises
-    ------
-    NoEllipseError
-        If they describe no real ellipse.
-    """
+    """Return the ellipse with conic coefficients A..F (6,); NoEllipseError where they belong to none."""
     A, B, C, D, E, F = (float(value) for value in conic)
     if not math.isfinite(A + B + C + D + E + F):
         raise NoEllipseError("a coefficient of the conic is not finite")

@@ -49,21 +49,8 @@ def repeating(points_px: np.ndarray) -> np.ndarray:
 
 
 def goes_on(polygon: Polygon, unit: np.ndarray, points_px: np.ndarray, tolerance_px: float) -> bool:
-    """Whether the points of a ring are part of a lattice: shifted by the steps between them they meet other points.
+    """Whether a ring's points are part of a lattice: shifted by the steps between them they meet others (M, 2).
 
-    Parameters
-    ----------
-    polygon : Polygon
-        The ring.
-    unit : (N, 2) float array
-        The dock's lights on the unit circle.
-    points_px : (M, 2) float array
-        All points, from the principal point.
-    tolerance_px : float
-        How far from its place a point may lie.
-
-    Notes
-    -----
     Where ring and lattice lie in one plane, a point plus the step from a second to a third is a point again. That plane
     is the ring's, or, where it is but the image of a ring, that of the best homography. Strewn points meet some of
     these places by chance; a lattice's meet more of them than chance would, once in so many rings as another is

@@ -31,30 +31,15 @@ _LEAST_FLAT_PX, _FLAT_SHARE, _LEAST_OUTLINE_PX = 150, 0.5, 12
 
 @dataclass(frozen=True)
 class Markers:
-    """Groups (8-connected components) of pixels that the threshold keeps.
+    """Groups (8-connected components) of pixels that the threshold keeps."""
 
-    Attributes
-    ----------
-    points_px : (N, 2) float array
-        Their centres x, y.
-    areas_px : (N,) int array
-        How many pixels each has.
-    peaks : (N,) int array
-        Grey level of the brightest pixel of each, 0..255.
-    dropped : int
-        How many groups were smaller than the minimum area.
-    boxes_px : (N, 4) int array
-        Left, top, right and bottom pixel of each.
-    left_out : int
-        How many groups of at least the minimum area are not among these, since there were more than can be looked at.
-    """
-
-    points_px: np.ndarray
-    areas_px: np.ndarray
-    peaks: np.ndarray
-    dropped: int = 0
+    points_px: np.ndarray  # (N, 2): their centres x, y
+    areas_px: np.ndarray  # (N,): how many pixels each has
+    peaks: np.ndarray  # (N,): grey level of the brightest pixel of each, 0..255
+    dropped: int = 0  # how many groups were smaller than the minimum area
+    # (N, 4): left, top, right and bottom pixel of each
     boxes_px: np.ndarray = field(default_factory=lambda: np.empty((0, 4), dtype=int))
-    left_out: int = 0
+    left_out: int = 0  # how many groups of at least the minimum area are not among these, since there were too many
 
     def __len__(self) -> int:
         return len(self.points_px)
@@ -73,22 +58,7 @@ class Markers:
 def find_markers(
     grey: np.ndarray, histogram: Histogram, threshold: Threshold, min_area_px: int, centroid: str = "grey"
 ) -> Markers:
-    """Find the groups that ``threshold`` keeps, two lights that run together split where that shows.
-
-    Parameters
-    ----------
-    grey : (H, W) array
-        Uint8 or uint16 picture, whose values weigh the centres.
-    histogram : Histogram
-        Of the same picture.
-    threshold : Threshold
-        Pixels at or above its level are kept, or those that it lists.
-    min_area_px : int
-        Smaller groups are dropped and counted.
-    centroid : {"grey", "binary"}
-        "grey" weighs the light around a group by how far it stands above the water there, see
-        :func:`grey_centres`; "binary" is the mass moment of the group, as in the paper.
-    """
+    """Find the groups of a picture (H, W) that the threshold keeps, and part lights that run together."""
     if threshold.leaves_glare:
         histogram = histogram.without_glare
     groups = threshold.groups or _groups(histogram, threshold.level)
@@ -205,19 +175,8 @@ def _flat_centres(
 
 
 def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:
-    """Centres (N, 2) of lights, by the grey values that stand out of the water around them.
+    """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around them.
 
-    Parameters
-    ----------
-    grey : (H, W) array
-        Picture.
-    boxes : (N, 4) int array
-        Left, top, right and bottom of their groups, in pixels.
-    points_px : (N, 2) float array
-        Rough centres; pixels nearer to another one do not count.
-
-    Notes
-    -----
     The window reaches well beyond the group, so that where the threshold cut it plays no part, nor do saturated
     middles: the flanks weigh in. The water is the median along the window's edge; what stands less than a fifth of the
     light's height above it is left out, because noise far from the middle would pull the most.

@@ -40,11 +40,6 @@ def check_masks(masks: Any) -> None:
     """Check that each mask is four finite numbers with a positive size.
 
     A mask may extend beyond the picture or lie outside it.
-
-    Raises
-    ------
-    ValueError
-        If one is not; the text names the mask and the value.
     """
     for index, mask in enumerate(masks):
         if not isinstance(mask, Sequence) or isinstance(mask, str) or len(mask) != len(_PARTS):
@@ -67,23 +62,9 @@ def hidden_pixels(shape: tuple[int, int], masks: Sequence[Mask]) -> np.ndarray:
 def hide(
     grey: np.ndarray, masks: Sequence[Mask], also: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Blacken the masked pixels of a picture.
+    """A picture (H, W) with its masked pixels black, and which count (H, W): 255, masked 0; None without masks.
 
-    Parameters
-    ----------
-    grey : (H, W) array, uint8 or uint16
-        Grey picture.
-    masks : sequence of Mask
-        Rectangles to hide.
-    also : (H, W) bool array, optional
-        Further pixels to hide.
-
-    Returns
-    -------
-    blackened : (H, W) array
-        A blackened copy; without masks the picture itself.
-    counted : (H, W) uint8 array or None
-        255 where a pixel counts, 0 where it is masked; None without masks.
+    ``also`` (H, W) bool are further pixels to hide.
     """
     if not masks and also is None:
         return grey, None
@@ -130,11 +111,6 @@ class StillGroups:
       the ring has lights.
 
     A picture that is still as a whole masks nothing.
-
-    Attributes
-    ----------
-    masks : tuple of Mask
-        The masks in force, for the next frame.
     """
 
     def __init__(self) -> None:
@@ -145,23 +121,7 @@ class StillGroups:
         self._paths = Paths()
 
     def see(self, markers: Markers | None, on_ring: np.ndarray | None, region: Mask | None = None) -> tuple[Mask, ...]:
-        """Take in the next frame.
-
-        Parameters
-        ----------
-        markers : Markers or None
-            The frame's groups; None where that stage was not reached.
-        on_ring : (N,) bool array or None
-            Which of them are lights of the dock; None where the dock was not found.
-        region : Mask, optional
-            The part of the picture that was searched; None for all of it. Groups outside it are neither confirmed nor
-            ruled out.
-
-        Returns
-        -------
-        tuple of Mask
-            The masks that are new.
-        """
+        """Take in the next frame and which of its groups (N,) are on the ring; return the masks that are new."""
         self._frame += 1
         if markers is None or len(markers) == 0:
             return ()

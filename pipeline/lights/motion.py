@@ -19,17 +19,11 @@ _MOST = 400  # groups; of so many none can be followed
 
 @dataclass(frozen=True)
 class Motion:
-    """How the picture moved: points p, as complex numbers, were at (p - shift) / turn so many frames before.
-
-    Attributes
-    ----------
-    points_px : (N, 2) float array
-        where the groups are now that moved together.
-    """
+    """How the picture moved: points p, as complex numbers, were at (p - shift) / turn so many frames before."""
 
     turn: complex
     shift: complex
-    points_px: np.ndarray
+    points_px: np.ndarray  # (N, 2): where the groups are now that moved together
 
     def moves_px(self, points_px: np.ndarray) -> np.ndarray:
         """How far (N,) points (N, 2) of the scene would have moved away from where they are now."""

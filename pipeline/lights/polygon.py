@@ -35,27 +35,13 @@ _MOST_SCORE = 1 + math.log(_FAR_TOLERANCE / _EXACT)  # of a corner
 
 @dataclass(frozen=True)
 class Polygon:
-    """A ring that was found among points.
+    """A ring that was found among points."""
 
-    Attributes
-    ----------
-    corners : (N,) int array
-        For each light of the dock the number of the point that lies there, -1 where none does.
-    squares_px2 : float
-        Sum of the squared distances of these points from their corners, in pixels squared.
-    semi_axes_px : tuple of float
-        Major and minor semi-axis of the ring's image, in pixels.
-    centre_px : tuple of float
-        Image of the ring's centre.
-    mapping : (3, 3) float array
-        Homography of the dock's plane, in which the ring is the unit circle, to the picture.
-    """
-
-    corners: np.ndarray
-    squares_px2: float
-    semi_axes_px: tuple[float, float]
-    centre_px: tuple[float, float]
-    mapping: np.ndarray
+    corners: np.ndarray  # (N,): for each light of the dock the number of the point that lies there, -1 where none does
+    squares_px2: float  # sum of the squared distances of these points from their corners, in px^2
+    semi_axes_px: tuple[float, float]  # major and minor semi-axis of the ring's image
+    centre_px: tuple[float, float]  # image of the ring's centre
+    mapping: np.ndarray  # (3, 3): homography of the dock's plane, in which the ring is the unit circle, to the picture
 
     @property
     def members(self) -> np.ndarray:
@@ -71,29 +57,7 @@ def find_polygons(
     tolerance_px: float = TOLERANCE_PX,
     first: np.ndarray | None = None,
 ) -> list[Polygon]:
-    """Find the images of a polygon inscribed in a circle among points.
-
-    Parameters
-    ----------
-    points_px : (M, 2) float array
-        Points, undistorted, in pixels from the principal point.
-    angles_rad : (N,) float array
-        Angles of the polygon's corners around its circle, ascending, at least four.
-    even : bool
-        Whether the corners are evenly spaced, so that it does not matter which is the first.
-    focal_px : float
-        Focal length; it limits how much perspective a polygon of that size in the picture can have.
-    tolerance_px : float
-        How far from its corner a point may lie; on large rings it may be 2.5 % of the smaller radius.
-    first : int array, optional
-        Numbers of the points that a ring is begun from, at least three of its corners; None for all.
-
-    Returns
-    -------
-    list of Polygon
-        Those that at least four points support, in the order they were found; deterministic. Whether they are more
-        than chance is for :mod:`dockpose.lights.chance` to say.
-    """
+    """Find images of a polygon with corners at angles (N,) on a circle among points (M, 2), begun from ``first``."""
     sides = len(angles_rad)
     first = np.arange(len(points_px)) if first is None else first
     count = len(first)
@@ -126,19 +90,7 @@ def _polygon(corners: np.ndarray, squares_px2: float, mapping: np.ndarray) -> Po
 
 
 def without_worst(polygon: Polygon, points_px: np.ndarray, unit: np.ndarray, focal_px: float) -> Polygon:
-    """Return a polygon without the corner whose point lies farthest off, fitted to the others.
-
-    Parameters
-    ----------
-    polygon : Polygon
-        With at least five corners that have points.
-    points_px : (M, 2) float array
-        All points, in pixels from the principal point.
-    unit : (N, 2) float array
-        The dock's lights on the unit circle.
-    focal_px : float
-        Focal length.
-    """
+    """Return a polygon without the corner whose point lies farthest off, fitted to the others."""
     places = np.column_stack([unit, np.ones(len(unit))]) @ polygon.mapping.T
     off_px = np.hypot(*(points_px[polygon.corners] - places[:, :2] / places[:, 2:]).T)
     corners = polygon.corners.copy()

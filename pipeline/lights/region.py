@@ -25,27 +25,10 @@ Part = tuple[int, int, int, int]
 
 
 def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
-    """The pixels whose centres lie in a region, clipped to the picture.
+    """The pixels whose centres lie in a region in pixels, clipped to the picture; ValueError where there are none.
 
     The first row and column are made even by including the ones before: centres half way between two pixels are rounded
     to even, so this way they are rounded alike in the part and in the whole.
-
-    Parameters
-    ----------
-    region : (x_px, y_px, width_px, height_px) or None, pixels
-        The region; None for the whole picture.
-    width, height : int, pixels
-        Size of the picture.
-
-    Returns
-    -------
-    (left, top, right, bottom) : tuple of int, pixels
-        Columns left to right - 1 of rows top to bottom - 1.
-
-    Raises
-    ------
-    ValueError
-        If the region is not four finite numbers with a positive size, or lies outside the picture.
     """
     if region is None:
         return 0, 0, width, height
@@ -98,20 +81,7 @@ def crop(image: Any, part: Part) -> np.ndarray:
 
 
 def ring_in(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, part: Part) -> Ring:
-    """Find the markers that are the dock's lights, none of which the edge of the searched part cuts.
-
-    Parameters
-    ----------
-    points_px, markers, camera, dock
-        As for :func:`dockpose.lights.ring.find_ring`.
-    part : tuple of int
-        Left, top, right and bottom of the searched part, the last two one beyond its last pixels.
-
-    Returns
-    -------
-    Ring
-        With a flag for each marker, those at the edge included. Where fewer than five others are left, they count.
-    """
+    """Find the markers that are the dock's lights, none of which the edge of the searched part cuts."""
     left, top, right, bottom = part
     area_px2 = float((right - left) * (bottom - top))
     boxes = markers.boxes_px

@@ -32,28 +32,13 @@ _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by a
 
 @dataclass(frozen=True)
 class Ring:
-    """The markers that are lights of the dock.
+    """The markers that are lights of the dock."""
 
-    Attributes
-    ----------
-    on_ring : (N,) bool array
-        For each marker.
-    reason : str
-        One sentence: what was kept or thrown out, or why nothing is a ring.
-    ellipse : Ellipse or None
-        Through the lights, where it was fitted on the way.
-    lights : int or None
-        How many lights the ring has, missing ones included; None where that is not known.
-    rivals : tuple of (N,) bool arrays
-        Other rings in view that are as certain to be one, apart from this; where it is open which is the dock, the
-        surest.
-    """
-
-    on_ring: np.ndarray
-    reason: str
-    ellipse: Ellipse | None = None
-    lights: int | None = None
-    rivals: tuple[np.ndarray, ...] = ()
+    on_ring: np.ndarray  # (N,): for each marker
+    reason: str  # one sentence: what was kept or thrown out, or why nothing is a ring
+    ellipse: Ellipse | None = None  # through the lights, where it was fitted on the way
+    lights: int | None = None  # how many lights the ring has, missing ones included
+    rivals: tuple[np.ndarray, ...] = ()  # other rings in view that are as certain to be one, apart from this
 
     @property
     def found(self) -> bool:
@@ -62,29 +47,8 @@ class Ring:
 
 
 def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float) -> Ring:
-    """Find the markers that are the dock's lights.
+    """Find the markers, at undistorted places (N, 2), that are the dock's lights.
 
-    Parameters
-    ----------
-    points_px : (N, 2) float array
-        Centres of the markers, undistorted.
-    markers : Markers
-        The same markers, for their sizes and brightness.
-    dock : Dock
-        Its lights: how many they are, evenly spaced, or their angles; or neither, where that is not known.
-    camera : Camera
-        Its focal length and principal point.
-    area_px2 : float
-        Of the part of the picture that was searched.
-
-    Returns
-    -------
-    Ring
-        With no marker on it where none is found. Whether its lights lie exactly where a dock has them is for the pose
-        to say.
-
-    Notes
-    -----
     Where one ellipse runs through all markers, spaced as the dock's lights, they are the lights. Of a few markers that
     can be a chance, for any five lie on a conic: these, where lights are missing, are the lights only if no part of
     them is a better ring. Otherwise the image of the dock's polygon of lights is sought among them, but for those that

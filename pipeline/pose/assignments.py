@@ -18,13 +18,7 @@ _STEP_PX = 1e-3
 
 @lru_cache(maxsize=32)
 def assignments(count: int, dock: Dock) -> np.ndarray:
-    """Lights (K, count) that points can be, in their order around the picture; evenly spaced, the first is light 0.
-
-    Raises
-    ------
-    NoEllipseError
-        if there are so many that no answer could be told from the others.
-    """
+    """Lights (K, count) that points around the picture can be; NoEllipseError where too many to tell apart."""
     total = dock.lights or 0
     firsts = range(total) if dock.angles_deg else range(1)
     number = len(firsts) * math.comb(total - 1, count - 1)
@@ -39,19 +33,8 @@ def assignments(count: int, dock: Dock) -> np.ndarray:
 
 
 def squares_of(dock: Dock, tangents: np.ndarray, slopes_px: np.ndarray) -> np.ndarray:
-    """Sums of squared residuals (K,), in px^2 and to first order, of each assignment of four or more points.
+    """Sums of squared residuals (K,), in px^2 and to first order, of each assignment of four or more rays (N, 2).
 
-    Parameters
-    ----------
-    dock : Dock
-        Whose lights they are.
-    tangents : (N, 2) float array
-        X / z and y / z of the points' rays, in their order around the picture.
-    slopes_px : (N, 2, 2) or (1, 2, 2) float array
-        How far the picture point moves for a step of the tangents.
-
-    Notes
-    -----
     Four points and four lights give a homography, and its columns h1 and h2 are those of a rotation only if they are at
     right angles and of the same length. How far the points must move until they are so is Sampson's distance. With a
     the fourth point in terms of the others (A = [a1 x1, a2 x2, a3 x3]) and likewise G of the lights, H = A G, so that

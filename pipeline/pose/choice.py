@@ -59,28 +59,8 @@ def choose_by_spacing(
     dock: Dock,
     labels: Sequence[str | None] | None = None,
 ) -> Choice:
-    """Refine both candidates, and choose the one on which the lights are spaced as they should be.
+    """Refine both candidates, and choose the one on which the lights, at points (N, 2), are spaced as they should be.
 
-    Parameters
-    ----------
-    poses : sequence of CirclePose
-        The two candidates.
-    points_px : (N, 2) float array, pixels
-        Centroids of the lights in the picture.
-    camera : Camera
-        The camera that took it.
-    dock : Dock
-        Where its number of lights is None, the points are assumed to be all of them, evenly spaced.
-    labels : sequence of str or None, optional
-        Colour of each point; None where it is unknown.
-
-    Returns
-    -------
-    Choice
-        The refined candidates, and which is likelier.
-
-    Notes
-    -----
     The lights are back-projected onto each candidate's plane, where their angles around the ring identify them. Both
     candidates are then refined with the lights at these places, and the remaining reprojection error says how well each
     explains the picture, see :func:`dockpose.pose.uncertainty.log_odds`. Where the spacing is unknown, both are refined
@@ -130,26 +110,7 @@ def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
 
 
 def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | None, by: str, camera: Camera) -> Choice:
-    """Choice among refined poses, the likelier first, with their uncertainties.
-
-    Parameters
-    ----------
-    fit : Fit
-        The refined poses.
-    probabilities : sequence of float
-        Probability of each.
-    placement : Placement or None
-        The lights that the points are; None where that is not known.
-    by : str
-        What decided, for ``Choice.selected_by``.
-    camera : Camera
-        The camera that took the picture.
-
-    Returns
-    -------
-    Choice
-        The poses with probabilities, errors and uncertainties.
-    """
+    """Choice among refined poses, the likelier first, with their uncertainties."""
     noise = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
     sigmas = [deviations(covariance, R, noise) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)]
     if placement is not None and len(probabilities) == 2:

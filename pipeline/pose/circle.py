@@ -20,22 +20,13 @@ UNKNOWN_LENGTH_M2 = 1e6  # a kilometre, squared: farther than any camera sees un
 
 @dataclass(frozen=True)
 class PoseErrors:
-    """Covariance of a pose's errors, kept as the fit gives it.
+    """Covariance of a pose's errors, kept as the fit gives it."""
 
-    Attributes
-    ----------
-    covariance : (6, 6) float array
-        Of a step of the position along the camera's axes (metres), and of a rotation about the dock's own axes
-        (radians), for lights known to one pixel.
-    rotation : (3, 3) float array
-        From the dock's frame to the camera's, with any roll.
-    noise : float
-        Standard deviation of a light's centroid, in pixels.
-    """
-
+    # (6, 6): of a step of the position along the camera's axes (metres), and of a rotation about the dock's own axes
+    # (radians), for lights known to one pixel
     covariance: np.ndarray
-    rotation: np.ndarray
-    noise: float = 1.0
+    rotation: np.ndarray  # (3, 3): from the dock's frame to the camera's, with any roll
+    noise: float = 1.0  # standard deviation of a light's centroid, in pixels
 
     def in_camera(self) -> np.ndarray:
         """See :attr:`CirclePose.covariance`."""

@@ -18,26 +18,7 @@ _MOST_OFF = 1.5  # tolerances of a single light that all may be off, root mean s
 def chance_of_ring(
     ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, area_px2: float
 ) -> float:
-    """Return the expected number of chance rings as good as a pose's.
-
-    Parameters
-    ----------
-    ring, markers : Ring, Markers
-        The lights among the groups.
-    ellipse : Ellipse
-        Through them.
-    choice : Choice
-        The refined poses; the reprojection error of the likelier counts.
-    dock : Dock
-        That was searched for.
-    area_px2 : float
-        Of the part of the picture that was searched.
-
-    Returns
-    -------
-    float
-        Below ``ACCEPTED`` the ring is no chance. Three lights fit any pose, so that nothing can be said: 0.
-    """
+    """Return the expected number of chance rings in the picture as good as a pose's."""
     count = int(ring.on_ring.sum())
     if count < 4:
         return 0.0
@@ -63,19 +44,7 @@ def chance_of_ring(
 def why_no_dock(
     ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, chance: float
 ) -> str | None:
-    """Return why the lights of a ring are not the dock's, as a sentence; None where they are.
-
-    Parameters
-    ----------
-    ring, markers : Ring, Markers
-        The lights among the groups.
-    ellipse, choice : Ellipse, Choice
-        Through them, and its poses.
-    dock : Dock
-        That was searched for.
-    chance : float
-        Expected number of chance rings, see :func:`chance_of_ring`.
-    """
+    """Return why the lights of a ring are not the dock's, as a sentence; None where they are."""
     count = int(ring.on_ring.sum())
     if dock.lights is not None and choice.selected_by == "none" and not choice.coincide:
         return f"{count} groups lie on an ellipse, but not spaced as the dock's lights are."

@@ -31,43 +31,17 @@ _LEAST_SQUARES_PX2 = 1e-3
 
 
 def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: CirclePose | None = None) -> Choice:
-    """Find the pose of a dock from three or four of its lights, or from a few more that give no certain ellipse.
+    """Find the pose of a dock from three or four of its lights (N, 2), or from a few more that give no certain ellipse.
 
-    Parameters
-    ----------
-    points_px : (N, 2) float array
-        Centres of the lights in the picture, N from 3 on.
-    camera : Camera
-        That took it.
-    dock : Dock
-        Its diameter, and its lights: how many they are, or their angles.
-    near : CirclePose, optional
-        A pose that the dock cannot be far from, as of the picture before; of poses that explain the lights equally
-        well the nearest to it comes first.
-
-    Returns
-    -------
-    Up to two different poses that explain the lights best, the likelier first. Their probabilities are of all
-    assignments of lights to the points, so that they may fall short of 1: where many explain the points, none of them
-    is likely. Three lights fit exactly whichever lights they are, so that without ``near`` the choice among them is
-    open unless the dock has no more than three, and often even then.
-
-    Raises
-    ------
-    NoEllipseError
-        if the points are fewer than three, not all different, not finite or on a line, the spacing is not known, no
-        pose explains them, or there are more assignments than could ever be told apart.
-
-    Notes
-    -----
     Seen from the front lights follow each other around the picture as around the dock, so that the first point is one
     of the lights and the others are later ones in order. Each such assignment is judged to first order, see
     :func:`dockpose.pose.assignments.squares_of`; the best give starting poses by the perspective of an infinitesimal
     plane (Collins and Bartoli 2014), of three points by AP3P (Ke and Roumeliotis 2017), and are refined together.
 
-    How likely a pose is follows from its squares, with the noise averaged over what is likely for it; from how well
-    the points determine it (Laplace's approximation); and from how often docks stand so: anywhere in view, at each
-    scale of range equally often, and the less often the further they are turned away.
+    How likely a pose is follows from its squares, with the noise averaged over what is likely for it; from how well the
+    points determine it (Laplace's approximation); and from how often docks stand so: anywhere in view, at each scale of
+    range equally often, and the less often the further they are turned away. ``near`` is a known pose, to which the
+    nearest that explains the picture is preferred.
     """
     points = as_points("points_px", points_px, 2)
     _check(points, dock)

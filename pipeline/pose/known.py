@@ -16,24 +16,11 @@ AGREES_RAD = math.radians(3.0)
 
 
 class KnownPose(msgspec.Struct, frozen=True):
-    """The known pose of a dock.
+    """The known pose of a dock."""
 
-    Parameters
-    ----------
-    position_m : (float, float, float), metres
-        Centre of the dock in the camera frame.
-    theta_x_deg, theta_y_deg : float, degrees
-        Pitch and yaw of its face.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
-    """
-
-    position_m: tuple[float, float, float]
-    theta_x_deg: float
-    theta_y_deg: float
+    position_m: tuple[float, float, float]  # centre of the dock in the camera frame
+    theta_x_deg: float  # pitch of its face
+    theta_y_deg: float  # yaw of its face
 
     def __post_init__(self) -> None:
         make_plain(self)
@@ -66,21 +53,11 @@ def read_known_pose(content: Any) -> KnownPose | None:
 
 @dataclass(frozen=True)
 class PoseError:
-    """How far an estimated pose is from a known one.
+    """How far an estimated pose is from a known one."""
 
-    Attributes
-    ----------
-    distance_m : float, metres
-        Distance between the two positions.
-    angle_rad : float, radians
-        Angle between the two normals.
-    agrees : bool
-        Whether they agree within 2 % of the distance and 3 degrees.
-    """
-
-    distance_m: float
-    angle_rad: float
-    agrees: bool
+    distance_m: float  # distance between the two positions
+    angle_rad: float  # angle between the two normals
+    agrees: bool  # whether they agree within 2 % of the distance and 3 degrees
 
     def __str__(self) -> str:
         return f"off by {100 * self.distance_m:.1f} cm, {math.degrees(self.angle_rad):.1f} deg"

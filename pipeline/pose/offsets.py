@@ -24,30 +24,8 @@ def offsets_of(dock: Dock, lights: np.ndarray, rolls_rad: np.ndarray) -> np.ndar
 def refine_with_offsets(
     rotations: np.ndarray, positions_m: np.ndarray, placement: Placement, dock: Dock, rays: LightRays
 ) -> tuple[Fit, Placement]:
-    """Refine poses of a dock whose lights' offsets are known, and tell its roll by them where they suffice.
+    """Refine K poses of a dock whose lights' offsets are known, and find its roll by them where they suffice.
 
-    Parameters
-    ----------
-    rotations : (K, 3, 3) float array
-        Where to start, roughly refined.
-    positions_m : (K, 3) float array, metres
-        Where to start.
-    placement : Placement
-        The lights that the points are, modulo the dock's symmetry.
-    dock : Dock
-        The dock, with offsets.
-    rays : LightRays
-        Rays of the N lights.
-
-    Returns
-    -------
-    fit : Fit
-        The refined poses.
-    placement : Placement
-        The lights that the points are, and the roll; modulo a turn where the offsets tell it.
-
-    Notes
-    -----
     On an evenly spaced ring every turn by a light's spacing is tried, and the one with the least residuals taken.
     """
     count = dock.lights or placement.lights.shape[1]

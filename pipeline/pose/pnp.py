@@ -44,33 +44,6 @@ def peer_poses(points_px: Any, lights: np.ndarray, camera: Camera, dock: Dock) -
 def solve(points_px: Any, lights: Sequence[int] | np.ndarray, camera: Camera, dock: Dock, method: str) -> CirclePose:
     """Find the pose of a dock from lights whose numbers are known.
 
-    Parameters
-    ----------
-    points_px : array_like, shape (N, 2)
-        Centres of the lights in the picture; N is at least 4.
-    lights : sequence of int, length N
-        Which light each point is.
-    camera : Camera
-        That took the picture. Behind a port the rays are taken to meet in one point, as these methods require.
-    dock : Dock
-        Where the lights are.
-    method : str
-        One of ``METHODS``.
-
-    Returns
-    -------
-    CirclePose
-        The pose, with its root mean square reprojection error.
-
-    Raises
-    ------
-    ValueError
-        If the method is unknown.
-    NoPoseError
-        If there are fewer than four different lights, a point is not finite, or the method finds nothing.
-
-    Notes
-    -----
     OpenCV's EPnP is degenerate on a complete, evenly spaced planar ring in one handedness of the model's frame.
     Every method is therefore run in three frames, and the answer with the smallest reprojection error is returned.
     """

@@ -21,50 +21,25 @@ _DAMPING = 1e-9
 
 @dataclass(frozen=True)
 class LightRays:
-    """The rays of N lights, in terms of a pinhole at the camera's centre.
+    """The rays of N lights, in terms of a pinhole at the camera's centre."""
 
-    Attributes
-    ----------
-    tangents : (N, 2) float array
-        x / z and y / z of the rays in the water.
-    starts_m : (N,) float array or None, metres
-        z where each ray, followed backwards, meets the camera's axis; None where that is 0 for all.
-    slopes_px : (N, 2, 2) or (1, 2, 2) float array, pixels
-        How far the picture point moves per step of the tangents.
-    """
-
-    tangents: np.ndarray
-    starts_m: np.ndarray | None
-    slopes_px: np.ndarray
+    tangents: np.ndarray  # (N, 2): x / z and y / z of the rays in the water
+    starts_m: np.ndarray | None  # (N,): z where each ray, followed backwards, meets the camera's axis
+    slopes_px: np.ndarray  # (N, 2, 2): how far the picture point moves per step of the tangents
 
 
 @dataclass(frozen=True)
 class Fit:
-    """K refined poses.
+    """K refined poses."""
 
-    Attributes
-    ----------
-    rotations : (K, 3, 3) float array
-        From the dock's frame to the camera's, roll included.
-    positions_m : (K, 3) float array, metres
-        The dock's centres.
-    squares_px2 : (K,) float array, pixels squared
-        Sums of the squared reprojection errors.
-    covariances : (K, 6, 6) float array
-        (J^T J)^-1 for a step of the position (metres) and a rotation about the dock's axes (radians), for lights known
-        to one pixel.
-    numbers : int
-        Number of residuals.
-    points : int
-        Number of lights.
-    """
-
-    rotations: np.ndarray
-    positions_m: np.ndarray
-    squares_px2: np.ndarray
+    rotations: np.ndarray  # (K, 3, 3): from the dock's frame to the camera's, roll included
+    positions_m: np.ndarray  # (K, 3): the dock's centres
+    squares_px2: np.ndarray  # (K,): sums of the squared reprojection errors
+    # (K, 6, 6): (J^T J)^-1 for a step of the position (metres) and a rotation about the dock's axes (radians), for
+    # lights known to one pixel
     covariances: np.ndarray
-    numbers: int
-    points: int
+    numbers: int  # number of residuals
+    points: int  # number of lights
 
 
 def light_rays(points_px: Any, camera: Camera, depth_m: float = 1.0) -> LightRays:
@@ -105,29 +80,9 @@ def refine(
 ) -> Fit:
     """Minimise the reprojection error of the lights, for K starting poses at once, by Gauss-Newton steps.
 
-    Parameters
-    ----------
-    rotations : (K, 3, 3) float array
-        Where to start: from each dock's frame to the camera's.
-    positions_m : (K, 3) float array, metres
-        Where to start: the docks' centres.
-    angles_rad : (K, N) float array or None, radians
-        Angle of each light in its dock's own frame. None where the spacing is not known: then each light is free to
-        move along its circle, and only its distance from the circle's image counts.
-    radius_m : float, metres
-        Radius of the circle.
-    rays : LightRays
-        Rays of the N lights.
-    offsets_m : (K, N, 3) float array, metres, optional
-        How far each light is from its place, in its dock's frame; None where all are in place, or angles are not known.
+    ``angles_rad`` and ``offsets_m`` are (K, N) and (K, N, 3); without angles the lights are free to move along the
+    circle.
 
-    Returns
-    -------
-    Fit
-        The refined poses.
-
-    Notes
-    -----
     A point p of the dock appears at (X/Z, Y/Z) of X = R p + t. For a step dt and a rotation w about the dock's axes it
     moves by dX = dt + R (w x p), from which the derivatives follow by the quotient rule. Behind a port the measured
     point of the pinhole itself depends on Z: tangent * (1 - start / Z). Residuals are mapped to pixels of the picture,

@@ -16,46 +16,17 @@ _WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than 
 
 @dataclass(frozen=True)
 class Placement:
-    """The lights that N points are, on each of K candidates.
+    """The lights that N points are, on each of K candidates."""
 
-    Attributes
-    ----------
-    lights : (K, N) int array
-        Numbers of the lights.
-    rolls_rad : (K,) float array, radians
-        Roll of the dock that brings its lights closest to the points.
-    angles_rad : (K, N) float array, radians
-        Angles of the lights at that roll.
-    fits : list of bool
-        For each candidate, whether every point is near its light and no two share one.
-    period_rad : float, radians
-        The roll is known modulo this; 2 pi where angles or colours break the ring's symmetry.
-    """
-
-    lights: np.ndarray
-    rolls_rad: np.ndarray
-    angles_rad: np.ndarray
-    fits: list[bool]
-    period_rad: float
+    lights: np.ndarray  # (K, N): numbers of the lights
+    rolls_rad: np.ndarray  # (K,): roll of the dock that brings its lights closest to the points
+    angles_rad: np.ndarray  # (K, N): angles of the lights at that roll
+    fits: list[bool]  # for each candidate, whether every point is near its light and no two share one
+    period_rad: float  # the roll is known modulo this
 
 
 def place(points_rad: np.ndarray, dock: Dock, labels: Sequence[str | None] | None = None) -> Placement:
-    """Find the lights that points around the ring are, for each of K candidates.
-
-    Parameters
-    ----------
-    points_rad : (K, N) float array, radians
-        Angles of the points on each candidate's plane.
-    dock : Dock
-        Where its number of lights is None, the points are assumed to be all of them, evenly spaced.
-    labels : sequence of str or None, optional
-        Colour of each point, None where it is unknown; used where the dock has colours.
-
-    Returns
-    -------
-    Placement
-        The lights, the roll and whether they fit.
-    """
+    """Find the lights that points at angles (K, N) around the ring are, on each of K candidates."""
     coloured = bool(dock.colours) and labels is not None and any(label is not None for label in labels)
     if not coloured and not dock.angles_deg:
         return _place_evenly(points_rad, dock.lights or points_rad.shape[1])

@@ -29,23 +29,7 @@ _HOLD = 0.95  # coverage of 1.96 standard errors on either side
 def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
     """Standard deviation of a centroid, in pixels, such that 1.96 of the standard errors computed from it cover 95 %.
 
-    Parameters
-    ----------
-    squares_px2 : float, pixels squared
-        Sum of the squared residuals.
-    numbers : int
-        Number of residuals.
-    parameters : int
-        Number of parameters fitted to them.
-
-    Returns
-    -------
-    float, pixels
-        Standard deviation along each axis.
-
-    Notes
-    -----
-    Given the noise, an error is normal. Residuals tell the noise, and an error over it is Student's, which holds 95 %
+    Given the noise, an error is normal. Residuals show the noise, and an error over it is Student's, which holds 95 %
     whatever the noise is; the interval of four lights, that leave two residuals, is wide. Three lights leave none: the
     prior alone decides, and an error is a mixture of normals. That holds 95 % over noises drawn from the prior, but is
     too wide for good lights and too narrow for poor ones.
@@ -96,25 +80,9 @@ def _evidence(freedom: int) -> np.ndarray:
 def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
     """Log-odds of the first of two candidates.
 
-    Parameters
-    ----------
-    first_px2, second_px2 : float, pixels squared
-        Sums of squared residuals of the two candidates.
-    numbers : int
-        Number of residuals of each.
-
-    Returns
-    -------
-    float
-        Log-odds, within -500 to 500.
-
-    Notes
-    -----
     If the noise were known to be s, they would be half the difference over s^2. It is not known; averaged over its
     scaled inverse chi-squared posterior, the likelihoods become Student's. They are tempered by ``WORTH_OF_EVIDENCE``.
 
-    References
-    ----------
     Gelman et al. 2013, "Bayesian Data Analysis", section 3.2.
     """
     prior = PRIOR_NUMBERS * PRIOR_NOISE_PX**2
@@ -129,22 +97,6 @@ def nearer(
 ) -> tuple[float, float]:
     """Probabilities that the truth is nearer to each of two candidates.
 
-    Parameters
-    ----------
-    probabilities : sequence of 2 float
-        Probability that the truth scatters around each.
-    gap_rad : (float, float), radians
-        Difference of the two in theta_x and theta_y.
-    sigmas_rad : tuple of 2 (float, float), radians
-        Standard errors of theta_x and theta_y of each.
-
-    Returns
-    -------
-    (float, float)
-        The probabilities.
-
-    Notes
-    -----
     Around a candidate the truth is normally distributed, so a share Phi(-half the gap / sigma) of it lies beyond the
     midpoint between the two. Where both coincide, each gets half.
     """
@@ -164,26 +116,8 @@ def nearer(
 def deviations(
     covariance: np.ndarray, rotation: np.ndarray, noise: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:
-    """Standard errors of a pose.
+    """Standard errors of x, y, z in metres, and of theta_x and theta_y in radians, by a covariance (6, 6) in pixels.
 
-    Parameters
-    ----------
-    covariance : (6, 6) float array
-        (J^T J)^-1 for a step in metres and a rotation about the dock's axes in radians, for lights known to one pixel.
-    rotation : (3, 3) float array
-        Rotation of the dock, roll included.
-    noise : float, pixels
-        Standard deviation of a centroid, see :func:`noise_px`.
-
-    Returns
-    -------
-    sigma_position_m : tuple of 3 float, metres
-        Standard errors of x, y and z.
-    sigma_theta_rad : tuple of 2 float, radians
-        Standard errors of theta_x and theta_y.
-
-    Notes
-    -----
     The covariance is s^2 (J^T J)^-1. The dock's rotation is Ry(theta_y) Rx(theta_x) Rz(roll), so a step of theta_x is a
     rotation about the dock's x axis before its roll, and a step of theta_y is cos(theta_x) times as much about the y
     axis.

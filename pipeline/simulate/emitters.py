@@ -17,27 +17,13 @@ _GLINTS = 5  # a rippled surface breaks a reflection into about this many glints
 
 @dataclass(frozen=True)
 class Emitters:
-    """Points of light as the camera sees them.
+    """Points of light as the camera sees them."""
 
-    Attributes
-    ----------
-    points_m : (N, 3) float array, metres
-        Positions in the camera frame; reflections at the mirrored position.
-    levels : (N,) float array
-        Grey level at the centre of the point's image, 1 m ahead in clear water.
-    intensity : (N,) float array
-        Light sent towards the camera, as a share of that sent straight ahead.
-    radii_m : (N,) float array, metres
-        Radii of the lamps.
-    colours : (N, 3) float array
-        Response of the blue, green and red bands to each.
-    """
-
-    points_m: np.ndarray
-    levels: np.ndarray
-    intensity: np.ndarray
-    radii_m: np.ndarray
-    colours: np.ndarray
+    points_m: np.ndarray  # (N, 3): positions in the camera frame
+    levels: np.ndarray  # (N,): grey level at the centre of the point's image, 1 m ahead in clear water
+    intensity: np.ndarray  # (N,): light sent towards the camera, as a share of that sent straight ahead
+    radii_m: np.ndarray  # (N,): radii of the lamps
+    colours: np.ndarray  # (N, 3): response of the blue, green and red bands to each
 
     def __len__(self) -> int:
         return len(self.points_m)

@@ -122,28 +122,14 @@ class Glare(Part, frozen=True, kw_only=True):
 
 
 class Background(Part, frozen=True, kw_only=True):
-    """The picture without lights.
+    """The picture without lights."""
 
-    Parameters
-    ----------
-    level : float
-        Grey level at the centre of the picture.
-    gradient_x, gradient_y : float
-        Change of the level across the width and the height.
-    backscatter_level : float
-        Veil of the vehicle's own lamp in very deep water, brightest at the centre.
-    glares : tuple of Glare
-        Bright patches.
-    colour : (float, float, float)
-        Response of the blue, green and red bands to all of it.
-    """
-
-    level: float = 12.0
-    gradient_x: float = 0.0
-    gradient_y: float = 0.0
-    backscatter_level: float = 0.0
-    glares: tuple[Glare, ...] = ()
-    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    level: float = 12.0  # grey level at the centre of the picture
+    gradient_x: float = 0.0  # change of the level across the width
+    gradient_y: float = 0.0  # change of the level across the height
+    backscatter_level: float = 0.0  # veil of the vehicle's own lamp in very deep water, brightest at the centre
+    glares: tuple[Glare, ...] = ()  # bright patches
+    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)  # response of the blue, green and red bands to all of it
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -16,20 +16,7 @@ _MOSAIC = {(0, 0): 0, (0, 1): 1, (1, 0): 1, (1, 1): 2}
 
 
 def expose(light: np.ndarray, scene: Scene) -> np.ndarray:
-    """Turn light on the sensor into the stored picture.
-
-    Parameters
-    ----------
-    light : (H, W) or (H, W, 3) float array
-        Light, or its blue, green and red bands, in grey levels (of 255) at exposure 1.
-    scene : Scene
-        For its sensor, its burnt-in text and its seed.
-
-    Returns
-    -------
-    (H, W) or (H, W, 3) array, uint8 or uint16
-        The picture; uint16 for more than 8 bits.
-    """
+    """Turn light on the sensor, (H, W) or (H, W, 3), into the stored picture."""
     sensor = scene.sensor
     levels = light * np.float32(sensor.exposure)
     if sensor.vignetting > 0:

@@ -167,25 +167,11 @@ def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[Ren
 
 
 def steer(observed: CirclePose, motion: ClosedLoop) -> tuple[np.ndarray, np.ndarray]:
-    """What the vehicle does until the next frame.
+    """What the vehicle does until the next frame: its travel (3,) in metres, and its turn (3, 3).
 
     It moves sideways onto the dock's axis, where the ring's image is a circle, closes in to ``end_m``, and turns its
     camera towards the dock. So a normal on the wrong side leads it away from the axis, and the ring's image becomes
     narrower.
-
-    Parameters
-    ----------
-    observed : CirclePose
-        Where the estimator sees the dock.
-    motion : ClosedLoop
-        Top speeds, frame rate and final distance.
-
-    Returns
-    -------
-    travel : (3,) float array, metres
-        Translation in the camera frame.
-    turn : (3, 3) float array
-        Rotation whose columns are the camera's new axes in its old frame.
     """
     period_s = 1 / motion.rate_hz
     share = min(1.0, period_s / _RESPONSE_S)

@@ -66,14 +66,8 @@ class BrightPixels:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Number of all groups at every level, and of those that a person would count; (256,), -1 below the floor.
 
-        Parameters
-        ----------
-        min_area_px : int
-            Smaller groups are not counted.
-        most_area_px : int, optional
-            The groups that a person would count are no larger, unless they are saturated.
-        rise : float
-            They rise by at least this many levels above where they meet a brighter one.
+        Groups of fewer than ``min_area_px`` do not count. A person counts those of at most ``most_area_px``, or
+        saturated ones, that rise by ``rise`` levels above where they meet a brighter one.
         """
         if self.is_empty:
             counts = np.where(np.arange(LEVELS) < self.floor, -1, 0)
@@ -99,21 +93,11 @@ Shapes = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class PixelGroups:
-    """Bright pixels, and which group each belongs to.
-
-    Attributes
-    ----------
-    pixels : BrightPixels
-        The pixels.
-    group_of : (n,) int array
-        Number of each one's group, from 0.
-    count : int
-        How many groups there are.
-    """
+    """Bright pixels, and which group each belongs to."""
 
     pixels: BrightPixels
-    group_of: np.ndarray
-    count: int
+    group_of: np.ndarray  # (n,): number of each one's group, from 0
+    count: int  # of groups
     side = 1  # of a square, as of the others
 
     def shapes(self) -> Shapes:
@@ -132,24 +116,12 @@ class PixelGroups:
 
 @dataclass(frozen=True)
 class SquareGroups:
-    """Groups of so many pixels that squares tell which belongs where: a list would take more memory than the picture.
+    """Groups of so many pixels, kept as squares, since a list of them would take more memory than the picture."""
 
-    Attributes
-    ----------
-    levels : (H, W) uint8 array
-        The picture.
-    side : int
-        Side of a square in pixels.
-    group_at : (h, w) int32 array
-        Number of each square's group, from 0; -1 where it has none.
-    dimmest : (N,) int array
-        A pixel of a square belongs to its group if it is at or above this level.
-    """
-
-    levels: np.ndarray
-    side: int
-    group_at: np.ndarray
-    dimmest: np.ndarray
+    levels: np.ndarray  # (H, W) uint8: the picture
+    side: int  # of a square, in pixels
+    group_at: np.ndarray  # (h, w): number of each square's group, from 0; -1 where it has none
+    dimmest: np.ndarray  # (N,): level at or above which a pixel of a square belongs to its group
 
     @property
     def count(self) -> int:

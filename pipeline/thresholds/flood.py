@@ -75,14 +75,7 @@ def count_groups(
     rise: float,
     saturated: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Number of groups at every level, (256,) and (256,), -1 below the floor.
-
-    Returns
-    -------
-    The number of groups of at least ``min_area_px`` pixels; and of those of them that a person would count: of at most
-    ``most_area_px`` unless they reach the level ``saturated``, and that rise by ``rise`` above where they meet a
-    brighter one, or above the floor.
-    """
+    """Number of all groups at every level, and of those that a person would count; (256,) each, -1 below the floor."""
     count = len(level)
     beside = touching(index, width)
     parent, area = np.arange(count, dtype=np.int32), np.ones(count, np.int32)

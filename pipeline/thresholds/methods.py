@@ -33,11 +33,6 @@ class Methods(Mapping[str, Method]):
     """Each threshold method by its name, in the order in which people see them; a fixed level comes last.
 
     Methods of installed packages are loaded when first a name is asked for that is not known, or all names are.
-
-    Parameters
-    ----------
-    built_in : dict
-        Name, title and function of each of the library's own.
     """
 
     def __init__(self, built_in: dict[str, tuple[str, Method]]) -> None:

@@ -23,20 +23,7 @@ class MethodError(InputError):
 def own_threshold(
     name: str, title: str, function: Callable[[np.ndarray], Any]
 ) -> Callable[[Histogram, int, int | None], Threshold]:
-    """Return a function as a method of the registry.
-
-    Parameters
-    ----------
-    name, title : str
-        Of the method.
-    function : callable
-        Takes the grey picture, (H, W) uint8 or uint16, and returns a level or a mask (H, W) of bool.
-
-    Returns
-    -------
-    callable
-        Raises MethodError, which names the method, for whatever the function does or returns.
-    """
+    """Return a function as a method of the registry."""
 
     def method(histogram: Histogram, min_area_px: int, level: int | None) -> Threshold:
         grey = histogram.levels if histogram.native is None else histogram.native

@@ -19,24 +19,13 @@ def peaks_by_persistence(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Peaks of the picture that rise enough above where they meet a higher one.
 
-    Parameters
-    ----------
-    value : (n,) int array
-        Up to ``saturated`` the brightness; above it how deep a pixel lies within a saturated region.
-    index, width : (n,) int array, int
-        Where the pixels are.
-    mode : float
-        Level of the water. Heights are measured from it, and in saturated regions from their edge.
-    saturated : int
-        The highest brightness.
-    rise, rise_saturated : pair of float
-        How far a peak must rise at least, and by what share of its height; the second where saturated pixels join it to
-        the higher peak.
+    ``value`` (n,) is up to ``saturated`` the brightness; above it how deep a pixel lies within a saturated region.
+    Heights are measured from the water's level ``mode``, and in saturated regions from their edge. ``rise`` is how far
+    a peak must rise at least, and by what share of its height; ``rise_saturated`` the same where saturated pixels join
+    it to the higher peak.
 
-    Returns
-    -------
-    For each peak its value, the value of its highest saddle to another peak, that of the saddle at which it joins a
-    higher one (both -1 where there is none); and for each pixel the number (n,) of its peak.
+    Returns for each peak its value, the value of its highest saddle to another peak, that of the saddle at which it
+    joins a higher one (both -1 where there is none); and for each pixel the number (n,) of its peak.
     """
     count = len(value)
     beside = touching(index, width)

@@ -58,20 +58,7 @@ def sezan(histogram: Histogram) -> Threshold:
 
 
 def find_peaks(cumulative: np.ndarray, half: int) -> list[tuple[int, int]]:
-    """Start and end of each peak, with a window of ``2 half + 1`` levels.
-
-    Parameters
-    ----------
-    cumulative : (256,) float array
-        Share of pixels at or below each level.
-    half : int, levels
-        Half the window.
-
-    Returns
-    -------
-    list of (int, int)
-        Start and end level of each peak.
-    """
+    """Start and end of each peak of a cumulative histogram (256,), with a window of ``2 half + 1`` levels."""
     window = 2 * half + 1
     padded = np.concatenate([np.zeros(half), cumulative, np.ones(half)])
     signal = cumulative - np.convolve(padded, np.full(window, 1 / window), mode="valid")

@@ -26,9 +26,8 @@ def coarsen(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """Put pixels in squares of ``shrink`` by ``shrink``, each as high as its highest pixel.
 
-    Returns
-    -------
-    Place (m,) and value (m,) of each square, the number (n,) of each pixel's, and how many squares a row has.
+    Returns the place (m,) and value (m,) of each square, the number (n,) of each pixel's, and how many squares a row
+    has.
     """
     across = -(-width // shrink)
     down = index[-1] // width // shrink + 1
@@ -73,18 +72,8 @@ def shapes_in_squares(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """What :func:`dockpose.thresholds.flood.group_shapes` returns, of a picture's pixels rather than a list of them.
 
-    Parameters
-    ----------
-    levels : (H, W) uint8 array
-        Picture.
-    side : int
-        Side of a square in pixels.
-    group_at : (h, w) int32 array
-        The group that each square belongs to, -1 for none.
-    dimmest : (N,) int array
-        The lowest level of each group's pixels.
-    saturated : int
-        What is at or above this level counts as saturated.
+    ``group_at`` (h, w) is the group that each square of that side belongs to, -1 for none; ``dimmest`` (N,) the lowest
+    level of each group's pixels.
     """
     count, width = len(dimmest), levels.shape[1]
     areas, peaks, bright = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)

@@ -44,29 +44,16 @@ class Speeds:
 class Chain:
     """A Kalman filter of a dock's position and normal, with their rates of change.
 
-    Attributes
-    ----------
-    state : (6,) float array
-        Position in metres, and normal.
-    rates : (6,) float array
-        Their change per second.
-    variances : (3, 6) float array
-        Variance of the state, covariance of state and rate, and variance of the rates.
-
-    Notes
-    -----
     Each of the six numbers has a Kalman filter of its own. The rates are Ornstein-Uhlenbeck processes: a vehicle keeps
     its speed for a while, and hardly ever exceeds its top speed.
 
-    References
-    ----------
     Bar-Shalom, Li and Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation", section 8.2
     (Singer's model, there for accelerations).
     """
 
-    state: np.ndarray
-    rates: np.ndarray
-    variances: np.ndarray
+    state: np.ndarray  # (6,): position in metres, and normal
+    rates: np.ndarray  # (6,): their change per second
+    variances: np.ndarray  # (3, 6): variance of the state, covariance of state and rate, and variance of the rates
 
     @classmethod
     def begin(cls, pose: CirclePose, speeds: Speeds) -> Chain:
@@ -86,22 +73,7 @@ class Chain:
         return self.state[3:]
 
     def after(self, time_s: float, speeds: Speeds, command: Command | None = None) -> Chain:
-        """Predict the state some time later.
-
-        Parameters
-        ----------
-        time_s : float, seconds
-            Time that passes.
-        speeds : Speeds
-            Top speeds of the vehicle.
-        command : Command, optional
-            Known motion of the vehicle; the rates then describe what it leaves over.
-
-        Returns
-        -------
-        Chain
-            The prediction.
-        """
+        """Predict the state some time later."""
         state, rates = self.state, self.rates
         sigmas = speed_sigmas(state, speeds) * (1.0 if command is None else _CURRENTS)
         if command is not None:

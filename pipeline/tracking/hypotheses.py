@@ -28,27 +28,13 @@ Pair = tuple[CirclePose, CirclePose]
 
 @dataclass(frozen=True)
 class Hypotheses:
-    """Both chains of poses after a frame, and the probability that the first is right.
+    """Both chains of poses after a frame, and the probability that the first is right."""
 
-    Attributes
-    ----------
-    chains : tuple of 2 Chain
-        The first and the second hypothesis.
-    first : float
-        Probability of the first.
-    seen : tuple of 2 (int or None)
-        Index of the frame's candidate that continues each chain; None where none does.
-    age : int
-        Frames since the track began.
-    gap_s : float, seconds
-        Time since the dock was last seen.
-    """
-
-    chains: tuple[Chain, Chain]
-    first: float
-    seen: tuple[int | None, int | None] = (0, 1)
-    age: int = 1
-    gap_s: float = 0.0
+    chains: tuple[Chain, Chain]  # the first and the second hypothesis
+    first: float  # probability of the first
+    seen: tuple[int | None, int | None] = (0, 1)  # index of the frame's candidate that continues each chain
+    age: int = 1  # frames since the track began
+    gap_s: float = 0.0  # time since the dock was last seen
 
     @classmethod
     def begin(cls, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
@@ -91,23 +77,7 @@ class Hypotheses:
         return apart <= speeds.reach_m(distance, self.gap_s) + error
 
     def with_frame(self, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
-        """Update with the frame that these were predicted for.
-
-        Parameters
-        ----------
-        found : Estimate
-            What the frame shows.
-        speeds : Speeds
-            Top speeds of the vehicle.
-        worth : float
-            Weight of the frame's own evidence, 0 to 1.
-
-        Returns
-        -------
-        Hypotheses or None
-            The hypotheses after the frame; None where it shows no dock, or one too far away to be this one. If only one
-            chain is continued, the other restarts at that candidate's twin, since a picture always has both.
-        """
+        """Update with the frame that these were predicted for."""
         pair = candidates_of(found)
         if pair is None or not self.is_near(pair, speeds):
             return None
@@ -140,28 +110,11 @@ def candidates_of(found: Estimate) -> Pair | None:
 def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
     """Which candidate continues each chain, and the probability that the first chain is right.
 
-    Parameters
-    ----------
-    first : float
-        The probability before the frame.
-    off : (2, 2) float array
-        Squared distance from each chain to each candidate, in standard deviations.
-    log_odds : float
-        Log-odds of the first candidate, by the frame alone.
-
-    Returns
-    -------
-    order : (int, int)
-        Index of the candidate that continues each chain.
-    first : float
-        The probability after the frame.
-
-    Notes
-    -----
-    The forward step of a hidden Markov model whose state is the right candidate. The likelihood of a chain is how well
-    motion allows it to be continued at all, tempered. How its probability divides between the two candidates is not
-    tempered: a candidate that is ruled out for a chain takes nothing from it, and the chains mix only where both
-    candidates nearly coincide. The chains continue to the candidates that received most of the probability.
+    The forward step of a hidden Markov model whose state is the right candidate. ``off`` (2, 2) are the squared
+    distances of each chain from each candidate. The likelihood of a chain is how well motion allows it to be continued
+    at all, tempered. How its probability divides between the two candidates is not tempered: a candidate that is ruled
+    out for a chain takes nothing from it, and the chains mix only where both candidates nearly coincide. The chains
+    continue to the candidates that received most of the probability.
     """
     # Relative to the nearer candidate of each chain, so that nothing underflows.
     weights = []
@@ -177,23 +130,7 @@ def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int
 
 
 def links(before: Hypotheses, found: Estimate, worth: float) -> np.ndarray:
-    """Likelihoods (2, 2) that a chain before a frame was right and the other, or the same, is right with it.
-
-    Parameters
-    ----------
-    before : Hypotheses
-        The hypotheses as predicted for the frame.
-    found : Estimate
-        What it shows.
-    worth : float
-        Weight of the frame's own evidence, 0 to 1.
-
-    Returns
-    -------
-    (2, 2) float array
-        Row by row for the chain before; up to a common factor. :meth:`Hypotheses.with_frame` computes the same
-        posterior from them for whatever probability was before, but for its bounds.
-    """
+    """Likelihoods (2, 2) that a chain before a frame was right and the other, or the same, is right with it."""
     pair = candidates_of(found)
     if pair is None:
         return np.eye(2)

@@ -39,17 +39,6 @@ class Search:
 
     The region depends only on the previous frame's estimate, and the first frame of every 25 is searched as a whole. So
     blocks of 25 frames can be searched in any order and by several processes, with the same results.
-
-    Parameters
-    ----------
-    camera : Camera
-        The camera that took the frames.
-    dock : Dock
-        The dock to look for.
-    settings : Settings
-        Its top speeds limit how far a ring can move between frames.
-    whole_first : int
-        Frames below this index are searched as a whole, so that burnt-in text is found soon.
     """
 
     def __init__(self, camera: Camera, dock: Dock, settings: Settings, *, whole_first: int = 0) -> None:
@@ -58,24 +47,7 @@ class Search:
         self._last: _Last | None = None
 
     def see(self, image: Any, index: int, time_s: float | None, settings: Settings) -> Estimate:
-        """Search the next frame.
-
-        Parameters
-        ----------
-        image : (H, W) or (H, W, 3) array, uint8 or uint16
-            The frame, as for :func:`dockpose.estimate.estimate`.
-        index : int
-            Its number in the sequence.
-        time_s : float or None, seconds
-            When it was taken; None for a tenth of a second after the previous frame.
-        settings : Settings
-            How to search it.
-
-        Returns
-        -------
-        Estimate
-            What was found, in pixels of the whole picture.
-        """
+        """Search the next frame, a picture (H, W) or (H, W, 3)."""
         shape = np.shape(image)
         region = self._region(shape[1], shape[0], index, time_s) if len(shape) > 1 else None
         found = estimate(image, self._camera, self._dock, settings, region=region)

@@ -128,26 +128,7 @@ class Smoother:
 
 
 def rts_step(filtered: Chain, predicted: Chain, after: Chain, elapsed_s: float, speeds: Speeds) -> Chain:
-    """One step backwards of the fixed-interval smoother.
-
-    Parameters
-    ----------
-    filtered : Chain
-        By the frames up to one.
-    predicted : Chain
-        The same, predicted for the next frame.
-    after : Chain
-        Smoothed in that next frame.
-    elapsed_s : float, seconds
-        Time between the two.
-    speeds : Speeds
-        Top speeds of the vehicle.
-
-    Returns
-    -------
-    Chain
-        Smoothed.
-    """
+    """One step backwards of the fixed-interval smoother."""
     value, both, rate = filtered.variances
     rate = np.minimum(rate, speed_sigmas(filtered.state, speeds) ** 2)  # as the prediction takes it
     kept = math.exp(-elapsed_s / MEMORY_S)

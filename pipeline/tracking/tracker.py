@@ -50,22 +50,12 @@ class Track:
 
 @dataclass(frozen=True)
 class Step:
-    """What a frame did to the hypotheses.
+    """What a frame did to the hypotheses."""
 
-    Attributes
-    ----------
-    before, after : Hypotheses or None
-        As predicted for the frame by those before it, and with it; None where there were none.
-    worth : float
-        Weight of the frame's own evidence, 0 to 1.
-    elapsed_s : float, seconds
-        Time since the frame before.
-    """
-
-    before: Hypotheses | None
-    after: Hypotheses | None
-    worth: float
-    elapsed_s: float
+    before: Hypotheses | None  # as predicted by the frames before it
+    after: Hypotheses | None  # updated with it
+    worth: float  # weight of the frame's own evidence, 0 to 1
+    elapsed_s: float  # time since the frame before
 
     @property
     def goes_on(self) -> bool:

@@ -21,20 +21,6 @@ _HALF_SEEN = 0.5  # views, relative to the most, in which a light must be to be 
 def aligned(placed: Sequence[Placed], dock: Dock) -> list[Placed] | None:
     """Number the lights alike in all views.
 
-    Parameters
-    ----------
-    placed : sequence of Placed
-        The views in order, each with its lights numbered from any.
-    dock : Dock
-        The dock, its number of lights known.
-
-    Returns
-    -------
-    list of Placed or None
-        The views with their lights numbered alike; None where nothing tells them apart.
-
-    Notes
-    -----
     Views that follow each other are chained by the dock's roll, which hardly changes between them. The chains are
     turned until the lights' shifts from their even places, along and across the ring, agree as well as they can. Noise
     can be made to agree as well; so two halves of the chains, aligned apart, must show the same unevenness.

@@ -26,73 +26,26 @@ class LearningError(ValueError):
 
 @dataclass(frozen=True)
 class LearnedDock:
-    """A dock whose lights' places were learned.
+    """A dock whose lights' places were learned."""
 
-    Attributes
-    ----------
-    dock : Dock
-        The dock, with ``offsets_m``.
-    sigmas_m : (lights, 3) float array, metres
-        Standard errors of the offsets.
-    camera : Camera
-        The camera, with its focal lengths where they were fitted.
-    sigma_focal : float or None
-        Standard error of the focal length, as a share of it; None where it was not fitted.
-    views : int
-        Number of views that were used.
-    residual_px : float, pixels
-        Standard deviation of the lights about where the learned dock has them, along x or y.
-    nominal_px : float, pixels
-        The same with the lights in their nominal places.
-    is_uneven : bool
-        Whether the lights are off their places by more than chance.
-    roll_share : float
-        Share of the views in which the unevenness tells the roll over the whole turn.
-    """
-
-    dock: Dock
-    sigmas_m: np.ndarray
-    camera: Camera
-    sigma_focal: float | None
-    views: int
-    residual_px: float
-    nominal_px: float
-    is_uneven: bool
-    roll_share: float
+    dock: Dock  # the dock, with ``offsets_m``
+    sigmas_m: np.ndarray  # (lights, 3): standard errors of the offsets
+    camera: Camera  # the camera, with its focal lengths where they were fitted
+    sigma_focal: float | None  # standard error of the focal length, as a share of it
+    views: int  # number of views that were used
+    residual_px: float  # standard deviation of the lights about where the learned dock has them, along x or y
+    nominal_px: float  # the same with the lights in their nominal places
+    is_uneven: bool  # whether the lights are off their places by more than chance
+    roll_share: float  # share of the views in which the unevenness tells the roll over the whole turn
 
 
 def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_focal: bool = False) -> LearnedDock:
     """Learn where the lights of a dock really are.
 
-    Parameters
-    ----------
-    views : sequence of DockView
-        Views of the dock, in order; those with fewer than five lights are left out.
-    camera : Camera
-        The camera that took them.
-    dock : Dock
-        Its diameter and number of evenly spaced lights.
-    fit_focal : bool
-        Whether to fit the focal length too.
-
-    Returns
-    -------
-    LearnedDock
-        The dock with the lights' offsets, and how sure they are.
-
-    Raises
-    ------
-    LearningError
-        If there are too few views, or they are too alike to tell the offsets.
-
-    Notes
-    -----
     What shifts, turns or tilts the dock as a whole is a matter of its pose, and its size one of its distance. So the
     offsets are sought among those that leave the lights' mean circle as it is: neither moved, turned, tilted nor
     enlarged, to first order. Each view's pose is eliminated from the normal equations (Schur complement).
 
-    References
-    ----------
     Triggs et al. 2000, "Bundle adjustment - a modern synthesis".
     """
     if dock.lights is None or dock.angles_deg or dock.offsets_m:

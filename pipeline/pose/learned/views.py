@@ -18,52 +18,25 @@ FEWEST_LIGHTS = 5  # in a view; fewer leave too little beside its pose
 
 @dataclass(frozen=True)
 class DockView:
-    """A view of the dock, with its lights found.
+    """A view of the dock, with its lights found."""
 
-    Attributes
-    ----------
-    name : str
-        Of the picture.
-    points_px : (N, 2) float array, pixels
-        Centres of the lights.
-    poses : tuple of CirclePose
-        The candidates.
-    follows : bool
-        Whether it was taken so soon after the view before it that the dock has hardly rolled between them.
-    """
-
-    name: str
-    points_px: np.ndarray
-    poses: tuple[CirclePose, ...]
+    name: str  # of the picture
+    points_px: np.ndarray  # (N, 2): centres of the lights
+    poses: tuple[CirclePose, ...]  # the candidates
+    # whether it was taken so soon after the view before it that the dock has hardly rolled between them
     follows: bool = False
 
 
 @dataclass(frozen=True)
 class Placed:
-    """A view with one pose, and its lights numbered.
+    """A view with one pose, and its lights numbered."""
 
-    Attributes
-    ----------
-    rays : LightRays
-        Rays of its lights.
-    rotation : (3, 3) float array
-        From the dock's frame, roll included, to the camera's.
-    position_m : (3,) float array, metres
-        The dock's centre.
-    lights : (N,) int array
-        Number of each light.
-    points_px : (N, 2) float array, pixels
-        The lights in the picture.
-    follows : bool
-        As in :class:`DockView`.
-    """
-
-    rays: LightRays
-    rotation: np.ndarray
-    position_m: np.ndarray
-    lights: np.ndarray
-    points_px: np.ndarray
-    follows: bool
+    rays: LightRays  # rays of its lights
+    rotation: np.ndarray  # (3, 3): from the dock's frame, roll included, to the camera's
+    position_m: np.ndarray  # (3,): the dock's centre
+    lights: np.ndarray  # (N,): number of each light
+    points_px: np.ndarray  # (N, 2): the lights in the picture
+    follows: bool  # as in :class:`DockView`
 
     def turned(self, turns: int, count: int) -> Placed:
         """The same view with its lights numbered from another one on."""

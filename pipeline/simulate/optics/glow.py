@@ -51,29 +51,7 @@ class _Lamp:
 
 
 def light_on_sensor(scene: Scene, emitters: Emitters, water: Water) -> tuple[np.ndarray, np.ndarray]:
-    """Direct light and glow of all emitters.
-
-    Parameters
-    ----------
-    scene : Scene
-        For its camera, its point spread function and its sensor's blur.
-    emitters : Emitters
-        The points of light.
-    water : Water
-        Its properties in the spectral band.
-
-    Returns
-    -------
-    direct : (H, W) float32 array
-        Direct light in grey levels, before exposure.
-    glow : (H, W) float32 array
-        Scattered light, likewise.
-
-    Raises
-    ------
-    ValueError
-        If a lamp is farther away than the point spread function is valid.
-    """
+    """Direct light (H, W) and glow (H, W) of all emitters, in grey levels."""
     shape = (scene.camera.height, scene.camera.width)
     direct, glow = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     lamps = _lamps(scene, emitters, water)

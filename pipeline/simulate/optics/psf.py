@@ -17,41 +17,19 @@ _WIDEST_RAD = math.pi / 2  # glow from behind the camera's back is not seen
 
 
 class Psf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The water's point spread function.
+    """The water's point spread function."""
 
-    Parameters
-    ----------
-    model : str
-        One of ``MODELS``.
-    inner_cutoff_deg : float, degrees
-        For "hou" and "hou_poisson", which are singular at 0: constant within this angle.
-    theta0_rad : float, radians, optional
-        For the same, the mean scattering angle; None takes it from the water's phase function.
-    width_deg : float, degrees
-        For "gaussian", its standard deviation.
-    mtf_csv : str, optional
-        For "mtf", a file with the columns cycles_per_rad, mtf; the last value is the share of the direct light.
-    mtf_distance_m : float, metres
-        Distance at which that was measured; other distances assume the same water.
-    tilt_deg : float, degrees
-        The glow is seen rotated by this angle about an axis in the picture, which makes it asymmetric.
-    tilt_axis_deg : float, degrees
-        Direction of that axis, from the x axis towards y.
-
-    Raises
-    ------
-    ValueError
-        If the model is unknown, or a number is out of range.
-    """
-
-    model: str = "voss"
-    inner_cutoff_deg: float = 0.02
-    theta0_rad: float | None = None
-    width_deg: float = 1.0
-    mtf_csv: str | None = None
-    mtf_distance_m: float = 1.0
+    model: str = "voss"  # one of ``MODELS``
+    inner_cutoff_deg: float = 0.02  # for "hou" and "hou_poisson", which are singular at 0: constant within this angle
+    theta0_rad: float | None = None  # for the same, the mean scattering angle; None takes the water's
+    width_deg: float = 1.0  # for "gaussian", its standard deviation
+    mtf_csv: str | None = (
+        None  # for "mtf", a file with the columns cycles_per_rad, mtf; ends at the direct light's share
+    )
+    mtf_distance_m: float = 1.0  # distance at which that was measured
+    # the glow is seen rotated by this angle about an axis in the picture, which makes it asymmetric
     tilt_deg: float = 0.0
-    tilt_axis_deg: float = 0.0
+    tilt_axis_deg: float = 0.0  # direction of that axis, from the x axis towards y
 
     def __post_init__(self) -> None:
         make_plain(self)
@@ -71,21 +49,11 @@ class Psf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True)
 class PointSpread:
-    """The image of one lamp at one distance, per unit of light that would arrive through clear water.
+    """The image of one lamp at one distance, per unit of light that would arrive through clear water."""
 
-    Attributes
-    ----------
-    direct_share : float
-        Share of the light that arrives in a straight line: e^{-c r}.
-    glow_per_sr : (n,) float array, 1/sr
-        Glow at the angles ``hankel.ANGLES`` from the lamp.
-    glow_transfer : (n,) float array
-        Modulation transfer function of the glow at ``hankel.FREQUENCIES``; at 0 the share of the glow.
-    """
-
-    direct_share: float
-    glow_per_sr: np.ndarray
-    glow_transfer: np.ndarray
+    direct_share: float  # share of the light that arrives in a straight line: e^{-c r}
+    glow_per_sr: np.ndarray  # glow at the angles ``hankel.ANGLES`` from the lamp
+    glow_transfer: np.ndarray  # its modulation transfer function at ``hankel.FREQUENCIES``; at 0 its share
 
     @property
     def glow_share(self) -> float:
@@ -94,29 +62,7 @@ class PointSpread:
 
 
 def point_spread(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator | None = None) -> PointSpread:
-    """Return the point spread function of water for a lamp at a distance.
-
-    Parameters
-    ----------
-    psf : Psf
-        The model.
-    water : Water
-        Its coefficients.
-    distance_m : float, metres
-        Length of the light's path, above 0.
-    rng : numpy.random.Generator, optional
-        For "hou_poisson" only, which draws its number of scattering events; None uses the seed 0.
-
-    Returns
-    -------
-    PointSpread
-        Direct light and glow.
-
-    Raises
-    ------
-    ValueError
-        If the distance is not positive, or beyond the model's validity; the text gives the limit.
-    """
+    """Return the point spread function of water for a lamp at a distance."""
     check_number("distance_m", distance_m, above=0)
     return MODELS[psf.model](psf, water, distance_m, rng or np.random.default_rng(0))
 
@@ -160,13 +106,7 @@ MODELS = {"voss": _voss, "hou": _hou, "hou_poisson": _hou_poisson, "gaussian": _
 
 
 def hou_exponent(psf: Psf, water: Water, distance_m: float) -> float:
-    """Hou's exponent m = 1 / (w0 - 2 tau theta0).
-
-    Raises
-    ------
-    ValueError
-        If the model is not valid at that distance; the text gives the limit.
-    """
+    """Hou's exponent m = 1 / (w0 - 2 tau theta0)."""
     theta0 = psf.theta0_rad if psf.theta0_rad is not None else scattering_angle_rad(water.phase_function)
     optical_length = water.attenuation_per_m * distance_m
     limit = water.albedo / (2 * theta0)

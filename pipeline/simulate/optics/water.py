@@ -22,25 +22,11 @@ BANDS = tuple(_EXTRA_ABSORPTION_PER_M)
 
 
 class Water(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Optical properties of water at 514 nm.
+    """Optical properties of water at 514 nm."""
 
-    Parameters
-    ----------
-    absorption_per_m : float, 1/m
-        Absorption coefficient a, at least 0.
-    scattering_per_m : float, 1/m
-        Scattering coefficient b, at least 0.
-    phase_function : str
-        Which of Petzold's phase functions the scattering follows, one of ``PHASE_FUNCTIONS``.
-
-    Raises
-    ------
-    ValueError
-        If a coefficient is negative or not finite, or the phase function is unknown.
-    """
-
-    absorption_per_m: float
-    scattering_per_m: float
+    absorption_per_m: float  # absorption coefficient a, at least 0
+    scattering_per_m: float  # scattering coefficient b, at least 0
+    # which of Petzold's phase functions the scattering follows, one of ``PHASE_FUNCTIONS``
     phase_function: str = "average"
 
     def __post_init__(self) -> None:
@@ -81,13 +67,7 @@ PRESETS = {
 
 
 def preset(name: str) -> Water:
-    """Water by name.
-
-    Raises
-    ------
-    ValueError
-        If there is none of that name.
-    """
+    """Water by name."""
     if name not in PRESETS:
         raise ValueError(f"water is {name!r}; it must be one of {', '.join(PRESETS)}, or coefficients")
     return PRESETS[name]
@@ -124,25 +104,7 @@ def water_of_turbidity(turbidity: float) -> Water:
 
 @lru_cache
 def phase_function(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Petzold's phase function of that name.
-
-    Parameters
-    ----------
-    name : str
-        One of ``PHASE_FUNCTIONS``.
-
-    Returns
-    -------
-    angles : (n,) float array, radians
-        From 1e-7 to pi.
-    values : (n,) float array, 1/sr
-        Integrates to 1 over the sphere. Interpolated in log-log, and extrapolated below 0.1 degrees by the power law of
-        its first two points.
-
-    References
-    ----------
-    Petzold 1972, "Volume scattering functions for selected ocean waters".
-    """
+    """Angles in radians, and Petzold's phase function of that name there, in 1/sr (Petzold 1972)."""
     table = np.loadtxt(_PETZOLD, delimiter=",", skiprows=3)
     log_angle = np.log(np.radians(table[:, 0]))
     log_value = np.log(table[:, 1 + PHASE_FUNCTIONS.index(name)])

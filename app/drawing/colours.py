@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dockpose.estimate.palette import (
+from dockpose.estimate.words import POSE_NAMES as POSE_NAMES
+from dockpose.palette import (
     BLUE,
     GREEN,
     GREY,
@@ -11,14 +12,13 @@ from dockpose.estimate.palette import (
     SKY_BLUE,
     VERMILLION,
 )
-from dockpose.estimate.palette import DROPPED_COLOUR as DROPPED_COLOUR
-from dockpose.estimate.palette import ELLIPSE_COLOUR as ELLIPSE_COLOUR
-from dockpose.estimate.palette import LIGHT_COLOUR as LIGHT_COLOUR
-from dockpose.estimate.palette import POSE_COLOURS as POSE_COLOURS
-from dockpose.estimate.palette import TEXT_COLOUR as TEXT_COLOUR
-from dockpose.estimate.palette import bgr as bgr
-from dockpose.estimate.palette import rgb as rgb
-from dockpose.estimate.words import POSE_NAMES as POSE_NAMES
+from dockpose.palette import DROPPED_COLOUR as DROPPED_COLOUR
+from dockpose.palette import ELLIPSE_COLOUR as ELLIPSE_COLOUR
+from dockpose.palette import LIGHT_COLOUR as LIGHT_COLOUR
+from dockpose.palette import POSE_COLOURS as POSE_COLOURS
+from dockpose.palette import TEXT_COLOUR as TEXT_COLOUR
+from dockpose.palette import bgr as bgr
+from dockpose.palette import rgb as rgb
 
 MASK_COLOUR = SKY_BLUE
 SHADOW_COLOUR = "#000000"

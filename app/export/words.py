@@ -9,7 +9,6 @@ from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import chance, count, level_words, number, percent, status_words
 from dockpose.thresholds import METHODS
 
-_SHORT_NAMES = {"hats": "HATS", "hats_local": "HATS local"}
 _ADVICE = {
     "no_lights": "Try a lower level or a smaller minimum area, and check that no mask covers the dock.",
     "too_few_markers": "Try a lower level, a smaller minimum area, or the method HATS light by light.",
@@ -28,11 +27,6 @@ _BY = {"hand": " (by hand)", "tracking": " (tracked)"}
 _LEAST_SIGMA_M = 0.001
 
 
-def short_method(method: str) -> str:
-    """Return the name of a threshold method where space is scarce."""
-    return METHODS.title(method) if METHODS.is_own(method) else _SHORT_NAMES.get(method, method.capitalize())
-
-
 def status_line(found: Estimate) -> str:
     """Return lights, level, pose and time in one line.
 
@@ -40,7 +34,7 @@ def status_line(found: Estimate) -> str:
     """
     parts = [count(found.lights_on_ring or 0, "light")]
     if found.threshold is not None:
-        parts.append(f"{short_method(found.threshold.method)} {level_words(found.threshold)}")
+        parts.append(f"{METHODS.short(found.threshold.method)} {level_words(found.threshold)}")
     parts += [_pose_words(found), f"{number(found.elapsed_ms)} ms"]
     return " | ".join(filter(None, parts))
 

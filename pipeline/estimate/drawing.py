@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
+from dockpose import palette
 from dockpose.camera.image import ImageError, read, to_grey, to_levels
-from dockpose.estimate import geometry, palette
+from dockpose.estimate import geometry
 
 if TYPE_CHECKING:
     from dockpose.estimate.result import Estimate

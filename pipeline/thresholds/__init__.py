@@ -1,12 +1,13 @@
-"""Threshold methods, one function each, behind the registry `METHODS`, which takes those of one's own too.
+"""Threshold methods, one function each, behind the registry `METHODS`, where users' own functions register too.
 
-May import `dockpose.camera`.
+May import `dockpose.palette`, `dockpose.camera` and what is below them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+from dockpose.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from dockpose.thresholds.bright import BrightPixels
 from dockpose.thresholds.classic import kapur, kittler, li, otsu, triangle, yen
 from dockpose.thresholds.fixed import fixed
@@ -14,35 +15,32 @@ from dockpose.thresholds.flood import LEVELS
 from dockpose.thresholds.hats import hats
 from dockpose.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
 from dockpose.thresholds.local import hats_local
-from dockpose.thresholds.methods import Function, Methods
+from dockpose.thresholds.methods import Entry, Function, Methods
 from dockpose.thresholds.own import MethodError
 from dockpose.thresholds.sezan import sezan
 
+# Title, colour and mark (of Matplotlib) wherever the method is listed or drawn; and its short name where that is not
+# the title up to a bracket.
 METHODS = Methods(
-    {
-        "hats": ("HATS (adaptive)", lambda histogram, min_area_px, level: hats(histogram, min_area_px)),
-        "hats_local": ("HATS light by light", lambda histogram, min_area_px, level: hats_local(histogram, min_area_px)),
-        "otsu": ("Otsu", lambda histogram, min_area_px, level: otsu(histogram)),
-        "kapur": ("Kapur (entropy)", lambda histogram, min_area_px, level: kapur(histogram)),
-        "kittler": (
-            "Kittler-Illingworth (minimum error)",
-            lambda histogram, min_area_px, level: kittler(histogram),
-        ),
-        "sezan": ("Sezan", lambda histogram, min_area_px, level: sezan(histogram)),
-        "li": ("Li", lambda histogram, min_area_px, level: li(histogram)),
-        "yen": ("Yen", lambda histogram, min_area_px, level: yen(histogram)),
-        "triangle": ("Triangle", lambda histogram, min_area_px, level: triangle(histogram)),
-        "fixed": ("Fixed level", lambda histogram, min_area_px, level: fixed(histogram, level)),
-    }
+    hats=Entry("HATS (adaptive)", hats, BLUE, "o"),
+    hats_local=Entry("HATS light by light", hats_local, SKY_BLUE, "P", "HATS local"),
+    otsu=Entry("Otsu", otsu, VERMILLION, "s"),
+    kapur=Entry("Kapur (entropy)", kapur, GREEN, "^"),
+    kittler=Entry("Kittler-Illingworth (minimum error)", kittler, PURPLE, "D", "Kittler"),
+    sezan=Entry("Sezan", sezan, ORANGE, "v"),
+    li=Entry("Li", li, GREY, "<"),
+    yen=Entry("Yen", yen, PURPLE, "X"),
+    triangle=Entry("Triangle", triangle, ORANGE, ">"),
+    fixed=Entry("Fixed level", fixed, GREY, "_", "Fixed"),
 )
 
 
 def register_threshold(name: str, *, title: str | None = None) -> Callable[[Function], Function]:
-    """Register a function as a threshold method of one's own.
+    """Register a function as a threshold method.
 
-    ``dockpose compare``, ``--method``, ``Settings(method=...)`` and the page have it from then on. Of an installed
-    package the same is told by an entry point of the group ``dockpose.thresholds``, whose name is the method's and
-    which leads to the function, or to the module that registers it.
+    ``dockpose compare``, ``--method``, ``Settings(method=...)`` and the page have it from then on. An installed package
+    does the same by an entry point of the group ``dockpose.thresholds``, whose name is the method's and which leads to
+    the function, or to the module that registers it.
 
     Parameters
     ----------
@@ -98,12 +96,6 @@ __all__ = [
     "hats",
     "hats_local",
     "histogram_of",
-    "kapur",
-    "kittler",
-    "li",
     "otsu",
     "register_threshold",
-    "sezan",
-    "triangle",
-    "yen",
 ]

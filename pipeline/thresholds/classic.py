@@ -46,83 +46,28 @@ def otsu(histogram: Histogram) -> Threshold:
 
 
 def kapur(histogram: Histogram) -> Threshold:
-    """Maximum entropy: argmax of H_background + H_foreground (Kapur, Sahoo and Wong 1985).
-
-    Parameters
-    ----------
-    histogram : Histogram
-        Histogram of the grey picture.
-
-    Returns
-    -------
-    Threshold
-        The level and why; level 256, which keeps nothing, where all pixels have one level.
-    """
+    """Maximum entropy: argmax of H_background + H_foreground (Kapur, Sahoo and Wong 1985)."""
     return _split("kapur", histogram, _kapur_level, "The two classes' entropies add up to the most (Kapur 1985).")
 
 
 def kittler(histogram: Histogram) -> Threshold:
-    """Minimum error, by exhaustive search (Kittler and Illingworth 1986).
-
-    Parameters
-    ----------
-    histogram : Histogram
-        Histogram of the grey picture.
-
-    Returns
-    -------
-    Threshold
-        The level and why; level 256, which keeps nothing, where all pixels have one level.
-    """
+    """Minimum error, by exhaustive search (Kittler and Illingworth 1986)."""
     reason = "Two normal distributions overlap the least there (Kittler and Illingworth 1986)."
     return _split("kittler", histogram, _kittler_level, reason)
 
 
 def li(histogram: Histogram) -> Threshold:
-    """Minimum cross entropy (Li and Tam 1998), by scikit-image.
-
-    Parameters
-    ----------
-    histogram : Histogram
-        Histogram of the grey picture.
-
-    Returns
-    -------
-    Threshold
-        The level and why; level 256, which keeps nothing, where all pixels have one level.
-    """
+    """Minimum cross entropy (Li and Tam 1998), by scikit-image."""
     return _split("li", histogram, _li_level, "The cross entropy of picture and classes is least (Li and Tam 1998).")
 
 
 def yen(histogram: Histogram) -> Threshold:
-    """Maximum correlation criterion (Yen, Chang and Chang 1995), by scikit-image.
-
-    Parameters
-    ----------
-    histogram : Histogram
-        Histogram of the grey picture.
-
-    Returns
-    -------
-    Threshold
-        The level and why; level 256, which keeps nothing, where all pixels have one level.
-    """
+    """Maximum correlation criterion (Yen, Chang and Chang 1995), by scikit-image."""
     return _split("yen", histogram, _yen_level, "It makes Yen's correlation criterion largest (Yen 1995).")
 
 
 def triangle(histogram: Histogram) -> Threshold:
-    """Level farthest from the line between the histogram's peak and its far end (Zack 1977), by scikit-image.
-
-    Parameters
-    ----------
-    histogram : Histogram
-        Histogram of the grey picture.
-
-    Returns
-    -------
-    Threshold
-        The level and why; level 256, which keeps nothing, where all pixels have one level.
-    """
+    """Level farthest from the line between the histogram's peak and its far end (Zack 1977), by scikit-image."""
     return _split("triangle", histogram, _triangle_level, "The histogram lies farthest below its chord (Zack 1977).")
 
 

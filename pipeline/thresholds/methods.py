@@ -12,6 +12,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple, TypeVar
 
 from dockpose.checks import one_line
+from dockpose.palette import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from dockpose.thresholds.histogram import Histogram, Threshold
 from dockpose.thresholds.own import own_threshold
 
@@ -23,20 +24,31 @@ _LOG = logging.getLogger(__name__)
 _MOST_LETTERS = 40
 
 
-class _Entry(NamedTuple):
+# Colours and marks of registered methods, in turn; the marks are none of the library's.
+_LOOKS = tuple(zip((BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY_BLUE), ("d", "p", "h", "*", "H", "8"), strict=True))
+
+
+class Entry(NamedTuple):
+    """A threshold method, and how people see it."""
+
     title: str
-    method: Method
+    method: Callable[
+        ..., Threshold
+    ]  # of a histogram, and of ``min_area_px`` and ``level`` where it has such parameters
+    colour: str  # as in HTML
+    mark: str  # of Matplotlib
+    short: str = ""  # the title where space is scarce
     function: Callable[..., Any] | None = None  # that was registered; None for the library's own
 
 
 class Methods(Mapping[str, Method]):
     """Each threshold method by its name, in the order in which people see them; a fixed level comes last.
 
-    Methods of installed packages are loaded when first a name is asked for that is not known, or all names are.
+    Methods of installed packages are loaded when first an unknown name is asked for, or all names are.
     """
 
-    def __init__(self, built_in: dict[str, tuple[str, Method]]) -> None:
-        self._entries = {name: _Entry(*one) for name, one in built_in.items()}
+    def __init__(self, **built_in: Entry) -> None:
+        self._entries = {name: one._replace(method=_called_alike(one.method)) for name, one in built_in.items()}
         self._is_loaded, self._lock = False, threading.RLock()
         self._tell: Callable[[str], object] = _LOG.warning
 
@@ -62,6 +74,15 @@ class Methods(Mapping[str, Method]):
         """What a method is called where people choose one; the name itself of a method that is not there."""
         return self._entries[name].title if name in self else name
 
+    def short(self, name: str) -> str:
+        """The same where space is scarce."""
+        return (name in self and self._entries[name].short) or self.title(name).partition(" (")[0]
+
+    def look(self, name: str) -> tuple[str, str]:
+        """Colour, as in HTML, and mark, of Matplotlib, by which a method is told from the others in drawings."""
+        entry = self._entries[name]
+        return entry.colour, entry.mark
+
     def is_own(self, name: str) -> bool:
         """Whether somebody registered the method, rather than that it is the library's."""
         return name in self and self._entries[name].function is not None
@@ -84,11 +105,13 @@ class Methods(Mapping[str, Method]):
                     raise ValueError(f"there is a threshold method {name!r} already, {_whose(entry.function)}")
                 if known != name and entry.title == title:
                     raise ValueError(f"title of {name!r} is {title!r}, as that of the threshold method {known!r}")
-            self._entries[name] = _Entry(title, own_threshold(name, title, function), function)
+            registered = [known for known, entry in self._entries.items() if entry.function and known != name]
+            look = _LOOKS[len(registered) % len(_LOOKS)]
+            self._entries[name] = Entry(title, own_threshold(name, title, function), *look, title, function)
 
     @contextlib.contextmanager
     def telling(self, tell: Callable[[str], object]) -> Iterator[None]:
-        """Meanwhile tell why a package's method is left out; else it is logged."""
+        """Report meanwhile by a function why a package's method is left out, which else is logged."""
         before, self._tell = self._tell, tell
         try:
             yield
@@ -96,7 +119,7 @@ class Methods(Mapping[str, Method]):
             self._tell = before
 
     def _load(self) -> None:
-        """Load the methods of installed packages, once; one that cannot be is left out, and it is told why."""
+        """Load the methods of installed packages, once; one that cannot be is left out, and reported."""
         with self._lock:
             if self._is_loaded:
                 return
@@ -115,6 +138,17 @@ class Methods(Mapping[str, Method]):
         if inspect.ismodule(loaded) or (known is not None and known.function is loaded):
             return  # it registered what it has when it was imported
         self.add(point.name, None, loaded)
+
+
+def _called_alike(method: Callable[..., Threshold]) -> Method:
+    """A method that takes histogram, least area and level, of one that may need fewer of them."""
+    wanted = [*inspect.signature(method).parameters][1:]
+
+    def called(histogram: Histogram, min_area_px: int, level: int | None) -> Threshold:
+        given = {"min_area_px": min_area_px, "level": level}
+        return method(histogram, *(given[name] for name in wanted))
+
+    return called
 
 
 def _origin(function: Any) -> tuple[Any, Any]:

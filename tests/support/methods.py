@@ -1,4 +1,4 @@
-"""Threshold methods of one's own, for the time of a test; and packages that bring some."""
+"""Threshold methods that are there for the time of a test; and packages that bring some."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 
 from dockpose import register_threshold
 from dockpose.thresholds import METHODS
+from dockpose.thresholds.methods import Entry, Methods
 
 
 @contextlib.contextmanager
@@ -20,6 +21,17 @@ def registered(**methods: tuple[str, Callable]) -> Iterator[None]:
     try:
         for name, (title, function) in methods.items():
             register_threshold(name, title=title)(function)
+        yield
+    finally:
+        METHODS._entries = before
+
+
+@contextlib.contextmanager
+def entered(**methods: Entry) -> Iterator[None]:
+    """Meanwhile the registry has these lines too, as it has those of the library's own methods."""
+    before = METHODS._entries
+    METHODS._entries = before | Methods(**methods)._entries
+    try:
         yield
     finally:
         METHODS._entries = before

@@ -14,7 +14,6 @@ from dockpose.app.drawing import colours, overlay
 from dockpose.app.drawing.montage import around_ring
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
 from dockpose.app.drawing.thresholded import kept_pixels
-from dockpose.app.export.words import short_method
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view, error_words, same_comparison, sweep_levels
@@ -27,7 +26,7 @@ from dockpose.app.web.panels.view import runs
 from dockpose.app.web.widgets import BackgroundWork, Change, Panel, on_click
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.pose.known import pose_error
-from dockpose.thresholds import LEVELS
+from dockpose.thresholds import LEVELS, METHODS
 
 _OLD_SWEEP = "<b>Outdated:</b> the picture or the settings have changed since. Sweep again."
 _AROUND = 1.25  # of the ring's size: what a crop shows
@@ -69,7 +68,7 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
             "ellipse": [] if outline is None else placed(outline[::_OUTLINE_STEP]),
             "dock": [] if one.selected is None else placed(overlay.dock_outline(one.selected, one)),
         }
-        methods.append({"name": name, "label": short_method(name)} | method_words(one, view) | drawn)
+        methods.append({"name": name, "label": METHODS.short(name)} | method_words(one, view) | drawn)
     picture = base64.b64encode(cv2.imencode(".png", grey)[1].tobytes()).decode()
     return {"source": view.source, "width": size[0], "height": size[1], "picture": picture, "methods": methods}
 

@@ -17,7 +17,6 @@ from dockpose.app.drawing import colours, overlay
 from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import length_words
-from dockpose.app.export.words import short_method
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.detection import with_mask, with_method
@@ -26,7 +25,7 @@ from dockpose.app.web.charts.histogram import HistogramNumbers
 from dockpose.app.web.live import LivePage, data_html
 from dockpose.app.web.widgets import Change, Panel, on_person
 from dockpose.camera.image import to_levels
-from dockpose.thresholds import LEVELS
+from dockpose.thresholds import LEVELS, METHODS
 
 _JPEG_QUALITY = 85
 _MOST_PIXELS = 24_000_000  # a larger picture is sent smaller
@@ -125,7 +124,7 @@ class PicturePanel(Panel):
         levels = None
         if analysis is not None:
             found = thresholds_by(histogram_in(analysis.view, analysis.estimate), analysis.estimate.settings)
-            levels = [(short_method(name), one.level) for name, one in found.items() if one.level < LEVELS]
+            levels = [(METHODS.short(name), one.level) for name, one in found.items() if one.level < LEVELS]
         self._methods.content = data_html("methods", {"levels": levels})
 
 

@@ -3,8 +3,9 @@ import numpy as np
 import pytest
 import SimpleITK
 from dockpose.simulate import render
-from dockpose.thresholds import histogram_of, kapur, kittler, otsu, sezan
-from dockpose.thresholds.classic import kittler_criterion
+from dockpose.thresholds import histogram_of, otsu
+from dockpose.thresholds.classic import kapur, kittler, kittler_criterion
+from dockpose.thresholds.sezan import sezan
 from dockpose.thresholds.sezan import find_peaks
 
 from tests.support.scenes import random_scene

@@ -10,26 +10,12 @@ from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 
 def sezan(histogram: Histogram) -> Threshold:
-    """Put the level between the background's peak and the next one.
+    """Put the level between the background's peak and the next one (Sezan 1990).
 
-    Parameters
-    ----------
-    histogram : Histogram
-        Histogram of the grey picture.
-
-    Returns
-    -------
-    Threshold
-        The level and why; 256 for a picture of a single level.
-
-    Notes
-    -----
     The cumulative histogram less its mean over a sliding window changes from plus to minus where a peak starts and has
     its maximum where the peak ends. The window grows until two peaks are left, and the level is midway between the end
     of the first and the start of the second. If only one is left, the level is where it ends.
 
-    References
-    ----------
     Sezan 1990, "A peak detection algorithm and its application to histogram-based image data reduction".
     """
     if np.count_nonzero(histogram.counts) < 2:

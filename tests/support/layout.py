@@ -1,9 +1,10 @@
-"""Figures of how the code is laid out: which folder imports which, how much is where, and what is documented."""
+"""How the code is laid out: which folder imports which, how long files are, and what is documented."""
 
 from __future__ import annotations
 
 import ast
 import inspect
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -43,11 +44,6 @@ def folders(house: str) -> list[Path]:
 
 def is_folder(path: Path) -> bool:
     return path.is_dir() and "__pycache__" not in path.parts
-
-
-def entries(folder: Path) -> int:
-    """What there is to read in a folder; py.typed is an empty mark."""
-    return sum(path.name not in ("__pycache__", "py.typed") for path in folder.iterdir())
 
 
 def lines(path: Path) -> int:
@@ -110,37 +106,32 @@ def floor(name: str) -> int:
     return next(index for index, floor in enumerate(FLOORS) if name in floor)
 
 
-def undescribed(house: str) -> dict[str, list[str]]:
-    """By folder, the documented parameters and attributes without a description, as numpydoc reads them."""
-    missing: dict[str, list[str]] = {}
+def with_sections(house: str) -> dict[str, list[str]]:
+    """By file, the names that are not public, and whose docstrings have sections of parameters or attributes."""
+    public = _public()
+    found: dict[str, list[str]] = {}
     for path in files(house):
-        folder = str(path.parent.relative_to(ROOT))
         for name, text in _docstrings(path):
-            for parameter in _parameters(text):
-                if not "".join(parameter.desc).strip():
-                    missing.setdefault(folder, []).append(f"{path.name}: {name}: {parameter.name}")
-    return missing
+            if f"{module_name(path)}.{name}" not in public and re.search(r"^(Parameters|Attributes)\n-", text, re.M):
+                found.setdefault(str(path.relative_to(ROOT)), []).append(name)
+    return found
 
 
-def described(house: str) -> tuple[int, int]:
-    """How many documented parameters and attributes have a description, and how many there are."""
-    found = [p for path in files(house) for _, text in _docstrings(path) for p in _parameters(text)]
-    return sum(bool("".join(one.desc).strip()) for one in found), len(found)
+def _public() -> set[str]:
+    """Full names of all that users may use, and of the classes that theirs are derived from."""
+    from tests.pipeline.test_docstrings import PUBLIC
 
-
-def _parameters(text: str) -> list:
-    from numpydoc.docscrape import NumpyDocString
-
-    read = NumpyDocString(text)
-    return [*read["Parameters"], *read["Attributes"], *read["Other Parameters"]]
+    classes = [one for value in PUBLIC.values() if inspect.isclass(value) for one in value.__mro__]
+    return {*PUBLIC, *(f"{one.__module__}.{one.__qualname__}" for one in classes)}
 
 
 def _docstrings(path: Path) -> Iterator[tuple[str, str]]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-            text = ast.get_docstring(node, clean=True)
-            if text and "----" in text:
-                yield node.name, inspect.cleandoc(text)
+    """Each docstring of a file's classes and functions, by the name of the class or function of the file's own."""
+    for top in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(top, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            for node in ast.walk(top):
+                if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+                    yield top.name, ast.get_docstring(node) or ""
 
 
 def has_docstring(folder: Path) -> bool:

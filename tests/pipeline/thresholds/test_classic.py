@@ -5,8 +5,7 @@ import SimpleITK
 from dockpose.simulate import render
 from dockpose.thresholds import histogram_of, otsu
 from dockpose.thresholds.classic import kapur, kittler, kittler_criterion
-from dockpose.thresholds.sezan import sezan
-from dockpose.thresholds.sezan import find_peaks
+from dockpose.thresholds.sezan import find_peaks, sezan
 
 from tests.support.scenes import random_scene
 

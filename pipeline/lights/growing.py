@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from dockpose.lights.nearest_pose import as_pose, fit_affine, one_pose, solve
+from dockpose.lights.nearest_pose import as_pose, fit_affine, one_pose
+from dockpose.lights.reprojection import solve
 from dockpose.thresholds.compiled import compiled
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
@@ -186,7 +187,7 @@ def _fit(points, corners, unit, guess, focal_px):  # type: ignore[no-untyped-def
         if corner >= 0:
             size += (points[corner, 0] - x0) ** 2 + (points[corner, 1] - y0) ** 2
     size = max(np.sqrt(size / (2 * count)), 1e-9)
-    normal, right = np.zeros((8, 8)), np.zeros(8)
+    normal, right = np.zeros((8, 8)), np.zeros((8, 1))
     row = np.zeros(8)
     for c in range(len(corners)):
         if corners[c] < 0:
@@ -197,16 +198,16 @@ def _fit(points, corners, unit, guess, focal_px):  # type: ignore[no-untyped-def
             row[3 * axis], row[3 * axis + 1], row[3 * axis + 2] = unit[c, 0], unit[c, 1], 1.0
             row[6], row[7] = -unit[c, 0] * seen, -unit[c, 1] * seen
             for a in range(8):
-                right[a] += row[a] * seen
+                right[a, 0] += row[a] * seen
                 for b in range(8):
                     normal[a, b] += row[a] * row[b]
     normal[6, 6] += _PERSPECTIVE_PRIOR**2
     normal[7, 7] += _PERSPECTIVE_PRIOR**2
-    right[6] += _PERSPECTIVE_PRIOR**2 * guess[0]
-    right[7] += _PERSPECTIVE_PRIOR**2 * guess[1]
+    right[6, 0] += _PERSPECTIVE_PRIOR**2 * guess[0]
+    right[7, 0] += _PERSPECTIVE_PRIOR**2 * guess[1]
     for a in range(8):
         normal[a, a] += 1e-12
-    h = solve(normal, right)
+    h = solve(normal, right)[:, 0]
     mapping = np.empty((3, 3))
     mapping[2, 0], mapping[2, 1], mapping[2, 2] = h[6], h[7], 1.0
     for k in range(3):

@@ -12,7 +12,7 @@ from dockpose.thresholds.bright import SATURATED, BrightPixels, PixelGroups, Squ
 from dockpose.thresholds.flood import LEVELS, group_shapes, outline
 from dockpose.thresholds.histogram import Histogram, Threshold
 from dockpose.thresholds.local import ENOUGH_PX, split_by_peaks
-from dockpose.thresholds.squares import coarsen, of_squares
+from dockpose.thresholds.squares import coarsen, squares_of
 
 CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
@@ -100,10 +100,8 @@ def _groups(histogram: Histogram, level: int) -> PixelGroups | SquareGroups | No
         return None
     if len(pixels) > _MANY_PIXELS and histogram.in_squares(ENOUGH_PX)[1] > 1:
         found = _groups_of_squares(histogram, level)
-        width = found.group_at.shape[1]
-        return PixelGroups(
-            pixels, of_squares(pixels.index, pixels.width, found.side, width, found.group_at.ravel()), found.count
-        )
+        group_of = found.group_at.ravel()[squares_of(pixels.index, pixels.width, found.side)]
+        return PixelGroups(pixels, group_of, found.count)
     count, group_of = _split_merged(histogram, pixels, *pixels.groups())
     return PixelGroups(pixels, group_of, count)
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from dockpose.lights.reprojection import LightRays, solve, sum_products, turn
 from dockpose.thresholds.compiled import compiled
 
 _ROUNDS = 4  # of a pose's perspective and the affine part for it, in turn
-_STEPS, _SETTLED_PX2, _LONGEST_TURN = 10, 1e-3, 0.3
+_STEPS, _SETTLED_PX2, _DAMPING = 10, 1e-3, 1e-6  # of Gauss and Newton's method, which seldom takes more than four
+_LONGEST_TURN = 0.3  # radians: as far as the linearisation holds
+_NEAREST = 1e-3  # radii: a light nearer than this to the camera's plane has no image
 
 
 @compiled
@@ -51,7 +54,7 @@ def one_pose(points, corners, unit, mapping, focal_px, sign):  # type: ignore[no
 def _refined(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
     """Sum of squares and homography of the pose near a homography with the least squares, by Gauss-Newton steps.
 
-    Lengths are in radii of the circle. A step is a shift and a turn about the dock's own axes.
+    Lengths are in radii of the circle.
     """
     R, t = np.empty((3, 3)), np.empty(3)
     for row in range(2):
@@ -61,39 +64,19 @@ def _refined(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyp
     R[2, 0], R[2, 1], t[2] = mapping[2, 0], mapping[2, 1], 1.0
     t /= max(np.sqrt(R[0, 0] ** 2 + R[1, 0] ** 2 + R[2, 0] ** 2), 1e-12)
     _upright(R)
+    lit = np.flatnonzero(corners >= 0)
+    lights = np.zeros((len(lit), 3))
+    lights[:, :2] = unit[lit]
+    slopes = np.zeros((1, 2, 2))
+    slopes[0, 0, 0] = slopes[0, 1, 1] = focal_px
+    rays = LightRays(points[corners[lit]] / focal_px, np.zeros(len(lit)), slopes)
     least, best = np.inf, mapping
-    normal, step, J = np.empty((6, 6)), np.empty(6), np.empty(6)
+    products, step = np.empty((7, 7)), np.empty((6, 1))
     for _ in range(_STEPS):
-        squares = 0.0
-        normal[:] = 0.0
-        step[:] = 0.0
-        for c in range(len(corners)):
-            if corners[c] < 0:
-                continue
-            u, v = unit[c, 0], unit[c, 1]
-            z = R[2, 0] * u + R[2, 1] * v + t[2]
-            if z < 1e-3:
-                return least, best
-            for axis in range(2):
-                seen = (R[axis, 0] * u + R[axis, 1] * v + t[axis]) / z
-                off = points[corners[c], axis] - focal_px * seen
-                squares += off * off
-                for k in range(3):
-                    J[k] = 0.0
-                    across = R[axis, k] - seen * R[2, k]
-                    if k == 0:
-                        J[5] = -v * across
-                    elif k == 1:
-                        J[5] += u * across
-                    else:
-                        J[3], J[4] = v * across, -u * across
-                J[axis], J[2] = 1.0, -seen
-                for i in range(6):
-                    J[i] *= focal_px / z
-                for i in range(6):
-                    step[i] += J[i] * off
-                    for j in range(6):
-                        normal[i, j] += J[i] * J[j]
+        if (R[2, 0] * lights[:, 0] + R[2, 1] * lights[:, 1] + t[2]).min() < _NEAREST:
+            break
+        sum_products(products, R, t, lights, rays, False)
+        squares = products[6, 6]
         if squares < least:
             settled = squares > least - _SETTLED_PX2
             least = squares
@@ -105,16 +88,13 @@ def _refined(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyp
             if settled:
                 break
         for i in range(6):
-            normal[i, i] *= 1 + 1e-6
-        solve(normal, step)
-        turn = np.sqrt(step[3] ** 2 + step[4] ** 2 + step[5] ** 2)
-        step *= min(1.0, _LONGEST_TURN / max(turn, 1e-12))
-        t += step[:3]
-        for row in range(3):
-            x, y, z = R[row, 0], R[row, 1], R[row, 2]
-            R[row, 0] += y * step[5] - z * step[4]
-            R[row, 1] += z * step[3] - x * step[5]
-        _upright(R)
+            products[i, i] *= 1 + _DAMPING
+            step[i, 0] = products[i, 6]
+        solve(products, step)
+        turned = np.sqrt(step[3, 0] ** 2 + step[4, 0] ** 2 + step[5, 0] ** 2)
+        step *= min(1.0, _LONGEST_TURN / max(turned, 1e-12))
+        t += step[:3, 0]
+        turn(R, step[3, 0], step[4, 0], step[5, 0])
     return least, best
 
 
@@ -151,8 +131,7 @@ def fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
                 right[i, 0] += row[i] * points[corners[c], 0]
                 right[i, 1] += row[i] * points[corners[c], 1]
     mapping = np.empty((3, 3))
-    mapping[0] = solve(normal.copy(), right[:, 0].copy())
-    mapping[1] = solve(normal, right[:, 1].copy())
+    mapping[:2] = solve(normal, right).T
     mapping[2] = np.array([px, py, 1.0])
     squares = 0.0
     for c in range(len(corners)):
@@ -162,26 +141,3 @@ def fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
                 at = (mapping[axis, 0] * unit[c, 0] + mapping[axis, 1] * unit[c, 1] + mapping[axis, 2]) / w
                 squares += (points[corners[c], axis] - at) ** 2
     return squares, mapping
-
-
-@compiled
-def solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Solve A x = b for a symmetric positive definite A, in place (Cholesky); compiles far sooner than LAPACK's."""
-    size = len(b)
-    for k in range(size):
-        for i in range(k):
-            A[k, k] -= A[k, i] * A[k, i]
-        A[k, k] = np.sqrt(max(A[k, k], 1e-300))
-        for row in range(k + 1, size):
-            for i in range(k):
-                A[row, k] -= A[row, i] * A[k, i]
-            A[row, k] /= A[k, k]
-    for k in range(size):
-        for i in range(k):
-            b[k] -= A[k, i] * b[i]
-        b[k] /= A[k, k]
-    for k in range(size - 1, -1, -1):
-        for i in range(k + 1, size):
-            b[k] -= A[i, k] * b[i]
-        b[k] /= A[k, k]
-    return b

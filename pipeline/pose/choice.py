@@ -123,12 +123,11 @@ def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | N
         roll = None
         if placement is not None:
             roll = (float(placement.rolls_rad[k]) + _roll_rad(rotation)) % placement.period_rad
-        x, y, z = position.tolist()
         candidates.append(
-            CirclePose(
-                position_m=position,
-                normal=-rotation[:, 2],
-                centre_px=np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]),
+            CirclePose.at(
+                position,
+                -rotation[:, 2],
+                camera,
                 probability=probabilities[k],
                 rms_px=math.sqrt(float(fit.squares_px2[k]) / fit.points),
                 roll_rad=roll,

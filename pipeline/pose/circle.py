@@ -78,6 +78,13 @@ class CirclePose:
     sigma_theta_rad: tuple[float, float] | None = None
     errors: PoseErrors | None = None
 
+    @classmethod
+    def at(cls, position_m: np.ndarray, normal: np.ndarray, camera: Camera, **known: Any) -> CirclePose:
+        """Return the pose at a place, and what is known of it besides, with the image of the dock's centre."""
+        x, y, z = position_m.tolist()
+        centre_px = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
+        return cls(position_m, normal, centre_px, **known)
+
     @property
     def theta_x_rad(self) -> float:
         """The paper's pitch: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
@@ -207,8 +214,9 @@ def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[Cir
     l1, l2, l3 = eigenvalues.ravel().tolist()
     if not l3 < 0 < l2:
         raise NoEllipseError("the ellipse is too small, or too narrow, to be a circle's picture")
-    left, right = _poses_of_cone(l1, l2, l3, axes, diameter / 2)
-    return _pose(left, camera), _pose(right, camera)
+    # The image of the centre is the pole of the line at infinity of the circle's plane, not the ellipse's centre.
+    (left, left_m), (right, right_m) = _poses_of_cone(l1, l2, l3, axes, diameter / 2)
+    return CirclePose.at(left_m, left, camera), CirclePose.at(right_m, right, camera)
 
 
 @compiled
@@ -245,12 +253,3 @@ def _poses_of_cone(l1: float, l2: float, l3: float, axes: np.ndarray, radius: fl
         if facing > 0:
             poses[number, 0] *= -1
     return poses[::-1] if poses[0, 0, 0] > poses[1, 0, 0] else poses
-
-
-def _pose(normal_and_centre: np.ndarray, camera: Camera) -> CirclePose:
-    """One of the poses, from its normal and centre (2, 3)."""
-    normal, centre = normal_and_centre
-    # The image of the centre is the pole of the line at infinity of the circle's plane, not the ellipse's centre.
-    x, y, z = centre.tolist()
-    image = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
-    return CirclePose(position_m=centre, normal=normal, centre_px=image)

@@ -122,7 +122,7 @@ def _best(
     """
     squares = squares_of(dock, rays.tangents, rays.slopes_px)
     best = _likeliest(squares, 2 * len(points_px) - 6)
-    if rays.starts_m is None or not len(best):
+    if camera.port is None or not len(best):
         return rays, best, squares
     angles = dock.light_angles_rad()[assignments(len(points_px), dock)[best]]
     for _ in range(2):
@@ -130,9 +130,8 @@ def _best(
         if not len(positions):
             break
         rays = light_rays(points_px, camera, float(np.median(positions[:, 2])))
-        assert rays.starts_m is not None
         meeting = rays.tangents * (1 - rays.starts_m / np.median(positions[:, 2]))[:, None]
-        rays = LightRays(meeting, None, rays.slopes_px)
+        rays = LightRays(meeting, np.zeros(len(meeting)), rays.slopes_px)
     squares = squares_of(dock, rays.tangents, rays.slopes_px)
     return rays, _likeliest(squares, 2 * len(points_px) - 6), squares
 

@@ -60,9 +60,7 @@ def solve(points_px: Any, lights: Sequence[int] | np.ndarray, camera: Camera, do
     if not answers:
         raise NoPoseError(f"{method} finds no pose in front of the camera")
     error, R, t = min(answers, key=lambda answer: answer[0])
-    focal = np.array([camera.fx, camera.fy])
-    x, y = t[:2] / t[2] * focal + [camera.cx, camera.cy]
-    return CirclePose(t, -R[:, 2], np.array([x, y]), rms_px=error * float(np.sqrt(focal.prod())))
+    return CirclePose.at(t, -R[:, 2], camera, rms_px=error * float(np.sqrt(camera.fx * camera.fy)))
 
 
 def _answers(

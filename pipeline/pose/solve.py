@@ -14,7 +14,6 @@ from dockpose.pose.choice import Choice, choose_by_spacing
 from dockpose.pose.circle import CirclePose, circle_poses
 from dockpose.pose.few_lights import FEWEST, poses_from_few_lights
 from dockpose.pose.refine import light_rays, on_planes
-from dockpose.thresholds.compiled import compiled
 from numpy.typing import ArrayLike
 
 _ROUNDS = 6
@@ -83,18 +82,11 @@ def _finite(choice: Choice) -> Choice:
     return choice
 
 
-@compiled
 def _scatter_about_line_px(points: np.ndarray) -> float:
     """Root mean square distance of points (N, 2) from the line that fits them best; NaN where one is not finite."""
-    count = len(points)
-    x, y, xx, xy, yy = 0.0, 0.0, 0.0, 0.0, 0.0
-    for number in range(count):
-        x += points[number, 0] / count
-        y += points[number, 1] / count
-    for number in range(count):
-        u, v = points[number, 0] - x, points[number, 1] - y
-        xx, xy, yy = xx + u * u / count, xy + u * v / count, yy + v * v / count
-    return math.sqrt(abs((xx + yy) / 2 - math.hypot((xx - yy) / 2, xy)))
+    u, v = (points - points.mean(axis=0)).T
+    xx, xy, yy = float(u @ u), float(u @ v), float(v @ v)
+    return math.sqrt(abs((xx + yy) / 2 - math.hypot((xx - yy) / 2, xy)) / len(points))
 
 
 def _ellipse_of(pose: CirclePose, camera: Camera, dock: Dock) -> Ellipse:

@@ -113,6 +113,7 @@ def nearer(
     return probabilities[0] + moved, probabilities[1] - moved
 
 
+@compiled
 def deviations(
     covariance: np.ndarray, rotation: np.ndarray, noise: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:
@@ -122,13 +123,6 @@ def deviations(
     rotation about the dock's x axis before its roll, and a step of theta_y is cos(theta_x) times as much about the y
     axis.
     """
-    return _deviations(covariance, rotation, noise)
-
-
-@compiled
-def _deviations(
-    covariance: np.ndarray, rotation: np.ndarray, noise: float
-) -> tuple[tuple[float, float, float], tuple[float, float]]:
     a, b, c = covariance[3, 3], covariance[3, 4], covariance[4, 4]
     back_x, back_y, back_z = rotation[0, 2], rotation[1, 2], rotation[2, 2]
     # Direction, in the dock's own frame, of its x axis before the roll.

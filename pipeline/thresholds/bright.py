@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from dockpose.thresholds.compiled import compiled
-from dockpose.thresholds.flood import LEVELS, count_groups, group_shapes, label_groups
-from dockpose.thresholds.squares import coarsen, of_squares, shapes_in_squares
+from dockpose.thresholds.flood import LEVELS, Shapes, count_groups, group_shapes, label_groups
+from dockpose.thresholds.squares import coarsen, shapes_in_squares, squares_of
 
 _RUN = 256  # pixels
 # Levels so near the top are saturated: noise and compression lower some.
@@ -87,10 +87,6 @@ class BrightPixels:
         return BrightPixels(self.floor, width, index, level), side
 
 
-# Areas (N,), mass moments (N, 2), boxes (N, 4), brightest levels (N,) and saturated pixels (N,) of groups.
-Shapes = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
 @dataclass(frozen=True)
 class PixelGroups:
     """Bright pixels, and which group each belongs to."""
@@ -101,7 +97,7 @@ class PixelGroups:
     side = 1  # of a square, as of the others
 
     def shapes(self) -> Shapes:
-        """Areas, mass moments, boxes, brightest levels and saturated pixels, as ``group_shapes`` has them."""
+        """What each group looks like."""
         pixels = self.pixels
         return group_shapes(pixels.index, pixels.level, self.group_of, self.count, pixels.width, SATURATED)
 
@@ -129,7 +125,7 @@ class SquareGroups:
         return len(self.dimmest)
 
     def shapes(self) -> Shapes:
-        """Areas, mass moments, boxes, brightest levels and saturated pixels, as ``group_shapes`` has them."""
+        """What each group looks like."""
         return shapes_in_squares(self.levels, self.side, self.group_at, self.dimmest, SATURATED)
 
     def squares(self) -> tuple[np.ndarray, np.ndarray, int]:
@@ -141,8 +137,7 @@ class SquareGroups:
         """The pixels, and the group (n,) of each."""
         floor = int(self.dimmest.min())
         pixels = bright_pixels(self.levels, floor)
-        across = self.group_at.shape[1]
-        group_of = of_squares(pixels.index, pixels.width, self.side, across, self.group_at.ravel())
+        group_of = self.group_at.ravel()[squares_of(pixels.index, pixels.width, self.side)]
         kept = (group_of >= 0) & (pixels.level >= self.dimmest[group_of])
         return BrightPixels(floor, pixels.width, pixels.index[kept], pixels.level[kept]), group_of[kept]
 

@@ -5,6 +5,8 @@ Pixels are a list in the order of the picture's rows: the places ``row * width +
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from dockpose.thresholds.compiled import compiled
 
@@ -220,30 +222,48 @@ def outline(index: np.ndarray, labels: np.ndarray, width: int, height: int) -> t
     return on_outline, cut
 
 
+class Shapes(NamedTuple):
+    """What N groups of pixels look like."""
+
+    areas: np.ndarray  # (N,): how many pixels each has
+    moments: np.ndarray  # (N, 2): mass moments, the mean x and y of its pixels
+    boxes: np.ndarray  # (N, 4): left, top, right and bottom pixel
+    peaks: np.ndarray  # (N,): brightest level
+    saturated: np.ndarray  # (N,): how many of its pixels are
+
+
+@compiled
+def no_shapes(count: int) -> Shapes:
+    """Shapes of groups to which pixels are yet to be added."""
+    boxes = np.empty((count, 4), np.int64)
+    boxes[:, :2], boxes[:, 2:] = np.iinfo(np.int64).max, -1
+    areas, peaks, saturated = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    return Shapes(areas, np.zeros((count, 2)), boxes, peaks, saturated)
+
+
+@compiled
+def add_pixel(shapes: Shapes, group: int, x: int, y: int, level: int, saturated: int) -> None:
+    """Add a pixel to a group; at or above the level ``saturated`` it counts as saturated."""
+    shapes.areas[group] += 1
+    shapes.moments[group, 0] += x
+    shapes.moments[group, 1] += y
+    shapes.peaks[group] = max(shapes.peaks[group], level)
+    shapes.saturated[group] += level >= saturated
+    box = shapes.boxes[group]
+    box[0], box[1] = min(box[0], x), min(box[1], y)
+    box[2], box[3] = max(box[2], x), max(box[3], y)
+
+
 @compiled
 def group_shapes(
     index: np.ndarray, level: np.ndarray, labels: np.ndarray, count: int, width: int, saturated: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Areas (N,), mass moments (N, 2), boxes (N, 4), brightest levels (N,) and saturated pixels (N,) of groups.
-
-    A box is its left, top, right and bottom pixel; what is at or above the level ``saturated`` counts as saturated.
-    """
-    areas, peaks, bright = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, np.int64)
-    moments, boxes = np.zeros((count, 2)), np.empty((count, 4), np.int64)
-    boxes[:, :2], boxes[:, 2:] = np.iinfo(np.int64).max, -1
-    y = 0
+) -> Shapes:
+    """Shapes of groups of listed pixels, each of the group ``labels`` (n,)."""
+    shapes, y = no_shapes(count), 0
     for pixel in range(len(index)):
-        group = labels[pixel]
         if index[pixel] >= (y + 1) * width:
             y = index[pixel] // width
-        x = index[pixel] - y * width
-        areas[group] += 1
-        moments[group, 0] += x
-        moments[group, 1] += y
-        peaks[group] = max(peaks[group], level[pixel])
-        bright[group] += level[pixel] >= saturated
-        boxes[group, 0], boxes[group, 1] = min(boxes[group, 0], x), min(boxes[group, 1], y)
-        boxes[group, 2], boxes[group, 3] = max(boxes[group, 2], x), max(boxes[group, 3], y)
+        add_pixel(shapes, labels[pixel], index[pixel] - y * width, y, level[pixel], saturated)
     for group in range(count):
-        moments[group] /= max(areas[group], 1)
-    return areas, moments, boxes, peaks, bright
+        shapes.moments[group] /= max(shapes.areas[group], 1)
+    return shapes

@@ -151,13 +151,9 @@ def _votes(level: int, length: int, mode: int) -> float:
     return math.log((level - mode + DIM_LEVELS) / (level - length - mode + DIM_LEVELS))
 
 
+@compiled
 def background_mode(counts: np.ndarray) -> int:
     """The level that most of the background has: of the darkest part of the picture, as large as lights leave it."""
-    return _mode(counts)
-
-
-@compiled
-def _mode(counts: np.ndarray) -> int:
     total, so_far, mode = counts.sum(), 0, 0
     for level in range(len(counts)):
         if counts[level] > counts[mode]:
@@ -168,26 +164,22 @@ def _mode(counts: np.ndarray) -> int:
     return mode
 
 
+@compiled
 def background_limit(counts: np.ndarray) -> int:
     """The first level above the background; 256 where everything is background.
 
     From the mode upwards the background ends where a level has too few pixels to be water. Where what is left would
     be too much to be lights, it ends higher.
     """
-    return _limit(counts, SMOOTHING)
-
-
-@compiled
-def _limit(counts: np.ndarray, smoothing: np.ndarray) -> int:
     total = counts.sum()
     if total == 0:
         return LEVELS
-    ends, brightest, half = LEVELS, 0, len(smoothing) // 2
-    for level in range(_mode(counts), LEVELS):
+    ends, brightest, half = LEVELS, 0, len(SMOOTHING) // 2
+    for level in range(background_mode(counts), LEVELS):
         smooth = 0.0
         for offset in range(-half, half + 1):
             if level + offset < LEVELS and level + offset >= 0:
-                smooth += counts[level + offset] * smoothing[half + offset]
+                smooth += counts[level + offset] * SMOOTHING[half + offset]
         if smooth <= BACKGROUND_SHARE * total:
             ends = level
             break

@@ -72,7 +72,7 @@ class Chain:
         """(3,) the dock's normal, of unit length."""
         return self.state[3:]
 
-    def after(self, time_s: float, speeds: Speeds, command: Command | None = None) -> Chain:
+    def predict(self, time_s: float, speeds: Speeds, command: Command | None = None) -> Chain:
         """Predict the state some time later."""
         state, rates = self.state, self.rates
         sigmas = speed_sigmas(state, speeds) * (1.0 if command is None else _CURRENTS)
@@ -84,17 +84,15 @@ class Chain:
 
     def pose(self, camera: Camera) -> CirclePose:
         """The state as a pose with its standard errors, without correlations of position and attitude."""
-        x, y, z = self.position_m.tolist()
         nx, _, nz = self.normal.tolist()
         variances = self.variances[0]
         level2 = max(nx * nx + nz * nz, 1e-12)
         sigma_theta_y = math.sqrt(nz * nz * variances[3] + nx * nx * variances[5]) / level2
-        centre_px = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
         sigma_x, sigma_y, sigma_z = np.sqrt(variances[:3]).tolist()
-        pose = CirclePose(
+        pose = CirclePose.at(
             self.position_m,
             self.normal,
-            centre_px,
+            camera,
             sigma_position_m=(sigma_x, sigma_y, sigma_z),
             sigma_theta_rad=(
                 min(math.pi, math.sqrt(variances[4] / level2)),
@@ -109,14 +107,14 @@ class Chain:
         covariance[3:, 3:] = shows @ np.diag(variances[3:]) @ shows.T
         return replace(pose, errors=PoseErrors(covariance, rotation))
 
-    def off(self, pose: CirclePose) -> tuple[float, float]:
-        """Squared angle between a pose's normal and the state's, and its expected variance along each axis."""
-        square, variance = _square_and_variance(self.state, self.variances, pose.normal)
-        return square, variance + _normal_error(pose) ** 2
+    def innovation(self, pose: CirclePose) -> tuple[float, float]:
+        """Squared angle of a pose's normal from the predicted one, and its expected variance along each axis."""
+        apart = self.normal - pose.normal
+        return float(apart @ apart), float(self.variances[0, 3:].mean()) + _normal_error(pose) ** 2
 
-    def seen_as(self, pose: CirclePose) -> Chain:
-        """Update with the pose in which the dock is seen now."""
-        return Chain(*_corrected(self.state, self.rates, self.variances, pose.position_m, pose.normal, _errors(pose)))
+    def update(self, pose: CirclePose) -> Chain:
+        """Update with the pose that is measured now."""
+        return Chain(*_updated(self.state, self.rates, self.variances, pose.position_m, pose.normal, _errors(pose)))
 
 
 def speed_sigmas(state: np.ndarray, speeds: Speeds) -> np.ndarray:
@@ -163,7 +161,7 @@ def _predicted(
 
 
 @compiled
-def _corrected(
+def _updated(
     state: np.ndarray,
     rates: np.ndarray,
     variances: np.ndarray,
@@ -192,13 +190,3 @@ def _make_unit_normal(state: np.ndarray) -> None:
     length = math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2)
     for axis in range(3, 6):
         state[axis] /= length
-
-
-@compiled
-def _square_and_variance(state: np.ndarray, variances: np.ndarray, normal: np.ndarray) -> tuple[float, float]:
-    """Squared angle between the state's normal and another one, and the variance of the former along each axis."""
-    square, variance = 0.0, 0.0
-    for axis in range(3):
-        square += (state[3 + axis] - normal[axis]) ** 2
-        variance += variances[0, 3 + axis] / 3
-    return square, variance

@@ -14,10 +14,10 @@ from dockpose.tracking.chain import Chain, Command, Speeds
 # Cap on the log-odds from one frame: a misidentified light makes a frame more certain than it should be.
 MOST_ODDS = 2.0
 WORTH_OF_MOTION = 0.5  # weight of the evidence from motion: how vehicles move is hardly known
-# A candidate continues a chain within this many squared standard deviations, or within the angle that the vehicle can
-# have turned plus this one: nearly square on, noise tilts both candidates away from each other.
-_MATCHED, _MATCHED_RAD = 16.0, math.radians(3.0)
-_MOST_MOTION = 9.0  # squared standard deviations that count against a chain
+# Gate: a candidate continues a chain within this squared Mahalanobis distance, four standard deviations, or within the
+# angle that the vehicle can have turned plus this one: nearly square on, noise tilts both candidates apart.
+_GATE, _GATE_RAD = 16.0, math.radians(3.0)
+_MOST_DISTANCE = 9.0  # squared Mahalanobis distance that counts against a chain: three standard deviations
 _DOUBT = 5e-4  # least probability of either hypothesis, so that a wrong choice is corrected within a few frames
 # Error that both candidates may share in every frame, such as from lights slightly out of place.
 _COMMON_SIGMA_RAD = math.radians(0.5)
@@ -60,38 +60,38 @@ class Hypotheses:
         """Whether the likelier chain is still in front of the camera."""
         return bool(self.chains[self.chosen].position_m[2] > 0)
 
-    def after(self, period_s: float, speeds: Speeds, command: Command | None = None) -> Hypotheses:
+    def predict(self, period_s: float, speeds: Speeds, command: Command | None = None) -> Hypotheses:
         """Predict both chains for the next frame, in which nothing has been seen yet."""
-        first, second = (chain.after(period_s, speeds, command) for chain in self.chains)
+        first, second = (chain.predict(period_s, speeds, command) for chain in self.chains)
         return Hypotheses((first, second), self.first, (None, None), self.age + 1, self.gap_s + period_s)
 
-    def is_near(self, pair: Pair, speeds: Speeds) -> bool:
+    def is_within_reach(self, pair: Pair, speeds: Speeds) -> bool:
         """Whether the dock, at its top speed, can have reached a frame's candidates since it was last seen."""
-        return any(self._is_near(pose, speeds) for pose in pair)
+        return any(self._reaches(pose, speeds) for pose in pair)
 
-    def _is_near(self, pose: CirclePose, speeds: Speeds) -> bool:
+    def _reaches(self, pose: CirclePose, speeds: Speeds) -> bool:
         position = pose.position_m.tolist()
         distance = math.hypot(*position)
         error = _SURE_SIGMAS * math.hypot(*(pose.sigma_position_m or ())) + _SURE_SHARE * distance
         apart = math.dist(position, self.chains[self.chosen].position_m.tolist())
         return apart <= speeds.reach_m(distance, self.gap_s) + error
 
-    def with_frame(self, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
+    def update(self, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
         """Update with the frame that these were predicted for."""
         pair = candidates_of(found)
-        if pair is None or not self.is_near(pair, speeds):
+        if pair is None or not self.is_within_reach(pair, speeds):
             return None
-        squares, off = _off(self.chains, pair)
+        squares, distances = _distances(self.chains, pair)
         twins = (found.lights_on_ring or 0) >= MIN_POINTS  # of three or four lights the candidates need not be
-        order, first = posterior(self.first, off, _log_odds(pair, worth) if twins else 0.0)
-        near = (off <= _MATCHED) | (squares <= (speeds.radians * self.gap_s + _MATCHED_RAD) ** 2)
-        if not near[(0, 1), order].any():
+        order, first = posterior(self.first, distances, _log_odds(pair, worth) if twins else 0.0)
+        gated = (distances <= _GATE) | (squares <= (speeds.radians * self.gap_s + _GATE_RAD) ** 2)
+        if not gated[(0, 1), order].any():
             return None
         chains = list(self.chains)
         seen: list[int | None] = [None, None]
         for number, candidate in enumerate(order):
-            if near[number, candidate]:
-                chains[number], seen[number] = chains[number].seen_as(pair[candidate]), candidate
+            if gated[number, candidate]:
+                chains[number], seen[number] = chains[number].update(pair[candidate]), candidate
             elif twins:
                 chains[number], seen[number] = Chain.begin(pair[candidate], speeds), candidate
             else:
@@ -107,10 +107,10 @@ def candidates_of(found: Estimate) -> Pair | None:
     return found.candidates[0], found.candidates[-1]
 
 
-def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
+def posterior(first: float, distances: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
     """Which candidate continues each chain, and the probability that the first chain is right.
 
-    The forward step of a hidden Markov model whose state is the right candidate. ``off`` (2, 2) are the squared
+    The forward step of a hidden Markov model whose state is the right candidate. ``distances`` (2, 2) are squared Mahalanobis
     distances of each chain from each candidate. The likelihood of a chain is how well motion allows it to be continued
     at all, tempered. How its probability divides between the two candidates is not tempered: a candidate that is ruled
     out for a chain takes nothing from it, and the chains mix only where both candidates nearly coincide. The chains
@@ -118,10 +118,10 @@ def posterior(first: float, off: np.ndarray, log_odds: float) -> tuple[tuple[int
     """
     # Relative to the nearer candidate of each chain, so that nothing underflows.
     weights = []
-    for before, squares in zip((first, 1 - first), off.tolist(), strict=True):
+    for before, squares in zip((first, 1 - first), distances.tolist(), strict=True):
         nearest = min(squares)
         fits = [math.exp(-0.5 * (square - nearest)) for square in squares]
-        moved = before * math.exp(-0.5 * WORTH_OF_MOTION * min(nearest, _MOST_MOTION)) / sum(fits)
+        moved = before * math.exp(-0.5 * WORTH_OF_MOTION * min(nearest, _MOST_DISTANCE)) / sum(fits)
         weights.append((moved * fits[0] * _logistic(log_odds), moved * fits[1] * _logistic(-log_odds)))
     (kept, crossed), (crossed_back, kept_too) = weights
     total = kept + crossed + crossed_back + kept_too
@@ -138,12 +138,12 @@ def links(before: Hypotheses, found: Estimate, worth: float) -> np.ndarray:
     mixed = np.array([[1 - beyond, beyond], [beyond, 1 - beyond]])
     if (found.lights_on_ring or 0) < MIN_POINTS:
         return mixed
-    _, off = _off(before.chains, pair)
+    _, distances = _distances(before.chains, pair)
     log_odds = _log_odds(pair, worth)
-    order, _ = posterior(before.first, off, log_odds)
-    nearest = off.min(axis=1, keepdims=True)
-    fit = np.exp(-0.5 * (off - nearest))
-    moved = np.exp(-0.5 * WORTH_OF_MOTION * np.minimum(nearest, _MOST_MOTION))
+    order, _ = posterior(before.first, distances, log_odds)
+    nearest = distances.min(axis=1, keepdims=True)
+    fit = np.exp(-0.5 * (distances - nearest))
+    moved = np.exp(-0.5 * WORTH_OF_MOTION * np.minimum(nearest, _MOST_DISTANCE))
     to_candidates = moved * fit / fit.sum(axis=1, keepdims=True) * [_logistic(log_odds), _logistic(-log_odds)]
     return to_candidates[:, order] @ mixed
 
@@ -155,12 +155,11 @@ def _mixed(first: float, pair: Pair) -> float:
     return first * (1 - beyond) + (1 - first) * beyond
 
 
-def _off(chains: tuple[Chain, Chain], pair: Pair) -> tuple[np.ndarray, np.ndarray]:
-    """Squared angles (2, 2) from each chain to each candidate, and the same over a variance common to all."""
-    off = [[chain.off(pose) for pose in pair] for chain in chains]
-    spread = sum(variance for row in off for _, variance in row) / 4 + _COMMON_SIGMA_RAD**2
-    squares = np.array([[square for square, _ in row] for row in off])
-    return squares, squares / spread
+def _distances(chains: tuple[Chain, Chain], pair: Pair) -> tuple[np.ndarray, np.ndarray]:
+    """Squared angles (2, 2) and squared Mahalanobis distances (2, 2), by one variance, of chains from candidates."""
+    innovations = np.array([[chain.innovation(pose) for pose in pair] for chain in chains])
+    squares, variances = np.moveaxis(innovations, -1, 0)
+    return squares, squares / (variances.mean() + _COMMON_SIGMA_RAD**2)
 
 
 def _twin(pose: CirclePose) -> CirclePose:

@@ -7,7 +7,6 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
@@ -247,21 +246,21 @@ class Tracker:
         self._time_s = time_s if time_s is not None else (self._time_s or 0.0) + elapsed_s
         worth = self._worth(found.ellipse)
         self._ring = found.ellipse or self._ring
-        before = self._state and self._state.after(elapsed_s, self._speeds, command)
+        before = self._state and self._state.predict(elapsed_s, self._speeds, command)
         if before is None or before.gap_s > self.settings.lost_after_s or not before.is_ahead:
             self._state, self._rival = Hypotheses.begin(found, self._speeds, WORTH), None
         else:
-            after = before.with_frame(found, self._speeds, worth)
+            after = before.update(found, self._speeds, worth)
             self._rival = None if after else self._elsewhere(found, worth, elapsed_s, command)
             self._state = after or before
             if self._rival is not None and self._rival.age >= _RIVAL_FRAMES:
                 self._state, self._rival = self._rival, None
-        return _told(found, Step(before, self._state, worth, elapsed_s))
+        return _reported(found, Step(before, self._state, worth, elapsed_s))
 
     def _elsewhere(self, found: Estimate, worth: float, elapsed_s: float, command: Command | None) -> Hypotheses | None:
         """Track what resembles the dock elsewhere while it is not seen within reach, if every frame shows it."""
-        before = self._rival and self._rival.after(elapsed_s, self._speeds, command)
-        after = before and before.with_frame(found, self._speeds, worth)
+        before = self._rival and self._rival.predict(elapsed_s, self._speeds, command)
+        after = before and before.update(found, self._speeds, worth)
         return after or Hypotheses.begin(found, self._speeds, WORTH)
 
     def _worth(self, ring: Ellipse | None) -> float:
@@ -273,7 +272,7 @@ class Tracker:
         return max(WORTH_AT_REST, WORTH * min(1.0, moved))
 
 
-def _told(found: Estimate, step: Step) -> Tracked:
+def _reported(found: Estimate, step: Step) -> Tracked:
     """What is reported about a frame."""
     state = step.after
     if state is None:
@@ -281,9 +280,7 @@ def _told(found: Estimate, step: Step) -> Tracked:
     chosen = state.chosen
     selected = state.seen[chosen]
     position, normal = state.chains[chosen].position_m, state.chains[chosen].normal
-    x, y, z = position.tolist()
-    centre_px = np.array([found.camera.fx * x / z + found.camera.cx, found.camera.fy * y / z + found.camera.cy])
-    filtered = CirclePose(position, normal, centre_px)
+    filtered = CirclePose.at(position, normal, found.camera)
     if selected is None or found.choice is None:
         track = Track(state.probability, state.age, predicted=True, lost=False)
         return Tracked(found, track, None, None, filtered, filtered, chosen, step)

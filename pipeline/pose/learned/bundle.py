@@ -108,7 +108,7 @@ class Bundle:
         """Derivative of the residuals by the logarithm of the focal length."""
         camera = with_focal(self.camera, self.focal * (1 + _FOCAL_STEP))
         rays = light_rays(each.points_px, camera, float(each.position_m[2]))
-        after = residuals_px(replace(rays, slopes_px=each.rays.slopes_px), each.rotation, each.position_m, points_m)
+        after = residuals_px(rays._replace(slopes_px=each.rays.slopes_px), each.rotation, each.position_m, points_m)
         return (after - residuals_px(each.rays, each.rotation, each.position_m, points_m)) / _FOCAL_STEP
 
     def _refocus(self, step: float) -> None:

@@ -88,19 +88,17 @@ def about_z(angle: float) -> np.ndarray:
 def residuals_px(rays: LightRays, rotation: np.ndarray, position_m: np.ndarray, points_m: np.ndarray) -> np.ndarray:
     """Pixels (2 N,) between lights seen and lights at points (N, 3) of the dock."""
     seen = points_m @ rotation.T + position_m
-    starts = np.zeros(len(seen)) if rays.starts_m is None else rays.starts_m
-    off = seen[:, :2] / seen[:, 2:] - rays.tangents * (1 - starts / seen[:, 2])[:, None]
+    off = seen[:, :2] / seen[:, 2:] - rays.tangents * (1 - rays.starts_m / seen[:, 2])[:, None]
     return np.einsum("nij,nj->ni", np.broadcast_to(rays.slopes_px, (len(off), 2, 2)), off).ravel()
 
 
 def derivatives(each: Placed, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Residuals (2 N,), and their derivatives by the pose (2 N, 6) and by each light's own place (N, 2, 3)."""
     seen = points_m @ each.rotation.T + each.position_m
-    starts = np.zeros(len(seen)) if each.rays.starts_m is None else each.rays.starts_m
     z = seen[:, 2]
     by_seen = np.zeros((len(seen), 2, 3))
     by_seen[:, 0, 0] = by_seen[:, 1, 1] = 1 / z
-    by_seen[:, :, 2] = -seen[:, :2] / z[:, None] ** 2 - each.rays.tangents * (starts / z**2)[:, None]
+    by_seen[:, :, 2] = -seen[:, :2] / z[:, None] ** 2 - each.rays.tangents * (each.rays.starts_m / z**2)[:, None]
     by_seen = np.broadcast_to(each.rays.slopes_px, (len(seen), 2, 2)) @ by_seen
     by_point = by_seen @ each.rotation
     x, y, h = points_m.T

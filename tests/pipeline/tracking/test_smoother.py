@@ -46,8 +46,8 @@ def test_it_is_the_solution_of_all_equations_at_once():
     is_seen[0] = True
     filtered, predicted = [Chain.begin(poses[0], speeds)], [None]
     for k in range(1, 25):
-        predicted.append(filtered[-1].after(times[k] - times[k - 1], speeds))
-        filtered.append(predicted[k].seen_as(poses[k]) if is_seen[k] else predicted[k])
+        predicted.append(filtered[-1].predict(times[k] - times[k - 1], speeds))
+        filtered.append(predicted[k].update(poses[k]) if is_seen[k] else predicted[k])
     chain, smoothed = filtered[-1], [filtered[-1]]
     for k in range(23, -1, -1):
         chain = rts_step(filtered[k], predicted[k + 1], chain, times[k + 1] - times[k], speeds)
@@ -192,8 +192,8 @@ def test_links_are_those_of_the_filter(first):
     speeds = Speeds.of(Settings())
     for angle in np.radians([2.0, 6.0, 15.0]):
         begun = Hypotheses.begin(seen((0.0, 0.0, 2.0), rotation_from_angles(0.05, angle), 0.3, rng), speeds, 0.4)
-        before = Hypotheses(begun.chains, first).after(0.1, speeds)
+        before = Hypotheses(begun.chains, first).predict(0.1, speeds)
         found = seen((0.0, 0.0, 1.98), rotation_from_angles(0.05, angle), 0.3, rng)
-        after = before.with_frame(found, speeds, 0.4)
+        after = before.update(found, speeds, 0.4)
         weights = np.array([first, 1 - first]) @ links(before, found, 0.4)
         assert weights[0] / weights.sum() == pytest.approx(after.first, abs=1e-9)

@@ -99,8 +99,8 @@ def pose_at(position_m, normal=(0.0, 0.0, -1.0)):
 def test_a_chain_learns_a_steady_speed():
     chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), SPEEDS)
     for step in range(1, 20):
-        chain = chain.after(0.1, SPEEDS).seen_as(pose_at((0.03 * step, 0.0, 2.0 - 0.02 * step)))
-    ahead = chain.after(0.1, SPEEDS).position_m
+        chain = chain.predict(0.1, SPEEDS).update(pose_at((0.03 * step, 0.0, 2.0 - 0.02 * step)))
+    ahead = chain.predict(0.1, SPEEDS).position_m
     np.testing.assert_allclose(ahead, (0.03 * 20, 0.0, 2.0 - 0.02 * 20), atol=0.004)
 
 
@@ -108,14 +108,14 @@ def test_a_known_motion_is_exact():
     # The camera goes 0.2 m to the right, then turns 90 degrees to the left: what was ahead lies to its right.
     turn = cv2.Rodrigues(np.array([0.0, -math.pi / 2, 0.0]))[0]
     chain = Chain.begin(pose_at((0.2, 0.0, 2.0), (0.0, 0.0, -1.0)), SPEEDS)
-    moved = chain.after(0.1, SPEEDS, (np.array([0.2, 0.0, 0.0]), turn))
+    moved = chain.predict(0.1, SPEEDS, (np.array([0.2, 0.0, 0.0]), turn))
     np.testing.assert_allclose(moved.position_m, (2, 0, 0), atol=1e-12)
     np.testing.assert_allclose(moved.normal, (-1, 0, 0), atol=1e-12)
 
 
 def test_what_is_not_seen_becomes_less_certain():
     chain = Chain.begin(pose_at((0.0, 0.0, 2.0)), SPEEDS)
-    spreads = [chain.after(time_s, SPEEDS).variances[0].tolist() for time_s in (0.05, 0.1, 0.5)]
+    spreads = [chain.predict(time_s, SPEEDS).variances[0].tolist() for time_s in (0.05, 0.1, 0.5)]
     assert (np.diff(spreads, axis=0) > 0).all()
 
 

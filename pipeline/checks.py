@@ -17,6 +17,7 @@ _MOST = (
     *(("diameter", 1e4), ("fx", 1e8), ("fy", 1e8), ("cx", 1e8), ("cy", 1e8), ("distortion", 1e6)),
     *(("width", 1e6), ("height", 1e6), ("count", 1e5), ("frames", 1e8), ("lights", 1e3)),
 )
+# What no number of a camera or a tank exceeds or falls below, so that products stay finite.
 _MOST_OF_ALL, _LEAST_ABOVE_0 = 1e15, 1e-9
 _LONGEST, _MOST_TEXT = 80, 900  # characters of a value that are quoted, and of a message
 

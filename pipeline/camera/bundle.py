@@ -13,8 +13,8 @@ from dockpose.camera.camera import Camera
 STEP = 1e-6  # of the numeric derivatives: metres, radians, or a share of the focal length
 _SMALLEST = 1e-100  # length of a derivative; 0 at a limit
 _NOTHING = 1e-12  # share of the information that is rounding
-_POSE_ROUNDS = 8
-_SETTLED_PX = 1e-6
+_POSE_ROUNDS = 8  # at the most
+_SETTLED_PX = 1e-6  # far below the noise of a corner
 _ROUNDS, _SETTLED, _LEAST_DAMPING, _MOST_DAMPING = 60, 1e-9, 1e-12, 1e8  # of Levenberg and Marquardt's method
 
 

@@ -10,7 +10,7 @@ from dockpose.pose.circle import CirclePose, rotation_from_angles
 if TYPE_CHECKING:
     from dockpose.estimate.result import Estimate
 
-_NORMAL_RADII = 1.3
+_NORMAL_RADII = 1.3  # long enough to end outside the ring
 
 
 def in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from dockpose.checks import as_points
 from dockpose.thresholds.compiled import compiled
 from scipy import linalg
 
-MIN_POINTS = 5
+MIN_POINTS = 5  # a conic has five degrees of freedom
 _PARTIAL = 0.5  # distance from the points' mean to the ellipse's centre, in semi-axes: 0.64 for half of it, 0 for all
 
 

@@ -8,13 +8,14 @@ from dockpose.lights.reprojection import solve
 from dockpose.thresholds.compiled import compiled
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
-SMALLEST_RADIUS_PX = 3.0
+SMALLEST_RADIUS_PX = 3.0  # of a smaller ring the lights are not apart
+# Glow and lamp housings move a centre by a pixel or so, on a large ring by a share of it.
 TOLERANCE_PX, TOLERANCE_OF_RADIUS = 1.5, 0.025
 _GROWING_TOLERANCE, _STRICT_TOLERANCE = 0.22, 0.2  # of the spacing
-_STRICT_ROUNDS = 3
+_STRICT_ROUNDS = 3  # of looking for all corners where the last fit puts them
 _PERSPECTIVE_MARGIN = 1.5  # focal lengths are not always well known
-_NOISE_PX = 1.0
-_PERSPECTIVE_PRIOR = 0.03
+_NOISE_PX = 1.0  # of a centre, for what of a perspective may be feigned
+_PERSPECTIVE_PRIOR = 0.03  # weak, see _fit
 
 
 @compiled

@@ -16,14 +16,15 @@ from dockpose.thresholds.squares import coarsen, squares_of
 
 CENTROIDS = ("grey", "binary")
 _LEAST_REACH_PX = 3  # around a group
-_MOST_REACH_PX = 40
+_MOST_REACH_PX = 40  # for time, which grows with its square
 _FOOT = 0.2  # of a light's height above the water, below which it does not weigh
 _MOST_MARKERS = 400  # of more, the largest are taken
 # A group so many times as large as the middle one, and not tiny, may be two lights.
 _MERGED_AREA, _LEAST_MERGED_PX = 1.7, 8
 # So may one that fills little of its box: a disc fills 0.79.
 _LEAST_FILL = 0.6
-_MOST_SUSPECTS = 100
+_MOST_SUSPECTS = 100  # of more, the picture is speckled rather than lights merged
+# Pixels beyond which squares do, and squares that an outline is taken of, for time.
 _MANY_PIXELS, _MOST_OUTLINED = 100_000, 50_000
 # A group of so many pixels, so many of them saturated, is centred by its outline; it needs so much of it.
 _LEAST_FLAT_PX, _FLAT_SHARE, _LEAST_OUTLINE_PX = 150, 0.5, 12

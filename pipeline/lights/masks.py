@@ -25,7 +25,7 @@ _PARTS = ("x_px", "y_px", "width_px", "height_px")
 
 LEAST_FRAMES = 8  # frames in which a group must stay put before it is masked
 _FRAMES_OF_DOCK = 3 * LEAST_FRAMES  # what was taken for the dock must be left behind for so long
-_STILL_PX = 0.5
+_STILL_PX = 0.5  # noise alone moves by less what stays put
 _SIMILAR_AREA = 2.0  # the larger over the smaller
 # The picture counts as moving if this many groups, as many as a ring needs, are this far from every group some frames
 # ago. Fragments of letters, which noise splits differently in each frame, are nearer than that.

@@ -7,7 +7,7 @@ from dockpose.lights.reprojection import LightRays, solve, sum_products, turn
 from dockpose.thresholds.compiled import compiled
 
 _ROUNDS = 4  # of a pose's perspective and the affine part for it, in turn
-_STEPS, _SETTLED_PX2, _DAMPING = 10, 1e-3, 1e-6  # of Gauss and Newton's method, which seldom takes more than four
+_STEPS, _SETTLED_PX2, _DAMPING = 10, 1e-3, 1e-6  # of Gauss and Newton's method, at the most
 _LONGEST_TURN = 0.3  # radians: as far as the linearisation holds
 _NEAREST = 1e-3  # radii: a light nearer than this to the camera's plane has no image
 

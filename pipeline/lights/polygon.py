@@ -26,7 +26,7 @@ _TRIALS = 80  # triples that are grown, the most promising
 # corner; one missing between them.
 _STEPS = np.array([(1, 1), (2, 2), (1, 2), (2, 1)])
 _WIDEST_STEP = 4  # where there are few points
-FEW_POINTS = 12
+FEW_POINTS = 12  # of so few, all corners and steps can be tried in time
 # The predicted corners and how far from them a point may lie, in spacings: perspective bends what is farther away.
 _NEXT_TOLERANCE, _FAR_TOLERANCE = 0.2, 0.35
 _EXACT = 0.03  # of the spacing: nearer is no better

@@ -10,10 +10,10 @@ import numpy as np
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 
-MOST_ASSIGNMENTS = 20_000
+MOST_ASSIGNMENTS = 20_000  # for time
 MOST_OF_THREE = 70  # three lights fit whichever they are: so many answers are none
-FEWEST = 3
-_STEP_PX = 1e-3
+FEWEST = 3  # each has two coordinates, a pose six numbers
+_STEP_PX = 1e-3  # of the derivatives, far below the noise of a centroid
 
 
 @lru_cache(maxsize=32)

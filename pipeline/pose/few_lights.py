@@ -20,14 +20,14 @@ from dockpose.pose.spacing import Placement
 from dockpose.pose.uncertainty import WORTH_OF_EVIDENCE, log_evidence
 
 _COLLINEAR = 1e-3  # smaller to larger spread of the points
-_DIFFERENT_RAD = math.radians(1.0)
+_DIFFERENT_RAD = math.radians(1.0)  # poses that differ by less are shown as one
 _DIFFERENT_SHARE = 0.01  # of the range
 _SAME = 0.1  # of either: two starts that came so close to each other found the same pose
 # Assignments that are refined: some whatever their squares, which are to first order, and of those that are at all as
 # likely (by e^-7) a few more. All others count in the probabilities by these squares.
 _LEAST_REFINED, _MOST_REFINED, _UNLIKELY = 6, 24, 7.0
 _NEGLIGIBLE_PX2 = 100.0  # and as many times the best one's: too much to count
-_LEAST_SQUARES_PX2 = 1e-3
+_LEAST_SQUARES_PX2 = 1e-3  # no centroid is better, so that ratios stay finite
 
 
 def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: CirclePose | None = None) -> Choice:

@@ -12,7 +12,7 @@ from dockpose.checks import check_number, make_plain
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 
 AGREES_SHARE = 0.02  # of the distance: the largest error of a position that agrees with the truth
-AGREES_RAD = math.radians(3.0)
+AGREES_RAD = math.radians(3.0)  # the largest error of an attitude that agrees
 
 
 class KnownPose(msgspec.Struct, frozen=True):

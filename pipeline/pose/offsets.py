@@ -11,7 +11,7 @@ from dockpose.pose.spacing import Placement
 from dockpose.pose.uncertainty import log_odds
 
 _SURE = 0.95  # probability from which the roll counts as known
-_IN_ONE_TURN = 1e-9
+_IN_ONE_TURN = 1e-9  # rounding of a full turn
 
 
 def offsets_of(dock: Dock, lights: np.ndarray, rolls_rad: np.ndarray) -> np.ndarray:

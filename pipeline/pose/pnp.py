@@ -21,7 +21,7 @@ METHODS = {
     "iterative": cv2.SOLVEPNP_ITERATIVE,
 }
 NAMES = {"epnp": "EPnP", "ippe": "IPPE", "sqpnp": "SQPnP", "iterative": "Iterative PnP"}
-FEWEST = 4
+FEWEST = 4  # three points leave up to four poses
 # The model turned about its x and y axes: the same dock in three frames, of which EPnP may fail in one.
 _FRAMES = (np.eye(3), np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]))
 

@@ -11,7 +11,7 @@ from dockpose.checks import as_points
 from dockpose.lights.reprojection import LightRays, solve, sum_products, turn
 from dockpose.thresholds.compiled import compiled
 
-MAX_STEPS = 15
+MAX_STEPS = 15  # at the most
 # Stop after a step that lowers the sum of squares by less than this share or this much; what remains is far less.
 _SETTLED, _SETTLED_PX2 = 1e-3, 1e-6
 # A pose whose sum of squares exceeds this multiple of the best one's plus this much is certainly wrong.

@@ -16,9 +16,9 @@ from dockpose.pose.few_lights import FEWEST, poses_from_few_lights
 from dockpose.pose.refine import light_rays, on_planes
 from numpy.typing import ArrayLike
 
-_ROUNDS = 6
+_ROUNDS = 6  # of ellipse and pose in turn, at the most
 _SETTLED = 1e-7  # share of the range
-_FIRST_DEPTH_M = 1.0
+_FIRST_DEPTH_M = 1.0  # where these begin
 _ON_A_LINE_PX = 0.01  # no centroid is better than this; a smaller scatter, such as a port's bend, is no ellipse
 
 

@@ -12,7 +12,7 @@ from scipy.special import erf, stdtrit
 
 # For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.
 PRIOR_NOISE_PX = 0.02
-PRIOR_NUMBERS = 0.5
+PRIOR_NUMBERS = 0.5  # as much as half a residual: the choice is left to what was measured
 # The noise of centroids is neither quite normal nor quite independent between lights, so the evidence is worth less
 # than their number: by about this factor, measured on rendered and drawn docks (tests/bench/bench_choice.py).
 WORTH_OF_EVIDENCE = 0.85
@@ -20,9 +20,9 @@ WORTH_OF_EVIDENCE = 0.85
 # with the noise to the power _RISE; above, it falls with the power _FALL, since lights that are out of place on the
 # dock leave residuals of pixels.
 LIKELY_NOISE_PX, _RISE, _FALL = (0.05, 0.95), 0.5, 3.0
-_SCALES_PX = np.geomspace(1e-3, 1e3, 240)
-_LEAST_SQUARES_PX2 = 1e-8
-_LOG_SQUARES = np.linspace(math.log(_LEAST_SQUARES_PX2), math.log(1e7), 100)
+_SCALES_PX = np.geomspace(1e-3, 1e3, 240)  # noises over which is averaged: any a centroid can have
+_LEAST_SQUARES_PX2 = 1e-8  # so that logarithms stay finite
+_LOG_SQUARES = np.linspace(math.log(_LEAST_SQUARES_PX2), math.log(1e7), 100)  # at which the evidence is tabulated
 _HOLD = 0.95  # coverage of 1.96 standard errors on either side
 
 

@@ -11,7 +11,7 @@ from dockpose.simulate.parts import COLOURS, Mirror
 from dockpose.simulate.scene import Scene
 from dockpose.simulate.truth import Truth, random_stream
 
-_WATER_INDEX = 1.333
+_WATER_INDEX = 1.333  # of refraction, fresh water at 20 degrees Celsius
 _GLINTS = 5  # a rippled surface breaks a reflection into about this many glints
 
 

@@ -13,7 +13,7 @@ from dockpose.simulate.scene import Scene
 from dockpose.simulate.truth import dock_rotation, random_stream
 from PIL import Image, ImageDraw, ImageFont
 
-_EDGE_POINTS = 16
+_EDGE_POINTS = 16  # to a side, since a lens bends it
 _VEIL_SIZE = 0.45  # of the picture's width: standard deviation of the vehicle's own light
 
 

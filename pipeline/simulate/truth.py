@@ -13,7 +13,7 @@ from dockpose.pose.circle import rotation_from_angles
 from dockpose.simulate.parts import Occluder
 from dockpose.simulate.scene import Scene
 
-_CIRCLE_POINTS = 360
+_CIRCLE_POINTS = 360  # of which the ellipse is fitted
 _DECIMALS = 9  # in files; leaves out the last digits, which differ between machines' linear algebra
 
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from dockpose.thresholds.compiled import compiled
 
-LEVELS = 256
-NEIGHBOURS = 8
+LEVELS = 256  # that the histogram has, whatever the bits
+NEIGHBOURS = 8  # of a pixel, across corners too
 
 
 @compiled

@@ -14,7 +14,7 @@ from dockpose.thresholds.compiled import compiled
 from dockpose.thresholds.flood import LEVELS
 from dockpose.thresholds.squares import brightest_of_squares
 
-SKETCH_PX = 80_000
+SKETCH_PX = 80_000  # about so many pixels are counted, enough for the water
 MOST_SATURATED_PX = 40_000  # lights that fill more are large
 # What fills more of a picture is water or glare: at least three lights are in view, and fill less than a half.
 MOST_SHARE = 0.125

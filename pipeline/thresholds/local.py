@@ -30,13 +30,13 @@ RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above
 RISE_NOISE = 5.0  # standard deviations of the noise: the same
 # Within what is saturated a pixel of depth counts as so many steps; a light must rise by so much, and such a share.
 DEPTH_STEPS, RISE_DEPTH_PX, RISE_DEPTH_SHARE = 8, 1.0, 0.15
-_HOLES_PX = 5
+_HOLES_PX = 5  # the widest hole that noise makes
 CLEAR_NOISE = 8.0  # of these as well: what is so far above the water is none
-_MOST_LIGHTS = 150
+_MOST_LIGHTS = 150  # as many as the search for a ring looks at
 ENOUGH_PX = 310_000  # of the picture: 640 x 480
 # The background is looked for in the picture shrunk to so many pixels, over so many of them: a fifth of its width.
 _NEIGHBOURHOOD_PX, _SMALL_PX = 15, 80
-_PEDESTAL = 16
+_PEDESTAL = 16  # levels that keep the noise on both sides of the background above 0
 
 
 def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:

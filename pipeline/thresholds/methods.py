@@ -21,7 +21,7 @@ GROUP = "dockpose.thresholds"  # of the entry points
 Method = Callable[[Histogram, int, int | None], Threshold]
 Function = TypeVar("Function", bound=Callable[..., Any])
 _LOG = logging.getLogger(__name__)
-_MOST_LETTERS = 40
+_MOST_LETTERS = 40  # as many as fit a dropdown
 
 
 # Colours and marks of registered methods, in turn; the marks are none of the library's.

@@ -20,6 +20,7 @@ _BOUND = 3.0  # the top speed, in standard deviations of the speeds that occur
 _CURRENTS = 0.2  # of the speeds that occur: what remains random where the motion is known
 # Errors that the scatter of the lights does not show, such as lights slightly out of place.
 _LEAST_SIGMA_RAD, _LEAST_SIGMA_SHARE = math.radians(0.2), 1e-3
+# Of a pose that comes without standard errors.
 _UNKNOWN_SIGMA_RAD, _UNKNOWN_SIGMA_SHARE = math.radians(5.0), 0.03
 
 

@@ -15,7 +15,7 @@ from dockpose.settings import Settings
 from dockpose.tracking.chain import Speeds
 
 _NOMINAL_PERIOD_S = 0.1  # between frames whose times are unknown
-_LEAST_PERIOD_S = 1e-3
+_LEAST_PERIOD_S = 1e-3  # two frames may bear one time
 BLOCK = 25  # frames; the first of each block is searched as a whole
 _SHARE, _MARGIN_PX = 0.5, 20.0  # margin on each side: this share of the ring's size, plus pixels
 _LEAST = 0.25  # of the picture's width and height; a smaller region has too little water for a histogram

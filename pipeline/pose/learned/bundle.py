@@ -13,10 +13,10 @@ from dockpose.dock import Dock
 from dockpose.pose.learned.views import DockView, Placed, derivatives, is_same, place_view, residuals_px, turned_by
 from dockpose.pose.refine import light_rays
 
-_STEPS = 12
-_SETTLED_M = 1e-6
+_STEPS = 12  # at the most
+_SETTLED_M = 1e-6  # a thousandth of a millimetre, below all that is measured
 _OUTLIER = 2.5  # residuals beyond this many standard deviations count less
-_FOCAL_STEP = 1e-4
+_FOCAL_STEP = 1e-4  # of the derivative, as a share
 # Squares of the noise by which another numbering must be better than the one by the dock's roll, which is seldom wrong;
 # otherwise noise would choose it.
 _CLEARLY = 25.0

@@ -14,10 +14,10 @@ from dockpose.pose.learned.bundle import Bundle, with_focal
 from dockpose.pose.learned.views import FEWEST_LIGHTS, DockView, place_view, tells_roll
 from scipy.special import chdtrc
 
-FEWEST_VIEWS = 8
-_ROUNDS = 6
+FEWEST_VIEWS = 8  # of fewer, the scatter between views says little of the errors
+_ROUNDS = 6  # of fitting and numbering anew, at the most
 _UNSURE_SHARE = 0.002  # of the diameter: offsets with a larger standard error are not known
-_SIGNIFICANT = 1e-3
+_SIGNIFICANT = 1e-3  # chance that even lights look so uneven
 
 
 class LearningError(ValueError):

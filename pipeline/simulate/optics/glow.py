@@ -23,12 +23,12 @@ from scipy.fft import next_fast_len
 from scipy.special import j1
 
 COARSE = 4  # pixels of the picture per cell of the coarse grid
-_NEAR_PX = 24.0
+_NEAR_PX = 24.0  # within it a lamp's glow is computed for each pixel: farther out it is smooth over a coarse cell
 _MARGIN = 4  # lamps up to 1 / this of the picture's size outside it still shine in
 _PIXEL_VARIANCE = 1 / 12  # of the pixel's own square aperture
 _DISTANCE_STEP = 0.3  # in log distance; the shape of the glow is interpolated in between
-_MOST_DISTANCES = 6
-_SMALL_ANGLE_RAD = 1e-4
+_MOST_DISTANCES = 6  # for time
+_SMALL_ANGLE_RAD = 1e-4  # of the derivative
 _LEAST_ANGLE_RAD = 1e-6  # a thousandth of a pixel
 
 

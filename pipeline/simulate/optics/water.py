@@ -13,7 +13,7 @@ from dockpose.simulate.optics.hankel import mean_bessel
 
 PHASE_FUNCTIONS = ("clear", "coastal", "harbour", "average")
 _PETZOLD = Path(__file__).parent / "petzold.csv"
-_SMALLEST_ANGLE_RAD = 1e-7
+_SMALLEST_ANGLE_RAD = 1e-7  # far below what a lens resolves
 
 # Pure water's absorption (1/m) at 460, 530 and 620 nm less that at 514 nm (0.038): Pope and Fry 1997, Applied Optics
 # 36. Everything else in the water is assumed to absorb equally in all three bands.

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from dockpose.camera.board import Sighting
 from dockpose.camera.camera import Camera
+from scipy.optimize import least_squares
 
 STEP = 1e-6  # of the numeric derivatives: metres, radians, or a share of the focal length
 _SMALLEST = 1e-100  # length of a derivative; 0 at a limit
 _NOTHING = 1e-12  # share of the information that is rounding
-_POSE_ROUNDS = 8  # at the most
-_SETTLED_PX = 1e-6  # far below the noise of a corner
-_ROUNDS, _SETTLED, _LEAST_DAMPING, _MOST_DAMPING = 60, 1e-9, 1e-12, 1e8  # of Levenberg and Marquardt's method
+_SETTLED = 1e-9  # share of the squares by which a step lowers them, below which it was the last
+_LOST_PX = 1e6  # residual of a corner that has no image: any other pose is better
 
 
 @dataclass(frozen=True)
@@ -48,47 +48,38 @@ def slopes(change: Callable[[np.ndarray], np.ndarray], at: np.ndarray, steps: np
     return np.column_stack(columns) if columns else np.empty((change(at).size, 0))
 
 
+def _off_px(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
+    """Residuals (2 N,) of corners, finite also where a corner has no image."""
+    return np.nan_to_num(residuals(camera, sighting, pose).ravel(), nan=_LOST_PX, posinf=_LOST_PX, neginf=-_LOST_PX)
+
+
 def settled_pose(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
-    """The pose (6,) of a board with the least reprojection error, by Gauss-Newton steps from a start near it."""
-    for _ in range(_POSE_ROUNDS):
-        off = residuals(camera, sighting, pose).ravel()
-        J = slopes(lambda each: residuals(camera, sighting, each), pose, np.full(6, STEP))
-        if not (np.isfinite(J).all() and np.isfinite(off).all()):
-            break
-        step = np.linalg.lstsq(J, -off, rcond=None)[0]
-        pose = pose + step
-        if np.abs(J @ step).max() < _SETTLED_PX:
-            break
-    return pose
+    """The pose (6,) of a board with the least reprojection error, from a start near it."""
+    return least_squares(lambda each: _off_px(camera, sighting, each), pose, method="lm").x
 
 
 def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers (P,) and poses (N, 6) with the least squares, by Levenberg and Marquardt's method, poses eliminated."""
-    numbers, damping = shared.numbers, 1e-3
-    squares, blocks = _blocks(sightings, poses, shared, numbers)
-    for _ in range(_ROUNDS):
-        step, turns = _step(blocks, damping)
-        moved, after = numbers + step, poses + turns
+    """Numbers (P,) and poses (N, 6) with the least reprojection error; whatever the numbers are, the poses follow.
+
+    Kaufman 1975, "A variable projection method for solving separable nonlinear least squares problems".
+    """
+
+    def poses_at(camera: Camera) -> np.ndarray:
+        return np.array([settled_pose(camera, each, pose) for each, pose in zip(sightings, poses, strict=True)])
+
+    def off_px(numbers: np.ndarray) -> np.ndarray:
         try:
-            reached = _squares(sightings, after, shared.camera_of(moved))
+            camera = shared.camera_of(numbers)
         except ValueError:  # a step to a camera that cannot be
-            reached = np.inf
-        if not reached < squares:
-            damping = max(10 * damping, _LEAST_DAMPING)
-            if damping > _MOST_DAMPING:
-                break
-            continue
-        settled = squares - reached < _SETTLED * squares
-        numbers, poses, damping = moved, after, max(damping / 10, _LEAST_DAMPING)
-        squares, blocks = _blocks(sightings, poses, shared, numbers)
-        if settled:
-            break
-    return numbers, poses
+            return np.full(2 * sum(len(each.picture_px) for each in sightings), _LOST_PX)
+        return np.concatenate([_off_px(camera, *each) for each in zip(sightings, poses_at(camera), strict=True)])
 
+    def by_numbers(numbers: np.ndarray) -> np.ndarray:
+        _, blocks = _blocks(sightings, poses_at(shared.camera_of(numbers)), shared, numbers)
+        return np.vstack([_beside_pose(J, P) for _, J, P in blocks])
 
-def _squares(sightings: Sequence[Sighting], poses: np.ndarray, camera: Camera) -> float:
-    total = sum(float((residuals(camera, each, pose) ** 2).sum()) for each, pose in zip(sightings, poses, strict=True))
-    return total if np.isfinite(total) else np.inf
+    found = least_squares(off_px, shared.numbers, by_numbers, method="lm", x_scale="jac", ftol=_SETTLED).x
+    return found, poses_at(shared.camera_of(found))
 
 
 def _blocks(
@@ -109,19 +100,9 @@ def _blocks(
     return sum(float(off @ off) for off, _, _ in blocks), blocks
 
 
-def _step(blocks: list[tuple[np.ndarray, np.ndarray, np.ndarray]], damping: float) -> tuple[np.ndarray, np.ndarray]:
-    """Step of the shared numbers (P,) and of the poses (N, 6), by the Schur complement."""
-    size = blocks[0][1].shape[1]
-    left, right, kept = np.zeros((size, size)), np.zeros(size), []
-    for off, J, P in blocks:
-        own = P.T @ P
-        inverse = np.linalg.pinv(own + damping * np.diag(np.diag(own)), hermitian=True)
-        mixed = J.T @ P @ inverse
-        left += J.T @ J - mixed @ P.T @ J + damping * np.diag((J**2).sum(axis=0))
-        right += J.T @ off - mixed @ (P.T @ off)
-        kept.append((inverse, P, J, off))
-    step = -np.linalg.lstsq(left, right, rcond=None)[0]
-    return step, np.array([-inverse @ (P.T @ (off + J @ step)) for inverse, P, J, off in kept])
+def _beside_pose(J: np.ndarray, P: np.ndarray) -> np.ndarray:
+    """What of derivatives (M, P) by the numbers a board's pose, with derivatives (M, 6), cannot make up for."""
+    return J - P @ np.linalg.lstsq(P, J, rcond=None)[0]
 
 
 @dataclass(frozen=True)
@@ -136,8 +117,6 @@ class Sigmas:
 def sigmas(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> Sigmas:
     """Standard errors of numbers that all pictures share, with each board's pose free.
 
-    ``poses`` (N, 6).
-
     Each board's pose is eliminated (Schur complement), which leaves the information of the shared numbers. Errors of
     corners in one picture may be alike (a lens that the model does not quite meet, a bent board), so the errors are
     also computed from the scatter of the pictures' gradients, and the larger of the two is given for each number.
@@ -148,7 +127,7 @@ def sigmas(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> 
     information, lengths2 = np.zeros((len(shared.names),) * 2), np.zeros(len(shared.names))
     gradients, corners = [], 0
     for off, by_numbers, by_pose in blocks:
-        J = by_numbers - by_pose @ np.linalg.lstsq(by_pose, by_numbers, rcond=None)[0]
+        J = _beside_pose(by_numbers, by_pose)
         information += J.T @ J
         lengths2 += (by_numbers**2).sum(axis=0)
         gradients.append(J.T @ off)

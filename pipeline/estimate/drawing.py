@@ -83,7 +83,7 @@ class _Canvas:
             cv2.polylines(self.pixels, [placed], is_closed, colour, width, cv2.LINE_AA, _SHIFT)
 
     def mark(self, point: np.ndarray, radius: float, is_light: bool) -> None:
-        """Circle a light, and cross out what is none."""
+        """Circle a light, and cross out what is not one."""
         if is_light:
             angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
             circle = radius / self._scale * np.column_stack([np.cos(angles), np.sin(angles)])

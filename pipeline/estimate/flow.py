@@ -97,8 +97,8 @@ def estimate(
     A region gives what a mask over all the rest gives, as far as that has one level for all lights, but for three
     things: a histogram of more than 80,000 pixels is sketched from every few rows, which are others in a part; the
     bits of a 16-bit picture are those that the part uses; and a light at the region's edge is weighed by what of it
-    lies within. Other than in the whole picture, the background is that of the region alone, so that the level may be
-    another one, and the centres differ by what the neighbouring groups outside would take from them.
+    lies within. Other than in the whole picture, the background is that of the region alone, so that the level may
+    differ, and the centres differ by what the neighbouring groups outside would take from them.
     """
     check_is("camera", camera, Camera)
     check_is("dock", dock, Dock)

@@ -1,4 +1,4 @@
-"""What was found in one picture, and how it is told: as a JSON object, a table, a sentence and a picture."""
+"""What was found in one picture, and how it is reported: as a JSON object, a table, a sentence and a picture."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class Estimate:
         return None if self.ring is None else int(self.ring.on_ring.sum())
 
     def light_numbers(self) -> list[int | None]:
-        """For each marker the number of the light that it is; None where it is none, or cannot be told."""
+        """For each marker the number of the light that it is; None where it is not a light, or unknown."""
         if self.markers is None:
             return []
         numbers: list[int | None] = [None] * len(self.markers)

@@ -56,7 +56,7 @@ def _perspectives(points, unit, start, focal_px):  # type: ignore[no-untyped-def
     """Perspectives (K, 2) to grow three corners with: none, and those of the two poses that have it in full.
 
     A perspective p moves the next corners by about p spacings, which without it are looked for within
-    ``_GROWING_TOLERANCE``; of less than half of that none is told apart.
+    ``_GROWING_TOLERANCE``; less than half of that makes no difference.
     """
     guesses = np.zeros((3, 2))
     count = 1

@@ -1,6 +1,6 @@
 """Groups that repeat as the points of a lattice do, as lamps in rows and columns, netting, or a sensor's pattern.
 
-Many rings can be laid through a lattice, each as exact as the next, so that none of them can be told to be a dock.
+Many rings can be laid through a lattice, each as exact as the next, so that none of them is known to be a dock.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from dockpose.thresholds.compiled import compiled
 from scipy.spatial.distance import cdist
 
 FRAMES = 8  # over which groups are followed
-MOVED_PX = 2.0  # over so many frames; less is none
+MOVED_PX = 2.0  # over so many frames; less is no motion
 _STRIDE_PX = 20.0  # a group moves no farther from one frame to the next, or is lost
 _LEAST = 5  # groups that move together, as many as a ring needs; and at least half of those that move
 _OFF_PX, _OFF_SHARE = 0.5, 0.1  # of how far they moved: by so much a scene differs from a flat one that only turns

@@ -24,7 +24,7 @@ TOLERANCE_OF_LIGHT = 0.15
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
 # What is said of groups that show no one ring.
-_SEVERAL = "Several rings can be laid through the same groups; which is the dock cannot be told."
+_SEVERAL = "Several rings can be laid through the same groups; which of them is the dock is unknown."
 _UNEXPLAINED = 0.25  # other points on a ring, per light: of more it is no explanation
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
@@ -202,7 +202,7 @@ def _trouble(best: Candidate, found: list[Candidate], dock: Dock, scene: Scene, 
     if goes_on(best.polygon, unit, scene.points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"
     if _others_on(best, _without_outliers(best, dock, scene), scene.points_px, within):
-        return f"More lights lie on one ring than a part of {best.sides}, so that it is another one than the dock's."
+        return f"More lights lie on one ring than a part of {best.sides}, so it is not the dock's."
     for other in found:
         if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
             continue

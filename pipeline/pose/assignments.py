@@ -11,7 +11,7 @@ from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 
 MOST_ASSIGNMENTS = 20_000  # for time
-MOST_OF_THREE = 70  # three lights fit whichever they are: so many answers are none
+MOST_OF_THREE = 70  # three lights fit whichever they are: so many answers answer nothing
 FEWEST = 3  # each has two coordinates, a pose six numbers
 _STEP_PX = 1e-3  # of the derivatives, far below the noise of a centroid
 

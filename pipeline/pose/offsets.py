@@ -56,5 +56,5 @@ def refine_with_offsets(
     least, *others = np.sort(squares[int(np.argmin(squares.min(axis=1)))]).tolist()
     is_sure = 1 / (1 + sum(math.exp(-log_odds(least, other, fit.numbers)) for other in others)) >= _SURE
     period = 2 * math.pi if is_sure else placement.period_rad
-    told = Placement(lights[candidates, best], rolls[candidates, best], placement.angles_rad, placement.fits, period)
-    return fit, told
+    known = Placement(lights[candidates, best], rolls[candidates, best], placement.angles_rad, placement.fits, period)
+    return fit, known

@@ -31,7 +31,7 @@ RISE_NOISE = 5.0  # standard deviations of the noise: the same
 # Within what is saturated a pixel of depth counts as so many steps; a light must rise by so much, and such a share.
 DEPTH_STEPS, RISE_DEPTH_PX, RISE_DEPTH_SHARE = 8, 1.0, 0.15
 _HOLES_PX = 5  # the widest hole that noise makes
-CLEAR_NOISE = 8.0  # of these as well: what is so far above the water is none
+CLEAR_NOISE = 8.0  # of these as well: what is so far above the water is not water
 _MOST_LIGHTS = 150  # as many as the search for a ring looks at
 ENOUGH_PX = 310_000  # of the picture: 640 x 480
 # The background is looked for in the picture shrunk to so many pixels, over so many of them: a fifth of its width.

@@ -24,7 +24,7 @@ _LOG = logging.getLogger(__name__)
 _MOST_LETTERS = 40  # as many as fit a dropdown
 
 
-# Colours and marks of registered methods, in turn; the marks are none of the library's.
+# Colours and marks of registered methods, in turn; with marks that the library does not use.
 _LOOKS = tuple(zip((BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY_BLUE), ("d", "p", "h", "*", "H", "8"), strict=True))
 
 
@@ -79,7 +79,7 @@ class Methods(Mapping[str, Method]):
         return (name in self and self._entries[name].short) or self.title(name).partition(" (")[0]
 
     def look(self, name: str) -> tuple[str, str]:
-        """Colour, as in HTML, and mark, of Matplotlib, by which a method is told from the others in drawings."""
+        """Colour, as in HTML, and mark, of Matplotlib, by which drawings distinguish a method from the others."""
         entry = self._entries[name]
         return entry.colour, entry.mark
 

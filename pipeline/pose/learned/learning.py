@@ -68,8 +68,8 @@ def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_foc
         if not fit.renumber(views):
             break
     learned = _result(fit, dock)
-    told = [tells_roll(view, learned.camera, learned.dock) for view in views]
-    return replace(learned, roll_share=sum(told) / len(told))
+    known = [tells_roll(view, learned.camera, learned.dock) for view in views]
+    return replace(learned, roll_share=sum(known) / len(known))
 
 
 def _result(fit: Bundle, dock: Dock) -> LearnedDock:

@@ -65,8 +65,8 @@ def tells_roll(view: DockView, camera: Camera, dock: Dock) -> bool:
     if fitted is None:
         return False
     rays, placement, fit = fitted
-    _, told = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
-    return told.period_rad > placement.period_rad
+    _, known = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
+    return known.period_rad > placement.period_rad
 
 
 def _fitted(view: DockView, camera: Camera, dock: Dock) -> tuple[LightRays, Placement, Fit] | None:

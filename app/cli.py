@@ -34,8 +34,8 @@ from dockpose.app.commands.ros import command as ros
 from dockpose.app.errors import OutputError, UserError
 from dockpose.app.inputs.samples import sample_source
 from dockpose.checks import one_line
+from dockpose.compiled import on_compiling
 from dockpose.thresholds import METHODS
-from dockpose.thresholds.compiled import on_compiling
 
 COMMANDS = {
     "serve": serve,

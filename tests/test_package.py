@@ -167,8 +167,8 @@ def read_only(unpacked, tmp_path):
 # A single loop is compiled: all of them take half a minute.
 BRIGHT = """
 import numpy as np
-from dockpose.thresholds.compiled import on_compiling
-from dockpose.thresholds.bright import bright_pixels
+from dockpose.compiled import on_compiling
+from dockpose.pixels.bright import bright_pixels
 with on_compiling(lambda: print("compiling")):
     print(len(bright_pixels(np.full((2, 2), 9, np.uint8), 5)))
 """
@@ -187,6 +187,6 @@ def test_a_read_only_installation_keeps_what_it_compiled_in_a_temporary_folder(r
 
 
 def test_without_any_folder_it_compiles_each_time(read_only, tmp_path):
-    code = f"from dockpose.thresholds import compiled; compiled._temporary_folder = lambda: None\n{BRIGHT}"
+    code = f"from dockpose import compiled; compiled._temporary_folder = lambda: None\n{BRIGHT}"
     done = run([sys.executable, "-B", "-c", code], tmp_path, PYTHONPATH=read_only, **NOWHERE)
     assert done.stdout.split() == ["compiling", "4"], done.stderr

@@ -29,8 +29,8 @@ from dockpose.app.inputs.pictures import Batch, Picture, expand
 from dockpose.app.inputs.sequences import FrameSource, typed
 from dockpose.app.inputs.sidecar import known, read_sidecar
 from dockpose.app.processing.comparison import compare
-from dockpose.camera.yaml_file import FileError
 from dockpose.checks import printable
+from dockpose.files.yaml_file import FileError
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.sources import Kind, kind_of
 

@@ -16,7 +16,7 @@ from dockpose.app.experiment.record import is_session
 from dockpose.app.inputs.protected import UNPROTECTED, Protected
 from dockpose.app.inputs.samples import sample_source
 from dockpose.app.inputs.sidecar import camera_and_dock
-from dockpose.camera.durable_files import write_whole
+from dockpose.files.durable_files import write_whole
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 

@@ -26,8 +26,8 @@ from dockpose.app.export.rows import CSV_COLUMNS, to_row
 from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.protected import UNPROTECTED, Protected
 from dockpose.app.state.trust import NO_POSE, Trust
-from dockpose.camera.durable_files import write_all, write_whole
 from dockpose.checks import as_text
+from dockpose.files.durable_files import write_all, write_whole
 
 
 @dataclass(frozen=True)

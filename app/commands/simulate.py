@@ -19,7 +19,7 @@ from dockpose.app.commands.output import LineFile
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.app.inputs.protected import Protected
-from dockpose.camera.durable_files import remove
+from dockpose.files.durable_files import remove
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row

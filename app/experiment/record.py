@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from dockpose.app.experiment.row import COLUMNS, Row, rows_from_csv
 from dockpose.camera.image import read
-from dockpose.camera.yaml_file import FileError, read_yaml
+from dockpose.files.yaml_file import FileError, read_yaml
 
 SCHEMA = 1
 INFO, RESULTS, FRAMES = "session.yaml", "results.csv", "frames"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from dockpose.app.experiment.record import RESULTS
 from dockpose.app.experiment.row import COLUMNS, Row, row_to_csv, to_csv_line
-from dockpose.camera.durable_files import sync_folder, write_whole
-from dockpose.camera.yaml_file import FileError
+from dockpose.files.durable_files import sync_folder, write_whole
+from dockpose.files.yaml_file import FileError
 
 EMPTY = to_csv_line(COLUMNS).encode()
 

@@ -26,8 +26,8 @@ from dockpose.app.experiment.record import FRAMES, INFO, RESULTS, SCHEMA, Sessio
 from dockpose.app.experiment.results_file import EMPTY, ResultsFile
 from dockpose.app.experiment.row import Measured, Row, checked_edit, clean_text, estimate_values, measured_values
 from dockpose.app.experiment.versions import versions, with_versions
-from dockpose.camera.durable_files import remove, remove_temporaries, sync_folder, write_whole
-from dockpose.camera.yaml_file import FileError
+from dockpose.files.durable_files import remove, remove_temporaries, sync_folder, write_whole
+from dockpose.files.yaml_file import FileError
 
 _FRAME = re.compile(r"(\d+)\.(?:png|json)")
 

@@ -17,7 +17,7 @@ import jinja2
 from dockpose.app.drawing.figures import to_png, to_svg
 from dockpose.app.drawing.numbers import MISSING
 from dockpose.app.resources import static_path
-from dockpose.camera.durable_files import write_whole
+from dockpose.files.durable_files import write_whole
 from markupsafe import Markup
 
 if TYPE_CHECKING:

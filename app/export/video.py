@@ -16,7 +16,7 @@ from av import VideoStream
 from av.container import OutputContainer
 from av.error import FFmpegError
 from dockpose.app.errors import UserError, check_folder, unwritable, writing
-from dockpose.camera.durable_files import write_all
+from dockpose.files.durable_files import write_all
 
 # Encoder, its options, and the formats of grey, deep grey and colour pictures.
 _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]

@@ -7,8 +7,8 @@ from typing import Any
 
 import msgspec
 from dockpose import Camera, Dock
-from dockpose.camera.durable_files import write_whole
-from dockpose.camera.yaml_file import FileError, read_yaml, to_yaml
+from dockpose.files.durable_files import write_whole
+from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
 
 
 def load_dock(path: str | Path) -> Dock:

@@ -11,7 +11,7 @@ import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.inputs.sidecar import camera_and_dock
 from dockpose.camera.image import orientation_sentence, turned
-from dockpose.camera.yaml_file import FileError
+from dockpose.files.yaml_file import FileError
 from dockpose.pose.known import KnownPose
 from dockpose.sources import list_pictures
 from dockpose.sources.pictures import read_tagged

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dockpose import Camera, Dock
 from dockpose.app.inputs.pictures import Batch, expand
 from dockpose.app.inputs.sequences import FrameSource, typed
-from dockpose.camera.yaml_file import FileError
+from dockpose.files.yaml_file import FileError
 from dockpose.sources import Kind, kind_of
 
 _OF_PICTURES = (Kind.PICTURE, Kind.FOLDER, Kind.GLOB)

@@ -7,7 +7,7 @@ from pathlib import Path
 from dockpose.app.inputs.pictures import Picture
 from dockpose.app.inputs.sidecar import read_sidecar
 from dockpose.app.resources import data_folder
-from dockpose.camera.yaml_file import FileError
+from dockpose.files.yaml_file import FileError
 from dockpose.sources.pictures import read_picture
 
 FIRST_SAMPLE = "plain"

@@ -9,7 +9,7 @@ from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.dock_file import dock_from
 from dockpose.camera.files import load_camera
-from dockpose.camera.yaml_file import FileError, read_yaml
+from dockpose.files.yaml_file import FileError, read_yaml
 from dockpose.pose.known import KnownPose, read_known_pose
 
 

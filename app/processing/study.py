@@ -26,7 +26,7 @@ from dockpose.app.errors import UserError, writing
 from dockpose.app.experiment.lock import FolderLock, InUseError
 from dockpose.app.experiment.versions import versions
 from dockpose.app.processing.parallel import workers
-from dockpose.camera.durable_files import remove_temporaries, sync_folder, write_whole
+from dockpose.files.durable_files import remove_temporaries, sync_folder, write_whole
 from dockpose.study.methods import METHODS
 from dockpose.study.scenes import ELAPSED, as_text, block_rows
 

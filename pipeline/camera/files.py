@@ -9,8 +9,8 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.camera.durable_files import write_whole
-from dockpose.camera.yaml_file import FileError, read_yaml, to_yaml
+from dockpose.files.durable_files import write_whole
+from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
 
 FORMATS = ("dockpose", "ros", "opencv")
 # Lens models as ROS and OpenCV name them, and how many coefficients each has; the last two are the same model.

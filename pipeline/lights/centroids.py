@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from dockpose.thresholds.compiled import compiled
+from dockpose.compiled import compiled
 
 _NEIGHBOURS = 2  # lights that may share a light's window
 # Water that rises across a window by more than this share of the light's height is not water, but the light itself,

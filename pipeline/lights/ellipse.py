@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.checks import as_points
-from dockpose.thresholds.compiled import compiled
+from dockpose.compiled import compiled
 from scipy import linalg
 
 MIN_POINTS = 5  # a conic has five degrees of freedom

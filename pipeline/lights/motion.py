@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from dockpose.thresholds.compiled import compiled
+from dockpose.compiled import compiled
 from scipy.spatial.distance import cdist
 
 FRAMES = 8  # over which groups are followed

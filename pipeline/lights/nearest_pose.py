@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from dockpose.compiled import compiled
 from dockpose.lights.reprojection import LightRays, solve, sum_products, turn
-from dockpose.thresholds.compiled import compiled
 
 _ROUNDS = 4  # of a pose's perspective and the affine part for it, in turn
 _STEPS, _SETTLED_PX2, _DAMPING = 10, 1e-3, 1e-6  # of Gauss and Newton's method, at the most

@@ -11,9 +11,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from dockpose.compiled import compiled
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_PX, grow_all, stretch
 from dockpose.lights.nearest_pose import as_pose
-from dockpose.thresholds.compiled import compiled
 from scipy.spatial import KDTree
 
 # The brightest points are looked at, first few, then more.

@@ -15,8 +15,8 @@ from dockpose.lights.ellipse import MIN_POINTS
 from dockpose.lights.markers import Markers
 from dockpose.lights.masks import Mask
 from dockpose.lights.ring import Ring, find_ring
+from dockpose.pixels.bright import BrightPixels, PixelGroups
 from dockpose.thresholds import Threshold
-from dockpose.thresholds.bright import BrightPixels, PixelGroups
 
 # x_px, y_px of the upper left corner, width_px, height_px: like a mask, but it says where to look.
 Region = tuple[float, float, float, float]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.thresholds.compiled import compiled
+from dockpose.compiled import compiled
 
 
 class LightRays(NamedTuple):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from dockpose.compiled import compiled
 from dockpose.dock import Dock
 from dockpose.lights.chance import ACCEPTED, log_chance_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST
-from dockpose.thresholds.compiled import compiled
 
 # A light's centre may lie this share of the major semi-axis off the ellipse: uneven glow and lamp housings move it by a
 # pixel or so, and on a large ring by a share of its size.

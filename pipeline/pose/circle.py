@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.checks import check_number
+from dockpose.compiled import compiled
 from dockpose.lights.ellipse import Ellipse, NoEllipseError
-from dockpose.thresholds.compiled import compiled
 
 # Variance of an angle that may be anywhere in a full turn: (2 pi)^2 / 12.
 UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.checks import as_points
+from dockpose.compiled import compiled
 from dockpose.lights.reprojection import LightRays, solve, sum_products, turn
-from dockpose.thresholds.compiled import compiled
 
 MAX_STEPS = 15  # at the most
 # Stop after a step that lowers the sum of squares by less than this share or this much; what remains is far less.

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from dockpose.compiled import compiled
 from dockpose.dock import Dock
-from dockpose.thresholds.compiled import compiled
 
 WITHIN = 0.25  # of the mean spacing: points farther than this from every light are not the dock's
 _WORTH = 1.0  # penalty for a wrong colour, in squared mean spacings: more than the largest allowed offset

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from dockpose.thresholds.compiled import compiled
+from dockpose.compiled import compiled
 from scipy.special import erf, stdtrit
 
 # For the choice between two candidates: prior precision of centroids, and its weight in measured numbers.

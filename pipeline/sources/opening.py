@@ -7,8 +7,8 @@ import time
 from pathlib import Path
 
 import numpy as np
-from dockpose.camera.yaml_file import FileError
 from dockpose.checks import check_turn, shown
+from dockpose.files.yaml_file import FileError
 from dockpose.simulate import load_sequence
 from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Camera, Wishes

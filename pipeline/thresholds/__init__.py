@@ -1,6 +1,6 @@
 """Threshold methods, one function each, behind the registry `METHODS`, where users' own functions register too.
 
-May import `dockpose.palette`, `dockpose.camera` and what is below them.
+May import `dockpose.camera`, `dockpose.pixels`, `dockpose.palette` and `dockpose.compiled`.
 """
 
 from __future__ import annotations
@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from dockpose.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
-from dockpose.thresholds.bright import BrightPixels
+from dockpose.pixels.bright import BrightPixels
+from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.classic import kapur, kittler, li, otsu, triangle, yen
 from dockpose.thresholds.fixed import fixed
-from dockpose.thresholds.flood import LEVELS
 from dockpose.thresholds.hats import hats
 from dockpose.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
 from dockpose.thresholds.local import hats_local

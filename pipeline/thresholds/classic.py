@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from dockpose.thresholds.flood import LEVELS
+from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 from skimage import filters
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from itertools import groupby
 
 import numpy as np
-from dockpose.thresholds.bright import SATURATED
-from dockpose.thresholds.compiled import compiled
-from dockpose.thresholds.flood import LEVELS
+from dockpose.compiled import compiled
+from dockpose.pixels.bright import SATURATED
+from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.histogram import MOST_SHARE, SMOOTHING, Histogram, Threshold
 
 # The background ends where fewer than this share of all pixels have a level; two in ten thousand are 60 of 640 x 480.

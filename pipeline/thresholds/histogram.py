@@ -1,4 +1,4 @@
-"""The histogram that all threshold methods share, and the result of a method."""
+"""The grey picture as every threshold method gets it, with its histogram; and the result of a method."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from functools import cached_property
 import cv2
 import numpy as np
 from dockpose.camera.image import to_levels
-from dockpose.thresholds.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, bright_pixels
-from dockpose.thresholds.compiled import compiled
-from dockpose.thresholds.flood import LEVELS
-from dockpose.thresholds.squares import brightest_of_squares
+from dockpose.compiled import compiled
+from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, bright_pixels
+from dockpose.pixels.flood import LEVELS
+from dockpose.pixels.squares import brightest_of_squares
 
 SKETCH_PX = 80_000  # about so many pixels are counted, enough for the water
 MOST_SATURATED_PX = 40_000  # lights that fill more are large
@@ -26,7 +26,7 @@ SMOOTHING = np.array([1, 4, 6, 4, 1]) / 16  # of the histogram, so that a single
 
 @dataclass(frozen=True)
 class Histogram:
-    """A grey picture on 256 levels, and how many pixels each level has.
+    """A grey picture on 256 levels with its histogram: what every threshold method starts from.
 
     Attributes
     ----------

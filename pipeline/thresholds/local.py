@@ -12,8 +12,10 @@ import math
 
 import cv2
 import numpy as np
-from dockpose.thresholds.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups
-from dockpose.thresholds.flood import LEVELS
+from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups
+from dockpose.pixels.flood import LEVELS
+from dockpose.pixels.peaks import deepen, peaks_by_persistence
+from dockpose.pixels.squares import coarsen
 from dockpose.thresholds.hats import (
     LIT_SHARES,
     MOST_PIXELS,
@@ -23,8 +25,6 @@ from dockpose.thresholds.hats import (
     lit_limit,
 )
 from dockpose.thresholds.histogram import MOST_SHARE, Histogram, Threshold
-from dockpose.thresholds.peaks import deepen, peaks_by_persistence
-from dockpose.thresholds.squares import coarsen
 
 RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above its saddle to count by itself
 RISE_NOISE = 5.0  # standard deviations of the noise: the same

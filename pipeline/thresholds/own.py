@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 from dockpose.checks import InputError
-from dockpose.thresholds.bright import BrightPixels, PixelGroups
-from dockpose.thresholds.flood import LEVELS
+from dockpose.pixels.bright import BrightPixels, PixelGroups
+from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 

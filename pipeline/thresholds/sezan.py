@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from dockpose.thresholds.flood import LEVELS
+from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 

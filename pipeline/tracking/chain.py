@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.compiled import compiled
 from dockpose.pose.circle import CirclePose, PoseErrors
 from dockpose.settings import Settings
-from dockpose.thresholds.compiled import compiled
 
 # How the vehicle moved: travel (3,) in metres in the camera's old frame, and the rotation (3, 3) whose columns are the
 # camera's new axes in its old frame, as dockpose.simulate.sequence.steer() returns them.

@@ -12,12 +12,12 @@ ROOT = Path(__file__).resolve().parents[2]
 HOUSES = ("app", "pipeline")
 
 # What each part of the library may import beside itself, in the order in which the data flows.
-LIBRARY: dict[str, set[str]] = {"checks": set(), "palette": set()}
-for _name in ("camera", "dock", "thresholds", "lights", "settings", "pose", "estimate", "tracking"):
+LIBRARY: dict[str, set[str]] = {"checks": set(), "palette": set(), "compiled": set(), "files": {"checks"}}
+for _name in ("camera", "dock", "pixels", "thresholds", "lights", "settings", "pose", "estimate", "tracking"):
     LIBRARY[_name] = set(LIBRARY)
-LIBRARY["simulate"] = {"checks", "camera", "dock", "lights.ellipse", "pose"}
+LIBRARY["simulate"] = {"checks", "files", "camera", "dock", "lights.ellipse", "pose"}
 # A simulated course that is steered by what is seen needs the estimate.
-LIBRARY["sources"] = {"checks", "camera", "dock", "simulate", "estimate"}
+LIBRARY["sources"] = {"checks", "files", "camera", "dock", "simulate", "estimate"}
 LIBRARY["study"] = {*LIBRARY} - {"sources"}
 LIBRARY["paper"] = {*LIBRARY} - {"sources"}
 

@@ -26,9 +26,10 @@ from dockpose.app.inputs.samples import FIRST_SAMPLE, load_sample
 from dockpose.app.state.preferences import config_folder
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
 from dockpose.checks import one_line
+from dockpose.pixels import bright
 from dockpose.pose.known import pose_error
 from dockpose.sources import open_frames
-from dockpose.thresholds import METHODS, bright
+from dockpose.thresholds import METHODS
 
 OK, WARNING, BROKEN = "ok", "warning", "broken"
 _NEEDED = ("numpy", "opencv-python-headless", "scipy", "scikit-image", "numba", "av", "viser", "msgspec", "matplotlib")

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.recordings.messages import TOPICS, Seen, messages_of
-from dockpose.camera.durable_files import GrowingFile
+from dockpose.files.durable_files import GrowingFile
 
 ENDING = ".mcap"
 # So little is kept back that a frame with its picture is on the disk at once.

@@ -16,7 +16,7 @@ from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, bgr
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.recordings.messages import Seen
-from dockpose.camera.durable_files import GrowingFile
+from dockpose.files.durable_files import GrowingFile
 
 ENDING = ".rrd"
 _POSES = ("pose_a", "pose_b")

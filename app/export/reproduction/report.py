@@ -11,7 +11,7 @@ from dockpose.app.errors import UserError, check_folder, writing
 from dockpose.app.experiment.versions import versions
 from dockpose.app.export.parts import Part, page
 from dockpose.app.processing.parallel import workers
-from dockpose.camera.durable_files import write_whole
+from dockpose.files.durable_files import write_whole
 
 # Key of each part, in the order of the report, and the module here whose function of that name makes it.
 PARTS: dict[str, str] = {

@@ -15,7 +15,7 @@ from dockpose.app.export.parts import Cell, NumberTable, Part, Plot, Rows, page,
 from dockpose.app.export.study import plots
 from dockpose.app.export.study.words import advice_text, calibration_text, claim_text, factor_text
 from dockpose.app.processing.study import COST_CSV, STUDY_CSV
-from dockpose.camera.durable_files import write_whole
+from dockpose.files.durable_files import write_whole
 from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
 from dockpose.study.scenes import ELAPSED
 from dockpose.study.summary import summary_of

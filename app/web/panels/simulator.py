@@ -21,7 +21,7 @@ from dockpose.app.state.scene import (
 from dockpose.app.state.view import View
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import Change, Panel, Slider, add_upload_button, loading, on_change, on_click, on_download
-from dockpose.camera.yaml_file import to_yaml
+from dockpose.files.yaml_file import to_yaml
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
 

@@ -12,8 +12,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from dockpose.pixels.bright import SATURATED
 from dockpose.thresholds import LEVELS, Histogram
-from dockpose.thresholds.bright import SATURATED
 from dockpose.thresholds.hats import (
     DIM_LEVELS,
     NOISE_FACTOR,

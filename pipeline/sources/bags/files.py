@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from dockpose.camera.yaml_file import FileError, read_yaml
+from dockpose.files.yaml_file import FileError, read_yaml
 from dockpose.sources.bags.mcap_file import McapFile
 from dockpose.sources.bags.ros1_file import Ros1File
 from dockpose.sources.bags.sqlite_file import SqliteFile

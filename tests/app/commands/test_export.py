@@ -16,7 +16,7 @@ from dockpose.app.experiment import Measured, Session
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.inputs.samples import load_sample, sample_path
 from dockpose.camera.image import ImageError
-from dockpose.camera.yaml_file import FileError
+from dockpose.files.yaml_file import FileError
 
 NAMES = ("plain", "tilted", "flat_port")
 NASTY = "<script>alert(1)</script>&\"'"

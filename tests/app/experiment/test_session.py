@@ -14,7 +14,7 @@ import pytest
 import yaml
 from dockpose import Camera, Settings, estimate
 from dockpose.app.experiment import Measured, Row, Session, SessionError, read_session
-from dockpose.camera.yaml_file import FileError
+from dockpose.files.yaml_file import FileError
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
 from hypothesis import HealthCheck, given, settings

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from dockpose.app.experiment import Session, SessionError, read_session
-from dockpose.camera import durable_files as files
+from dockpose.files import durable_files as files
 
 from tests.support.killing import kill_often
 from tests.support.taking import FOUND, PICTURE, faults

@@ -2,7 +2,7 @@ import pytest
 from dockpose import Dock
 from dockpose.app.inputs.dock_file import load_dock, save_dock
 from dockpose.camera.files import load_camera
-from dockpose.camera.yaml_file import FileError
+from dockpose.files.yaml_file import FileError
 
 from tests.support.docks import CAMERA, uneven
 

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Dock
-from dockpose.camera.yaml_file import FileError, to_yaml
+from dockpose.files.yaml_file import FileError, to_yaml
 from dockpose.simulate import Lights, Pose, Sensor, load_scene, render, render_folder, save_scene
 from dockpose.simulate.optics.water import Water, preset
 from dockpose.simulate.parts import Background, Lamp, Mirror, Panel, Snow

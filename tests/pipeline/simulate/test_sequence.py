@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import estimate
-from dockpose.camera.yaml_file import FileError, to_yaml
+from dockpose.files.yaml_file import FileError, to_yaml
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate import (
     Approach,

@@ -4,9 +4,9 @@
 import cv2
 import numpy as np
 import pytest
+from dockpose.pixels.bright import bright_pixels
 from dockpose.simulate import render
 from dockpose.thresholds import METHODS, fixed, hats, hats_local, histogram_of
-from dockpose.thresholds.bright import bright_pixels
 from dockpose.thresholds.hats import background_limit
 from dockpose.thresholds.histogram import noise_levels
 

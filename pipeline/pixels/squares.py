@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from dockpose.thresholds.compiled import compiled
-from dockpose.thresholds.flood import Shapes, add_pixel, no_shapes
+from dockpose.compiled import compiled
+from dockpose.pixels.flood import Shapes, add_pixel, no_shapes
 
 
 def brightest_of_squares(levels: np.ndarray, side: int) -> np.ndarray:

@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from dockpose.thresholds.compiled import compiled
-from dockpose.thresholds.flood import LEVELS, Shapes, count_groups, group_shapes, label_groups
-from dockpose.thresholds.squares import coarsen, shapes_in_squares, squares_of
+from dockpose.compiled import compiled
+from dockpose.pixels.flood import LEVELS, Shapes, count_groups, group_shapes, label_groups
+from dockpose.pixels.squares import coarsen, shapes_in_squares, squares_of
 
 _RUN = 256  # pixels
 # Levels so near the top are saturated: noise and compression lower some.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from dockpose.thresholds.compiled import compiled
-from dockpose.thresholds.flood import LEVELS, NEIGHBOURS, brightest_first, root_of, touching
+from dockpose.compiled import compiled
+from dockpose.pixels.flood import LEVELS, NEIGHBOURS, brightest_first, root_of, touching
 
 
 @compiled

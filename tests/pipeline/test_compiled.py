@@ -11,16 +11,16 @@ from types import ModuleType
 
 import dockpose
 import pytest
-from dockpose.thresholds import compiled as compiling
+from dockpose import compiled as compiling
 from numba.core.dispatcher import Dispatcher
 
 PROGRAM = """
 import resource, signal
-from dockpose.thresholds.compiled import compiled
+from dockpose.compiled import compiled
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (50, 50))  # as on a full disk: no file gets further
 
-from dockpose.thresholds.bright import bright_pixels
+from dockpose.pixels.bright import bright_pixels
 import numpy as np
 print(len(bright_pixels(np.full((2, 2), 9, np.uint8), 5)))
 """

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from dockpose.thresholds.compiled import compiled
+from dockpose.compiled import compiled
 
 LEVELS = 256  # that the histogram has, whatever the bits
 NEIGHBOURS = 8  # of a pixel, across corners too

@@ -17,7 +17,7 @@ from numba.core import config, event
 
 _HOW: dict[str, Any] = {"error_model": "numpy"}  # division by zero gives infinity, not an exception
 _FOLDER = "CACHE_DIR"  # numba's setting, which it makes when it is loaded
-_ROOT = Path(__file__).parents[1]  # of all compiled functions
+_ROOT = Path(__file__).parent  # of all compiled functions
 
 
 def compiled(loop: Callable[..., Any]) -> Any:

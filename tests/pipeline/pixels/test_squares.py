@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, Settings, estimate
 from dockpose.lights.markers import find_markers
+from dockpose.pixels.bright import BrightPixels, PixelGroups, SquareGroups, bright_pixels
+from dockpose.pixels.squares import brightest_of_squares
 from dockpose.thresholds import histogram as histogram_module
 from dockpose.thresholds import histogram_of
-from dockpose.thresholds.bright import BrightPixels, PixelGroups, SquareGroups, bright_pixels
 from dockpose.thresholds.histogram import threshold_at
-from dockpose.thresholds.squares import brightest_of_squares
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -64,22 +65,27 @@ def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> 
     Kaufman 1975, "A variable projection method for solving separable nonlinear least squares problems".
     """
 
-    def poses_at(camera: Camera) -> np.ndarray:
-        return np.array([settled_pose(camera, each, pose) for each, pose in zip(sightings, poses, strict=True)])
+    start = poses.copy()
+
+    @lru_cache(maxsize=1)
+    def settled(*numbers: float) -> tuple[Camera, np.ndarray]:
+        camera = shared.camera_of(np.array(numbers))
+        start[:] = [settled_pose(camera, each, pose) for each, pose in zip(sightings, start, strict=True)]
+        return camera, start.copy()
 
     def off_px(numbers: np.ndarray) -> np.ndarray:
         try:
-            camera = shared.camera_of(numbers)
+            camera, there = settled(*numbers.tolist())
         except ValueError:  # a step to a camera that cannot be
             return np.full(2 * sum(len(each.picture_px) for each in sightings), _LOST_PX)
-        return np.concatenate([_off_px(camera, *each) for each in zip(sightings, poses_at(camera), strict=True)])
+        return np.concatenate([_off_px(camera, *each) for each in zip(sightings, there, strict=True)])
 
     def by_numbers(numbers: np.ndarray) -> np.ndarray:
-        _, blocks = _blocks(sightings, poses_at(shared.camera_of(numbers)), shared, numbers)
+        _, blocks = _blocks(sightings, settled(*numbers.tolist())[1], shared, numbers)
         return np.vstack([_beside_pose(J, P) for _, J, P in blocks])
 
     found = least_squares(off_px, shared.numbers, by_numbers, method="lm", x_scale="jac", ftol=_SETTLED).x
-    return found, poses_at(shared.camera_of(found))
+    return found, settled(*found.tolist())[1]
 
 
 def _blocks(

@@ -58,18 +58,7 @@ def write_all(file: IO[bytes] | io.RawIOBase, data: bytes) -> int:
 
 
 class GrowingFile:
-    """A file that grows by whole pieces, and is cut back to the last of them where it cannot be written.
-
-    Parameters
-    ----------
-    path : Path
-        Of the file, which is replaced.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """A file that grows by whole pieces, and is cut back to the last of them where it cannot be written."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._whole_bytes = path, 0

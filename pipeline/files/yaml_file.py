@@ -87,34 +87,12 @@ _Reader.add_constructor("tag:yaml.org,2002:opencv-matrix", _opencv_matrix)
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:
-    """Read a YAML file whose top level is a mapping.
-
-    Parameters
-    ----------
-    path : str or Path
-        A file of at most 0.3 MB, 20,000 values and 30 levels of nesting.
-
-    Returns
-    -------
-    dict
-        Its keys and values.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, is larger, is not YAML, or its top level is something else.
-    """
+    """Read a YAML file of at most 0.3 MB, 20,000 values and 30 levels, whose top level is a mapping; or FileError."""
     return parse_yaml(read_small(path, MOST_BYTES), str(path))
 
 
 def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
-    """Return the keys and values of YAML text, as :func:`read_yaml` does; ``name`` stands for it in messages.
-
-    Raises
-    ------
-    FileError
-        If it is not YAML, goes beyond a limit, or its top level is no mapping.
-    """
+    """Return the keys and values of YAML text, as :func:`read_yaml` does; ``name`` stands for it in messages."""
     try:
         text = data.decode()
     except UnicodeDecodeError as error:
@@ -139,13 +117,7 @@ def parse_yaml(data: bytes, name: str) -> dict[str, Any]:
 
 
 def read_small(path: str | Path, most_bytes: int) -> bytes:
-    """Return the contents of a regular file of at most so many bytes.
-
-    Raises
-    ------
-    FileError
-        If it cannot be read, is no regular file (a pipe could keep us waiting for ever), or is larger.
-    """
+    """Return the contents of a regular file of at most so many bytes; a pipe could keep us waiting for ever."""
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):

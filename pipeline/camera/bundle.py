@@ -64,7 +64,6 @@ def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> 
 
     Kaufman 1975, "A variable projection method for solving separable nonlinear least squares problems".
     """
-
     start = poses.copy()
 
     @lru_cache(maxsize=1)

@@ -57,14 +57,7 @@ _COMPILING = "compiling the loops over pixels; the first run takes some seconds 
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the program.
-
-    Returns
-    -------
-    int
-        Its exit status: 0 all read, 1 some source could not be read or a disk is full, 2 bad arguments, 130 stopped by
-        Ctrl+C, 143 by SIGTERM.
-    """
+    """Run the program."""
     with forgiving_output(), ended_by_sigterm(), METHODS.telling(_warn):
         try:
             arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))

@@ -69,17 +69,7 @@ def why(error: OSError) -> str:
 
 
 def check_place(path: Path, option: str, *, is_new: bool = False) -> None:
-    """Raise a UserError where a file cannot be put there, before work is done whose result would be lost.
-
-    Parameters
-    ----------
-    path : Path
-        Where the file is to be.
-    option : str
-        That names it, as ``--out``.
-    is_new : bool
-        Whether a file that is there already stays, since it may be worth more than the new one.
-    """
+    """Raise a UserError where a file cannot be put there, before work is done whose result would be lost."""
     if not path.parent.is_dir():
         raise UserError(f"{option} {path}: cannot be written, there is no folder {path.parent}")
     if path.is_dir():

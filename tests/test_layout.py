@@ -13,8 +13,6 @@ MOST_LINES = 340
 
 # Imports against the order that are still to be cut.
 STILL_WRONG: set[tuple[str, str]] = set()
-# Folders in which names that are not public still have sections of numpydoc.
-NOT_YET_SHORT: tuple[str, ...] = ("app", "pipeline/camera", "pipeline/paper", "pipeline/sources", "pipeline/study")
 # Test files that are named after what several files do together.
 OF_SEVERAL = {
     "app/commands/test_bags.py",
@@ -101,9 +99,7 @@ def test_each_test_file_stands_where_its_subject_stands():
 @pytest.mark.parametrize("house", HOUSES)
 def test_names_that_are_not_public_have_no_sections(house):
     """Their type hints and names say it; of the public ones test_docstrings.py asks for them."""
-    assert {
-        path: names for path, names in layout.with_sections(house).items() if not path.startswith(NOT_YET_SHORT)
-    } == {}
+    assert layout.with_sections(house) == {}
 
 
 def test_all_packages_are_installed():

@@ -199,13 +199,7 @@ def check_recording(path: Path, sources: Sequence[str]) -> None:
 
 
 def metres(text: str) -> float:
-    """Read a dock's diameter: "0.3", "30cm", "300 mm".
-
-    Raises
-    ------
-    UserError
-        if it is no length, or a bare number so large that it may be in centimetres.
-    """
+    """Read a dock's diameter: "0.3", "30cm", "300 mm"."""
     match = re.fullmatch(r"\s*([-+.\w]*?)\s*(mm|cm|m|)\s*", text)
     try:
         number = float(match[1]) if match else float(text)

@@ -62,15 +62,7 @@ def say(text: str, level: int = logging.INFO) -> None:
 
 
 def put(*lines: str) -> None:
-    """Write the lines of a result to standard output at once; what cannot be printed, a line break too, is spelt out.
-
-    Raises
-    ------
-    UserError
-        If standard output cannot be written.
-    BrokenPipeError
-        If its reader has gone.
-    """
+    """Write the lines of a result to standard output at once; line breaks in them and the like are spelt out."""
     put_text("".join(f"{printable(line)}\n" for line in lines))
 
 

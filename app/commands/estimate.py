@@ -174,32 +174,7 @@ def estimate_sources(
     to: Destinations,
     how: How | None = None,
 ) -> int:
-    """Estimate every picture and sequence, and write what was asked for, frame by frame.
-
-    Parameters
-    ----------
-    sources : sequence of str
-        As they were typed.
-    camera, dock : Camera, Dock or None
-        For all sources; where None, each one's own, from the YAML beside it.
-    settings : Settings
-        How each frame is thresholded and searched.
-    to : Destinations
-        Where results go; a line for each frame is printed where nothing is asked for.
-    how : How, optional
-        How to search.
-
-    Returns
-    -------
-    int
-        Exit status: 0 where every frame was read, 1 where some could not be or a threshold method failed on some, which
-        standard error tells, 130 where it was stopped by Ctrl+C; what was done until then is kept.
-
-    Raises
-    ------
-    ValueError
-        if a source has no camera or dock or no pictures, or an output cannot be written.
-    """
+    """Estimate every picture and sequence, and write what was asked for, frame by frame."""
     how = how or How()
     found = resolve(sources, camera, dock, say, how.rate_hz, how.topic, how.rotate_deg)
     parts = [dataclasses.replace(part, wishes=how.wishes) if isinstance(part, FrameSource) else part for part in found]

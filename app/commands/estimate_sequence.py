@@ -33,36 +33,17 @@ _RATE_HZ = 25.0  # of an annotated video of a source that tells no rate
 
 @dataclass(frozen=True)
 class How:
-    """How frames are searched.
+    """How frames are searched."""
 
-    Attributes
-    ----------
-    rate_hz : float or None
-        Of pictures in a row, which makes them a sequence; None where each is for itself.
-    topic : str or None
-        Of bags; None for the only one with pictures.
-    jobs : int
-        Number of processes.
-    scheduler : str or None
-        Address of a Dask cluster's scheduler, in place of processes.
-    wishes : Wishes
-        What a camera is asked for.
-    record : Path or None
-        File for every frame of a live source.
-    is_smoothed : bool
-        Whether lines and rows are held until the end of a sequence, when its poses are smoothed over all frames.
-    rotate_deg : int
-        By how much frames and cameras are turned clockwise.
-    """
-
-    rate_hz: float | None = None
-    topic: str | None = None
-    jobs: int = 1
-    scheduler: str | None = None
-    wishes: Wishes = NO_WISHES
-    record: Path | None = None
+    rate_hz: float | None = None  # of pictures in a row, which makes them a sequence
+    topic: str | None = None  # of bags
+    jobs: int = 1  # number of processes
+    scheduler: str | None = None  # address of a Dask cluster's scheduler, in place of processes
+    wishes: Wishes = NO_WISHES  # what a camera is asked for
+    record: Path | None = None  # file for every frame of a live source
+    # whether lines and rows are held until the end of a sequence, when its poses are smoothed over all frames
     is_smoothed: bool = False
-    rotate_deg: int = 0
+    rotate_deg: int = 0  # by how much frames and cameras are turned clockwise
 
     @property
     def turned(self) -> dict[str, int]:
@@ -78,31 +59,7 @@ class How:
 def estimate_sequence(
     source: FrameSource, settings: Settings, how: How, results: ResultWriter, folder: Path | None
 ) -> bool:
-    """Estimate and follow all frames of a sequence, and write what was asked for.
-
-    Parameters
-    ----------
-    source : FrameSource
-        With a camera and a dock.
-    settings, how : Settings, How
-        How to search.
-    results : ResultWriter
-        Where results go.
-    folder : Path or None
-        For annotated pictures.
-
-    Returns
-    -------
-    bool
-        Whether every frame was read.
-
-    Raises
-    ------
-    SourceError
-        if the source cannot be opened.
-    ValueError
-        if its frames do not belong to the camera.
-    """
+    """Estimate and follow all frames of a sequence, and write what was asked for."""
     with contextlib.ExitStack() as files:
         # The decoder's threads and this one keep the cores busy; OpenCV's own would only wait for each other.
         files.callback(cv2.setNumThreads, cv2.getNumThreads())

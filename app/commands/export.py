@@ -65,33 +65,7 @@ def export(
     rotate_deg: int = 0,
     protected: Protected = UNPROTECTED,
 ) -> int:
-    """Write what can be taken away of a source, and print which files that are.
-
-    Parameters
-    ----------
-    source : Path
-        A picture, a session's folder, or a file of JSON lines.
-    camera, dock : Camera, Dock or None
-        For a picture; where None, its own, from the YAML beside it.
-    out : Path
-        A folder, which is made if need be, or one file whose ending says what it is to be.
-    layers : str
-        Names of ``dockpose.app.drawing.overlay.LAYERS`` with commas between them.
-    rotate_deg : int
-        By how much a picture and its camera are turned clockwise.
-    protected : Protected, optional
-        What no file of a folder may take the place of.
-
-    Returns
-    -------
-    int
-        Exit status 0.
-
-    Raises
-    ------
-    ValueError
-        if the source cannot be read, there is no such file of it, or it cannot be written.
-    """
+    """Write what can be taken away of a source, and print which files that are."""
     chosen = [layer.strip() for layer in layers.split(",") if layer.strip()]
     with blaming("--"):
         check_layers(chosen)

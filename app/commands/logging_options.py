@@ -38,14 +38,7 @@ def add_logging(parser: argparse.ArgumentParser) -> None:
 
 @contextlib.contextmanager
 def logged(arguments: argparse.Namespace) -> Iterator[None]:
-    """Write events where the arguments of a command say, and nowhere by default, while the context lasts.
-
-    Raises
-    ------
-    UserError
-        If the file cannot be written. An event that cannot be written later on, as on a full disk, is left out: it
-        stops nothing.
-    """
+    """Write events where the arguments of a command say, and nowhere by default, while the context lasts."""
     level, path = getattr(arguments, "log_level", None), getattr(arguments, "log_file", None)
     handler: logging.Handler = logging.NullHandler()
     if path is not None:

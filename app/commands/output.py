@@ -32,30 +32,14 @@ from dockpose.files.durable_files import write_all, write_whole
 
 @dataclass(frozen=True)
 class Destinations:
-    """Where results go; None for nowhere.
+    """Where results go; None for nowhere."""
 
-    Attributes
-    ----------
-    json : str or None
-        File for a line a frame; "-" for standard output.
-    csv : str or None
-        File for a row a frame.
-    annotate : Path or None
-        Folder for annotated pictures; or of one sequence a video, by its ending.
-    out : Path or None
-        File NAME.mcap for messages of ROS 2.
-    rerun : Path or None
-        File NAME.rrd for the viewer Rerun.
-    protected : Protected
-        What annotated pictures must not take the place of.
-    """
-
-    json: str | None = None
-    csv: str | None = None
-    annotate: Path | None = None
-    out: Path | None = None
-    rerun: Path | None = None
-    protected: Protected = UNPROTECTED
+    json: str | None = None  # file for a line a frame
+    csv: str | None = None  # file for a row a frame
+    annotate: Path | None = None  # folder for annotated pictures
+    out: Path | None = None  # file NAME.mcap for messages of ROS 2
+    rerun: Path | None = None  # file NAME.rrd for the viewer Rerun
+    protected: Protected = UNPROTECTED  # what annotated pictures must not take the place of
 
     @property
     def recordings(self) -> list[Path]:
@@ -69,24 +53,7 @@ class Destinations:
 
 
 class ResultWriter:
-    """Writes the results frame by frame, so that a run that is stopped keeps all that it did.
-
-    Parameters
-    ----------
-    to : Destinations
-        Where to write.
-    files : ExitStack
-        Closes what is opened here.
-    before_each : callable
-        Called before a frame is written; may raise.
-
-    Attributes
-    ----------
-    frames : int
-        How many were written.
-    failures : list of str
-        What was said where a threshold method failed.
-    """
+    """Writes the results frame by frame, so that a run that is stopped keeps all that it did."""
 
     def __init__(
         self, to: Destinations, files: contextlib.ExitStack, before_each: Callable[[], None] = lambda: None
@@ -114,21 +81,7 @@ class ResultWriter:
         draw: Callable[[], object],
         held: HeldLines | None = None,
     ) -> None:
-        """Write one frame.
-
-        Parameters
-        ----------
-        line : dict
-            Its JSON object.
-        label : str
-            What to call it on the screen, where its message is printed if nothing else is written.
-        trust : Trust
-            How far to trust it, which is printed after the message.
-        draw : callable
-            Writes its annotated picture; called where those are wanted.
-        held : HeldLines, optional
-            Keeps the JSON object until :meth:`record` is called for it; else that is done at once.
-        """
+        """Write one frame."""
         self._before_each()
         if line["status"] == "method_failed":
             self.failures.append(line["message"])
@@ -154,19 +107,7 @@ class ResultWriter:
 
 
 class Recordings:
-    """The files of :attr:`Destinations.recordings`, open; what they share is made once for all.
-
-    Parameters
-    ----------
-    to : Destinations
-        Which files there are.
-    source : str
-        Name of the source.
-    files : ExitStack
-        Closes them.
-    tell : callable
-        Told what is to be known of their times.
-    """
+    """The files of :attr:`Destinations.recordings`, open; what they share is made once for all."""
 
     def __init__(self, to: Destinations, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]) -> None:
         self._with_drawing = to.out is not None
@@ -182,17 +123,7 @@ class Recordings:
         original: Callable[[], np.ndarray],
         drawn: Callable[[], np.ndarray],
     ) -> None:
-        """Add a frame.
-
-        Parameters
-        ----------
-        seen : Seen
-            The frame.
-        times_s : tuple of 2 (float or None), seconds
-            Since the source began, and since 1970.
-        original, drawn : callable
-            Return its picture, and the annotated one.
-        """
+        """Add a frame."""
         if self._files:
             picture = drawn() if self._with_drawing else None
             seen = dataclasses.replace(seen, picture=picture, original=original())
@@ -239,20 +170,7 @@ class StandardOutput:
 
 
 class LineFile:
-    """A file that has whole lines only, each on it as soon as it is written.
-
-    Parameters
-    ----------
-    path : str
-        Of the file, which is replaced.
-    name : str, optional
-        What messages call it; the default is the path.
-
-    Raises
-    ------
-    UserError
-        If it cannot be written.
-    """
+    """A file that has whole lines only, each on it as soon as it is written."""
 
     def __init__(self, path: str, name: str | None = None) -> None:
         self._path, self._count, self._end = name or path, 0, 0

@@ -42,19 +42,7 @@ def run_session(arguments: argparse.Namespace) -> int:
 
 
 def replay_session(folder: Path) -> int:
-    """Estimate every frame of a session with its own camera, dock and settings, and print what differs.
-
-    Returns
-    -------
-    int
-        Exit status: 0 where every frame was read, whatever came out; 1 where some could not be, which standard error
-        tells.
-
-    Raises
-    ------
-    UserError
-        if the folder is no session.
-    """
+    """Estimate every frame of a session with its own camera, dock and settings, and print what differs."""
     with blaming("--session "):
         record = read_session(folder)
     changed = unreadable = 0

@@ -37,33 +37,7 @@ def annotate(
     layers: Collection[str] = ON_PAGE,
     headline: tuple[str, str] | None = None,
 ) -> np.ndarray:
-    """Draw what was found on a full-size copy of the picture.
-
-    Parameters
-    ----------
-    image : array_like
-        The picture that was estimated, 8 or 16 bit, grey or BGR.
-    estimate : Estimate
-        What was found in it.
-    words : bool
-        False leaves out the layer "text".
-    layers : collection of str
-        Which of ``LAYERS`` to draw.
-    headline : (str, str), optional
-        First line of the text, in ASCII, and its colour as in HTML: how far the result can be trusted.
-
-    Returns
-    -------
-    numpy.ndarray
-        (H, W, 3) uint8 BGR. Lights on the ring are circled and numbered, other groups crossed out; a plus marks the
-        ellipse's centre, a dot in a ring the dock's centre by the chosen pose; each pose has a line along its normal.
-        The scale bar has its length at the dock's distance. Masks are hatched.
-
-    Raises
-    ------
-    ValueError
-        If a layer is unknown.
-    """
+    """Draw what was found on a full-size copy of the picture."""
     check_layers(layers)
     canvas = Canvas(to_bgr8(image))
     for mask in estimate.settings.masks:

@@ -20,13 +20,6 @@ class Canvas:
 
     Points are in pixels; sizes and widths are in units of a 480th of the picture's shorter side, at least a pixel.
     Colours are those of :mod:`dockpose.app.drawing.colours`.
-
-    Attributes
-    ----------
-    pixels : numpy.ndarray
-        (H, W, 3) uint8 BGR, drawn on.
-    unit : float
-        Pixels in a unit.
     """
 
     def __init__(self, pixels: np.ndarray) -> None:

@@ -31,30 +31,7 @@ Line = tuple[str, tuple[int, int, int]]
 def montage(
     image: Any, estimates: Mapping[str, Estimate], truth: KnownPose | None = None, part: Part | None = None
 ) -> np.ndarray:
-    """Put side by side what every method found in a picture.
-
-    Parameters
-    ----------
-    image : array_like
-        The picture that was estimated, 8 or 16 bit, grey or BGR.
-    estimates : mapping of str to Estimate
-        What each method found in it, by the method's name; at least one.
-    truth : KnownPose or None
-        The known pose, against which each pose is judged; None where there is none.
-    part : tuple of int, optional
-        Left, top, right and bottom of what is shown of the picture, see :func:`around_ring`; None shows all of it.
-
-    Returns
-    -------
-    numpy.ndarray
-        (H, 1600, 3) uint8 BGR: a tile a method, in the given order. Each is the annotated picture, scaled to fit, above
-        a strip with the method's name, its level, its groups and lights, and the pose or why there is none.
-
-    Raises
-    ------
-    ValueError
-        If there are no estimates.
-    """
+    """Put side by side what every method found in a picture."""
     if not estimates:
         raise ValueError("estimates is empty; a montage needs at least one")
     columns = math.ceil(math.sqrt(len(estimates)))

@@ -31,22 +31,7 @@ _LINE_IN, _MARGIN_IN = 0.17, 0.12
 
 
 def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAYERS) -> Figure:
-    """Draw what was found over the picture, with a legend below.
-
-    Parameters
-    ----------
-    image : array_like
-        The picture that was estimated, 8 or 16 bit, grey or BGR; it is embedded at its own resolution.
-    estimate : Estimate
-        What was found in it.
-    layers : collection of str
-        Which of ``LAYERS`` to draw; "text" puts the numbers with their units into the legend.
-
-    Raises
-    ------
-    ValueError
-        If a layer is unknown.
-    """
+    """Draw what was found over the picture, with a legend below."""
     check_layers(layers)
     scale = min(WIDTH_IN / estimate.width, HIGHEST_IN / estimate.height)
     width, height = scale * estimate.width, scale * estimate.height

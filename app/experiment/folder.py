@@ -34,15 +34,7 @@ class SessionFolder:
         return Session.create(self.root / name, notes)
 
     def take_up(self, name: str) -> Session:
-        """Reopen a session.
-
-        Raises
-        ------
-        SessionError, FileError
-            If it cannot be reopened; see :meth:`dockpose.app.experiment.Session.open`.
-        UserError
-            If there is none of that name in the folder.
-        """
+        """Reopen a session."""
         if name not in self.names():
             raise UserError(f"{name}: there is no such session in {self.root}.")
         return Session.open(below(self.root, name))

@@ -19,15 +19,7 @@ class InUseError(Exception):
 
 
 class FolderLock:
-    """Holds a folder from its creation until :meth:`release`.
-
-    Raises
-    ------
-    InUseError
-        If it is held already.
-    OSError
-        If the folder cannot be written to, or cannot be locked.
-    """
+    """Holds a folder from its creation until :meth:`release`."""
 
     def __init__(self, folder: Path) -> None:
         descriptor = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o666)

@@ -60,13 +60,7 @@ def files_of_session(folder: Path) -> Iterator[Path]:
 
 
 def read_session(folder: Path) -> SessionRecord:
-    """Read a session's folder, even while a program is adding to it.
-
-    Raises
-    ------
-    FileError
-        If it is no session, or a file of it cannot be read.
-    """
+    """Read a session's folder, even while a program is adding to it."""
     if not is_session(folder):
         raise FileError(f"{folder}: is no session; it has no file {INFO}")
     info = read_yaml(folder / INFO)

@@ -40,15 +40,7 @@ class ResultsFile:
         self._write([*self.rows, row], [*self._lines, row_to_csv(row)])
 
     def replace(self, index: int, row: Row) -> None:
-        """Replace the row at ``index``.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written; the rows stay as they were, on the disk as well.
-        FileError
-            If another program has changed the file, whose work would be lost.
-        """
+        """Replace the row at ``index``."""
         rows, lines = self.rows.copy(), self._lines.copy()
         rows[index], lines[index] = row, row_to_csv(row)
         self._write(rows, lines)

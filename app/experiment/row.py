@@ -26,29 +26,14 @@ _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
 
 class Measured(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What was measured by hand; None for what was not.
+    """What was measured by hand; None for what was not."""
 
-    Parameters
-    ----------
-    x_cm, y_cm, z_cm : float, optional
-        Dock's centre in the camera's frame.
-    theta_x_deg, theta_y_deg : float, optional
-        Pitch and yaw of the dock.
-    distance_cm : float, optional
-        From the camera straight to the dock's centre.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
-    """
-
-    x_cm: float | None = None
-    y_cm: float | None = None
-    z_cm: float | None = None
-    theta_x_deg: float | None = None
-    theta_y_deg: float | None = None
-    distance_cm: float | None = None
+    x_cm: float | None = None  # dock's centre in the camera's frame
+    y_cm: float | None = None  # dock's centre in the camera's frame
+    z_cm: float | None = None  # dock's centre in the camera's frame
+    theta_x_deg: float | None = None  # pitch and yaw of the dock
+    theta_y_deg: float | None = None  # pitch and yaw of the dock
+    distance_cm: float | None = None  # from the camera straight to the dock's centre
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
@@ -66,44 +51,20 @@ class Measured(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):
-    """One row of ``results.csv``; a blank there is None here.
+    """One row of ``results.csv``; a blank there is None here."""
 
-    Attributes
-    ----------
-    number : int
-        Of the frame, from 1.
-    time : str
-        When it was taken, ISO 8601 with the offset from UTC.
-    source : str
-        Name of the picture.
-    file, sha256 : str
-        The stored picture, relative to the session's folder, and its checksum.
-    source_sha256 : str or None
-        Of the file that the picture came from, where known.
-    status : str
-        Of the estimate; "ok" where there is a pose.
-    method, level, lights : str, int, int or None
-        Of the threshold, and the number of lights on the ring.
-    pose, probability : str, float or None
-        The chosen candidate, and how likely it is.
-    x_cm ... theta_y_deg, sigma_x_cm ... sigma_theta_y_deg : float or None
-        The chosen pose, and one standard deviation of each number.
-    measured_x_cm ... distance_cm, notes : float or None, str
-        Entered by hand; see :class:`Measured`.
-    """
-
-    number: int
-    time: str
-    source: str
-    file: str
-    sha256: str
-    source_sha256: str | None = None
-    status: str
-    method: str | None = None
-    level: int | None = None
-    lights: int | None = None
-    pose: str | None = None
-    probability: float | None = None
+    number: int  # of the frame, from 1
+    time: str  # when it was taken, ISO 8601 with the offset from UTC
+    source: str  # name of the picture
+    file: str  # the stored picture, relative to the session's folder, and its checksum
+    sha256: str  # the stored picture, relative to the session's folder, and its checksum
+    source_sha256: str | None = None  # of the file that the picture came from, where known
+    status: str  # of the estimate
+    method: str | None = None  # of the threshold, and the number of lights on the ring
+    level: int | None = None  # of the threshold, and the number of lights on the ring
+    lights: int | None = None  # of the threshold, and the number of lights on the ring
+    pose: str | None = None  # the chosen candidate, and how likely it is
+    probability: float | None = None  # the chosen candidate, and how likely it is
     x_cm: float | None = None
     y_cm: float | None = None
     z_cm: float | None = None

@@ -54,20 +54,7 @@ class Session:
 
     @classmethod
     def create(cls, folder: str | Path, notes: str = "") -> Session:
-        """Make a new session.
-
-        Parameters
-        ----------
-        folder : str or Path
-            Where; created if need be, and must be empty.
-        notes : str
-            On the whole session.
-
-        Raises
-        ------
-        SessionError
-            If the folder is in use or not empty, or cannot be written to.
-        """
+        """Make a new session."""
         folder, info = Path(folder), {"schema": SCHEMA, "created": _now(), "program": versions()}
         info["notes"] = clean_text("notes", notes)
         is_new = not folder.exists()
@@ -89,15 +76,7 @@ class Session:
 
     @classmethod
     def open(cls, folder: str | Path) -> Session:
-        """Reopen a session; temporary files of a program that was stopped are removed.
-
-        Raises
-        ------
-        SessionError
-            If it is no session, another program has it, or the folder cannot be written to.
-        FileError
-            If a file of it cannot be read.
-        """
+        """Reopen a session; temporary files of a program that was stopped are removed."""
         folder = Path(folder)
         if not is_session(folder):
             raise SessionError(f"{folder}: is no session; it has no file {INFO}")
@@ -139,30 +118,7 @@ class Session:
         notes: str = "",
         sha256: str | None = None,
     ) -> Row:
-        """Add a frame. When this returns, the row and its picture are on the disk.
-
-        Parameters
-        ----------
-        image : array_like
-            The picture that was estimated, 8 or 16 bit, grey, BGR or BGRA.
-        estimate : Estimate
-            What was found in it.
-        source : str
-            Name of the picture.
-        measured : Measured, optional
-            What was measured by hand.
-        notes : str
-            On this frame.
-        sha256 : str, optional
-            Of the file that the picture came from.
-
-        Raises
-        ------
-        SessionError
-            If it cannot be written; nothing of it is kept then, and the session can go on.
-        ValueError
-            If a text is too long.
-        """
+        """Add a frame. When this returns, the row and its picture are on the disk."""
         source, notes = clean_text("source", source), clean_text("notes", notes)
         png = cv2.imencode(".png", np.asarray(image))[1].tobytes()
         with self._busy:
@@ -186,15 +142,7 @@ class Session:
         return row
 
     def edit(self, number: int, **fields: Any) -> Row:
-        """Edit the measured values (``measured_x_cm``, ..., ``distance_cm``) or ``notes`` of a row.
-
-        Raises
-        ------
-        SessionError
-            If it cannot be written; the row stays as it was.
-        ValueError
-            If there is no such row, or a value cannot be taken.
-        """
+        """Edit the measured values (``measured_x_cm``, ..., ``distance_cm``) or ``notes`` of a row."""
         fields = checked_edit(fields)
         with self._busy:
             rows = self._results.rows

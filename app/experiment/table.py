@@ -17,20 +17,11 @@ SUMMARIES = ("Compared", "Mean error", "RMS error")
 
 @dataclass(frozen=True)
 class Summary:
-    """How far the estimates of a session are off.
+    """How far the estimates of a session are off."""
 
-    Attributes
-    ----------
-    counts : tuple of 5 int
-        Rows in which x, y, z, theta_x and theta_y were both estimated and measured.
-    means, rms : tuple of 5 float or None
-        Mean and root mean square of estimated minus measured, in centimetres and degrees; None where nothing was
-        measured.
-    """
-
-    counts: tuple[int, ...]
-    means: tuple[float | None, ...]
-    rms: tuple[float | None, ...]
+    counts: tuple[int, ...]  # rows in which x, y, z, theta_x and theta_y were both estimated and measured
+    means: tuple[float | None, ...]  # mean and root mean square of estimated minus measured, in centimetres and degrees
+    rms: tuple[float | None, ...]  # mean and root mean square of estimated minus measured, in centimetres and degrees
 
 
 @dataclass(frozen=True)

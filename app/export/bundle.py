@@ -44,26 +44,7 @@ def picture_files(
     sha256: str | None = None,
     progress: Progress | None = None,
 ) -> Files:
-    """Return the files of one picture.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The picture and what was found in it.
-    layers : collection of str
-        Layers to draw on the annotated picture.
-    sha256 : str or None
-        Checksum of the picture's file, if it has one.
-    progress : Progress or None
-        Progress of the montage, the slowest part; making it raises CancelledError once stopped.
-
-    Returns
-    -------
-    dict of str to callable
-        picture.png (the very pixels), annotated.png, .svg and .pdf, histogram.png and .svg, result.json (schema 1) and
-        .csv (a row), settings.yaml (camera, dock and settings), pose_ros.yaml where there is a pose, report.html, and
-        montage.png of all methods.
-    """
+    """Return the files of one picture."""
     view, found, headline = analysis.view, analysis.estimate, headline_of(analysis.trust)
     files: Files = {
         "annotated.png": lambda: to_png(annotate(view.image, found, layers=layers, headline=headline)),
@@ -125,11 +106,6 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
     """Read lines of schema 1 as ``dockpose estimate --json`` writes them.
 
     A truncated last line, as an interrupted run may leave it, is skipped if others are complete.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read or has no lines, or a line is not of the schema; it is named by its number.
     """
     content = read_small(path, _MOST_BYTES)
     pieces = content.splitlines()

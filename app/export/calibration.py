@@ -16,17 +16,7 @@ _PORT_BY = "calibrate once more with --in water --camera and the file of the air
 
 
 def camera_lines(done: Calibration, medium: str = "air", *, is_on_page: bool = False) -> Iterator[str]:
-    """Sentences on a calibration, the most important first.
-
-    Parameters
-    ----------
-    done : Calibration
-        The calibration.
-    medium : {"air", "water"}
-        Where the pictures were taken.
-    is_on_page : bool
-        Whether they are read on the page, where no options of the command line help.
-    """
+    """Sentences on a calibration, the most important first."""
     across, down = np.degrees(done.camera.field_of_view_rad)
     used = len(done.used)
     yield (

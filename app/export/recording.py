@@ -35,27 +35,6 @@ class Recording:
     other frames are FFV1, which loses nothing. If the kind of frame changes, as when a camera comes back with another
     size, the recording goes on in NAME-2.mkv. What cannot be written ends the recording with a sentence, and nothing
     else.
-
-    Parameters
-    ----------
-    path : Path
-        NAME.mkv, which must not be there yet.
-    tell : callable
-        Told in a sentence what goes wrong, from whichever thread notices, and at the end how much was recorded.
-
-    Attributes
-    ----------
-    path : Path
-        Of the first file.
-    frames, missing : int
-        Frames that were written so far, and those that there was no time to write.
-    has_failed : bool
-        Whether something could not be written, so that no more is.
-
-    Raises
-    ------
-    UserError
-        If the name has another ending, there is a file of that name, or none can be made there.
     """
 
     def __init__(self, path: Path, tell: Tell) -> None:
@@ -241,13 +220,7 @@ class _Pictures:
 
 
 class _Packets:
-    """Packets as they were sent, from the first one on that can be decoded by itself.
-
-    Raises
-    ------
-    UserError, OSError
-        If the file cannot be written, or cannot hold such packets.
-    """
+    """Packets as they were sent, from the first one on that can be decoded by itself."""
 
     def __init__(self, path: Path, arrival: Arrival) -> None:
         self._path = path

@@ -56,23 +56,7 @@ def is_video_file(path: Path) -> bool:
 
 
 class MuxedFile:
-    """A file that FFmpeg writes into, and that keeps the error where it cannot: FFmpeg itself may not tell of it.
-
-    Parameters
-    ----------
-    path : Path
-        Of the file, which is replaced.
-
-    Attributes
-    ----------
-    error : OSError or None
-        Why something could not be written; nothing more is then.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
+    """A file that FFmpeg writes into, and that keeps the error where it cannot: FFmpeg itself may not tell of it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -161,18 +145,6 @@ def create_matroska(path: Path, began_unix_s: float | None = None) -> tuple[Outp
     """Begin a Matroska file; both must be closed, in that order.
 
     Time stamps are microseconds that are called milliseconds, see :class:`MicrosecondMatroska`.
-
-    Parameters
-    ----------
-    path : Path
-        Of the file, which is replaced.
-    began_unix_s : float or None, seconds
-        Time of day of its time stamp 0, since 1970-01-01 00:00 UTC, for ``sources.video.began_unix_s`` to find.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
     """
     file = MicrosecondMatroska(path)
     container = av.open(file, "w", format="matroska", container_options=_MATROSKA)
@@ -187,24 +159,7 @@ def creation_time(unix_s: float) -> str:
 
 
 class VideoFile:
-    """A video made from pictures of one size, begun with the first; as a context manager it finishes itself.
-
-    Parameters
-    ----------
-    path : Path
-        NAME.mp4 for H.264, which browsers play; NAME.mkv or NAME.avi for FFV1, which loses nothing.
-    rate_hz : float
-        Pictures in a second, where they have no times of their own. An AVI has no other times.
-    is_lossless : bool
-        Whether an AVI keeps every grey level; otherwise it is Motion JPEG, which more programs play.
-    began_unix_s : float or None, seconds
-        Time of day at time 0, since 1970-01-01 00:00 UTC, which NAME.mkv keeps.
-
-    Raises
-    ------
-    UserError
-        If there is no such folder.
-    """
+    """A video made from pictures of one size, begun with the first; as a context manager it finishes itself."""
 
     def __init__(
         self, path: Path, rate_hz: float, *, is_lossless: bool = False, began_unix_s: float | None = None
@@ -228,20 +183,7 @@ class VideoFile:
         self.close()
 
     def write(self, picture: np.ndarray, time_s: float | None = None) -> None:
-        """Add a picture.
-
-        Parameters
-        ----------
-        picture : (H, W) grey or (H, W, 3) BGR array, uint8 or uint16
-            H.264 leaves out an odd row or column at the end, and needs uint8.
-        time_s : float or None, seconds
-            When it is shown, after the one before; None for the next in a steady row.
-
-        Raises
-        ------
-        UserError
-            If it cannot be written.
-        """
+        """Add a picture. ``picture`` (H, W)."""
         with writing(self._path):
             try:
                 self._write(picture, time_s)

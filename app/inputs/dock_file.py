@@ -12,13 +12,7 @@ from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
 
 
 def load_dock(path: str | Path) -> Dock:
-    """Read the dock of a dock file, or of any YAML that has one.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, has no dock, or what it says is wrong.
-    """
+    """Read the dock of a dock file, or of any YAML that has one."""
     content = read_yaml(path)
     if "dock" not in content:
         keys = ", ".join(map(str, content)) or "none"

@@ -15,26 +15,7 @@ _DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{digit}" for port in ("com", "
 
 
 def safe_name(text: str, ending: str = "", *, taken: Collection[str] = (), otherwise: str = "picture") -> str:
-    """Return a file name that Linux, Windows and macOS take and that stands for the text.
-
-    Parameters
-    ----------
-    text : str
-        What it should be called.
-    ending : str
-        Of the name, as ".png"; our own, not from outside.
-    taken : collection of str
-        Names that must not be used again, compared without case, as Windows and macOS do.
-    otherwise : str
-        The name where nothing of the text is left.
-
-    Returns
-    -------
-    str
-        Letters and digits of any script, in composed form (Unicode NFC), "-" and "_", and the ending. No
-        dots, so that it is neither hidden nor another kind of file; no spaces at its ends; no device of Windows; at
-        most ``LONGEST_BYTES`` bytes before the ending. Where it is taken, a number is added.
-    """
+    """Return a file name that Linux, Windows and macOS take and that stands for the text."""
     composed = unicodedata.normalize("NFC", text)
     stem = _shortened(re.sub(r"[^\w-]+", "_", composed).strip("_-"), LONGEST_BYTES).strip("_-") or otherwise
     if stem.lower() in _DEVICES:

@@ -19,13 +19,7 @@ def step(names: list[str], name: str, by: int) -> str | None:
 
 
 def below(root: Path, relative: str) -> Path:
-    """The path of what is below a root folder.
-
-    Raises
-    ------
-    UserError
-        if it is not there, or not below the root: by dots, as an absolute path, or through a link.
-    """
+    """The path of what is below a root folder."""
     try:
         path = (root / relative).resolve(strict=True)
     except (OSError, ValueError, RuntimeError) as error:

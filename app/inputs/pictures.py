@@ -21,34 +21,16 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A picture that was read.
+    """A picture that was read."""
 
-    Attributes
-    ----------
-    path : Path
-        Of its file.
-    image : (H, W) or (H, W, 3) ndarray of uint8 or uint16
-        Grey, or BGR.
-    sha256 : str
-        Of the file.
-    camera, dock : Camera, Dock
-        That belong to it.
-    truth : KnownPose or None
-        Where the dock really is.
-    time_unix_s : float or None, seconds
-        When it was taken, since 1970-01-01 00:00 UTC.
-    tag : int
-        Of its orientation, by EXIF's numbers; not applied.
-    """
-
-    path: Path
-    image: np.ndarray
-    sha256: str
-    camera: Camera
-    dock: Dock
-    truth: KnownPose | None = None
-    time_unix_s: float | None = None
-    tag: int = 1
+    path: Path  # of its file
+    image: np.ndarray  # (H, W): grey, or BGR
+    sha256: str  # of the file
+    camera: Camera  # that belong to it
+    dock: Dock  # that belong to it
+    truth: KnownPose | None = None  # where the dock really is
+    time_unix_s: float | None = None  # when it was taken, since 1970-01-01 00:00 UTC
+    tag: int = 1  # of its orientation, by EXIF's numbers
 
 
 @dataclass(frozen=True)
@@ -68,31 +50,7 @@ class PictureFile:
 
 
 class Batch:
-    """Pictures that do not belong together, in order.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        Of the files, in order.
-    camera, dock : Camera, Dock or None
-        For all pictures; where None, each picture's own, from the YAML beside it.
-    report : callable
-        Told why a picture cannot be read, and of tags of orientation.
-    rotate_deg : int
-        By how much all pictures and cameras are turned clockwise.
-
-    Attributes
-    ----------
-    files : tuple of PictureFile
-        Those that are to be read.
-    all_read : bool
-        Whether every picture could be read so far.
-
-    Raises
-    ------
-    UserError
-        if a picture has no camera or dock.
-    """
+    """Pictures that do not belong together, in order."""
 
     def __init__(
         self,

@@ -18,20 +18,7 @@ _BAG_METADATA = "metadata.yaml"
 
 
 class Protected:
-    """Files that no output may take the place of.
-
-    Parameters
-    ----------
-    outputs : iterable of (str, str)
-        Each option that writes, with its value; "-" is standard output.
-    inputs : iterable of Path
-        What is read, as far as it is there.
-
-    Raises
-    ------
-    UserError
-        If an output is an input, or what another option writes.
-    """
+    """Files that no output may take the place of."""
 
     def __init__(self, outputs: Iterable[tuple[str, str]] = (), inputs: Iterable[Path] = ()) -> None:
         self._owners: dict[Hashable, str] = {}

@@ -14,13 +14,7 @@ Content = TypeVar("Content")
 
 
 def read_sent(data: bytes, name: str, reader: Callable[[Path], Content]) -> Content:
-    """What ``reader`` makes of a file that was sent; its errors name the file as the browser calls it.
-
-    Raises
-    ------
-    ValueError
-        if the file is larger than 256 KiB, or ``reader`` refuses it.
-    """
+    """What ``reader`` makes of a file that was sent; its errors name the file as the browser calls it."""
     if len(data) > _LARGEST_BYTES:
         raise UserError(f"{name}: has {len(data) // 1024} KiB; a file of this kind has at most 256.")
     with tempfile.TemporaryDirectory() as folder:

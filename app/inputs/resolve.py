@@ -27,33 +27,6 @@ def resolve(
 
     Pictures in a row make one Batch. With a rate they make a sequence instead: those typed one by one together, each
     folder and each glob by itself.
-
-    Parameters
-    ----------
-    sources : sequence of str
-        As they were typed.
-    camera, dock : Camera, Dock or None
-        For all sources; where None, each one's own, from the YAML beside it.
-    report : callable
-        Told which sources cannot be read.
-    rate_hz : float or None
-        Of pictures that follow each other; None where they do not.
-    topic : str or None
-        Of bags; None for the only one with pictures.
-    rotate_deg : int
-        By how much all frames and cameras are turned clockwise.
-
-    Returns
-    -------
-    list of Batch, FrameSource or None
-        None for a sequence that cannot be read.
-
-    Raises
-    ------
-    SourceError
-        if a folder has no pictures, or a glob matches nothing.
-    UserError
-        if a camera or dock is not known.
     """
     groups = [(group, expand(group) if _is_pictures(group[0]) else []) for group in _groups(sources, rate_hz)]
     found: list[Batch | FrameSource | None] = []

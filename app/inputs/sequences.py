@@ -38,59 +38,22 @@ _FAR, _NEAR = 13.0, 1.7  # diameters: a 0.30 m ring from 4 m to 0.5 m
 
 @dataclass(frozen=True)
 class FrameSource:
-    """Frames that belong together in time, with their camera and dock.
+    """Frames that belong together in time, with their camera and dock."""
 
-    Attributes
-    ----------
-    source : str
-        As it was typed, or the path of a video.
-    name : str
-        What to call it.
-    paths : tuple of Path
-        Of its pictures; empty for anything else.
-    rate_hz : float or None
-        Of its pictures; None where they have no times.
-    camera, dock : Camera, Dock or None
-        Those given for it or beside it; None where not known.
-    course : FilmPlan or None
-        What is simulated.
-    topic : str or None
-        Of a bag; None for the only one with pictures.
-    folder : TemporaryDirectory or None
-        Holds a file that was sent, until :meth:`discard`.
-    wishes : Wishes
-        What a camera is asked for; without a size of its own, for that of the camera file.
-    rotate_deg : int
-        By how much the frames, and ``camera`` with them, are turned clockwise on opening.
-    """
-
-    source: str
-    name: str
-    paths: tuple[Path, ...] = ()
-    rate_hz: float | None = None
-    camera: Camera | None = None
-    dock: Dock | None = None
-    course: FilmPlan | None = None
-    topic: str | None = None
-    folder: tempfile.TemporaryDirectory[str] | None = None
-    wishes: Wishes = NO_WISHES
-    rotate_deg: int = 0
+    source: str  # as it was typed, or the path of a video
+    name: str  # what to call it
+    paths: tuple[Path, ...] = ()  # of its pictures
+    rate_hz: float | None = None  # of its pictures
+    camera: Camera | None = None  # those given for it or beside it
+    dock: Dock | None = None  # those given for it or beside it
+    course: FilmPlan | None = None  # what is simulated
+    topic: str | None = None  # of a bag
+    folder: tempfile.TemporaryDirectory[str] | None = None  # holds a file that was sent, until :meth:`discard`
+    wishes: Wishes = NO_WISHES  # what a camera is asked for
+    rotate_deg: int = 0  # by how much the frames, and ``camera`` with them, are turned clockwise on opening
 
     def open(self, tell: Tell, *, grey: bool = False) -> Frames:
-        """Open the frames, which then carry the camera and the dock.
-
-        Parameters
-        ----------
-        tell : callable
-            Told of frames that are skipped, and of a live source that goes away and comes back.
-        grey : bool
-            Give the brightness alone of videos, which is all that a dock without colours needs.
-
-        Raises
-        ------
-        SourceError
-            if it gives no frames; a UserError that names a file as it was sent, which is deleted.
-        """
+        """Open the frames, which then carry the camera and the dock."""
         try:
             if self.course is not None:
                 frames: Frames = Simulated(self.course, self.source)
@@ -131,30 +94,7 @@ def typed(
     topic: str | None = None,
     rotate_deg: int = 0,
 ) -> FrameSource:
-    """Return a sequence that was typed, with its camera and dock.
-
-    Parameters
-    ----------
-    source : str
-        As it was typed.
-    camera, dock : Camera, Dock or None
-        Those given for it; where None, what the scene file or the YAML beside the video or first picture says.
-    paths : sequence of Path
-        Of its pictures, if it has any.
-    rate_hz : float or None
-        Of its pictures.
-    topic : str or None
-        Of a bag; whether that brings a camera is found out when it is opened.
-    rotate_deg : int
-        By how much the frames and the camera are turned clockwise.
-
-    Raises
-    ------
-    FileError
-        if there is no such file, or the YAML beside it is wrong.
-    UserError
-        if the camera or the dock is not known.
-    """
+    """Return a sequence that was typed, with its camera and dock."""
     kind, course, name = kind_of(source), None, source
     if kind is Kind.SIMULATED:
         course = load_sequence(source)
@@ -191,24 +131,7 @@ def choices(given: FrameSource | None, root: Path | None) -> list[str]:
 
 
 def choose(name: Any, given: FrameSource | None, root: Path | None, scene: Scene) -> FrameSource:
-    """Return one of :func:`choices`.
-
-    Parameters
-    ----------
-    name : Any
-        Of the sequence, as a browser sent it.
-    given, root
-        As for :func:`choices`.
-    scene : Scene
-        What the simulated courses lead through.
-
-    Raises
-    ------
-    UserError
-        if it is none of the choices.
-    FileError
-        if the YAML beside it is wrong.
-    """
+    """Return one of :func:`choices`."""
     if given is not None and name == given.name:
         return given
     if name in SIMULATED:

@@ -23,13 +23,7 @@ class Sidecar:
 
 
 def read_sidecar(picture: Path) -> Sidecar:
-    """Read NAME.yaml beside NAME.png; an empty Sidecar where there is none.
-
-    Raises
-    ------
-    FileError
-        if it cannot be read, or what it says is wrong.
-    """
+    """Read NAME.yaml beside NAME.png; an empty Sidecar where there is none."""
     path = picture.with_suffix(".yaml")
     if not path.is_file():
         return Sidecar()
@@ -43,15 +37,7 @@ def read_sidecar(picture: Path) -> Sidecar:
 
 
 def camera_and_dock(path: Path, camera: Camera | None, dock: Dock | None) -> tuple[Camera, Dock]:
-    """Find the camera and the dock of a file; where None is given, the YAML beside it says.
-
-    Raises
-    ------
-    FileError
-        if there is no such file, or the YAML is wrong.
-    UserError
-        if the camera or the dock is not known.
-    """
+    """Find the camera and the dock of a file; where None is given, the YAML beside it says."""
     if camera is None or dock is None:
         if not path.is_file():
             raise FileError(f"{path}: there is no such file")

@@ -14,20 +14,7 @@ _FORMAT = re.compile(r"[A-Z0-9]{3,4}")
 
 
 def wishes_from(given: Mapping[str, float | str | None], names: Mapping[str, str]) -> Wishes:
-    """Wishes made of what was typed.
-
-    Parameters
-    ----------
-    given : mapping
-        Number or text by "exposure", "gain", "rate_hz" and "format"; None or blank leaves it to the camera.
-    names : mapping
-        What each is called where it was typed.
-
-    Raises
-    ------
-    UserError
-        For what no camera can give, by its name.
-    """
+    """Wishes made of what was typed."""
     numbers = {name: _number(given[name], names[name]) for name in ("exposure", "gain", "rate_hz")}
     rate_hz = numbers["rate_hz"]
     if rate_hz is not None and not 0 < rate_hz <= MOST_HZ:

@@ -96,19 +96,7 @@ def nearest_pose(found: Estimate, normal: tuple[float, float, float]) -> int | N
 
 
 def select_pose(found: Estimate, index: int | None, by: str, why: str = "") -> Estimate:
-    """Select another candidate of an estimate.
-
-    Parameters
-    ----------
-    found : Estimate
-        Returned as it is where it has no choice.
-    index : int or None
-        The candidate to select; None leaves the estimate as it is.
-    by : str
-        What selected it, for ``Choice.selected_by``.
-    why : str
-        End of the new message, "which ..."; empty keeps the message.
-    """
+    """Select another candidate of an estimate."""
     if found.choice is None or index is None:
         return found
     message = found.message

@@ -21,21 +21,11 @@ _SORTS = {ALIKE: "were like others", NO_BOARD: "show no board"}
 
 @dataclass
 class Looked:
-    """How many frames were looked at, and what became of them.
+    """How many frames were looked at, and what became of them."""
 
-    Attributes
-    ----------
-    frames : int
-        Number of frames that were looked at.
-    left_out : Counter of str
-        How many were left out, by the reason in a few words.
-    last : Sighting or None
-        The board in the newest frame.
-    """
-
-    frames: int = 0
-    left_out: Counter[str] = field(default_factory=Counter)
-    last: Sighting | None = None
+    frames: int = 0  # number of frames that were looked at
+    left_out: Counter[str] = field(default_factory=Counter)  # how many were left out, by the reason in a few words
+    last: Sighting | None = None  # the board in the newest frame
 
     def see(self, gathering: Gathering, image: np.ndarray, name: str) -> Sighting | None:
         """Look for the board in one more frame, (H, W) or (H, W, 3); only frames that count stay in the gathering."""
@@ -61,24 +51,7 @@ def gather(
     on_look: Callable[[Looked, Coverage | None], None] = lambda looked, seen: None,
     prefix: str = "",
 ) -> Looked:
-    """Gather boards from frames: to the end of a recording, or from a live source until they are enough.
-
-    Parameters
-    ----------
-    frames : Frames
-        The source. Of a recording some six frames a second are looked at, and at most some 600.
-    gathering : Gathering
-        Where the boards go; Ctrl+C leaves it whole.
-    on_look : callable
-        Told after each look: what became of the frames, and, where a board was added, what all boards cover.
-    prefix : str
-        Of the frames' names.
-
-    Returns
-    -------
-    Looked
-        What became of the frames.
-    """
+    """Gather boards from frames: to the end of a recording, or from a live source until they are enough."""
     looked = Looked()
     every = max(1, round((frames.rate_hz or 1.0) / _LOOKS_HZ), (frames.count or 0) // _MOST_LOOKS)
     if frames.is_live or frames.count is None:

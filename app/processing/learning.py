@@ -15,17 +15,7 @@ _SOON_S = 0.5  # a dock that is seen again within this time is taken not to have
 def dock_views(
     frames: Frames, camera: Camera, dock: Dock, on_frame: Callable[[Estimate], None] = lambda found: None
 ) -> Iterator[DockView]:
-    """Look for the dock in frames; yield those in which at least five of its lights are found.
-
-    Parameters
-    ----------
-    frames : Frames
-        The source; of a long recording every few frames are looked at.
-    camera, dock : Camera, Dock
-        To search with.
-    on_frame : callable
-        Told each estimate.
-    """
+    """Look for the dock in frames; yield those in which at least five of its lights are found."""
     every = max(1, (frames.count or 0) // MOST_VIEWS)
     last_s: float | None = None
     for number, frame in enumerate(frames):

@@ -29,15 +29,7 @@ class Chip:
 
 
 def chips(view: View, fitting_lights: int | None = None) -> list[Chip]:
-    """Return what to offer, and all that holds beyond this picture and is not as the program would have it.
-
-    Parameters
-    ----------
-    view : View
-        What is shown.
-    fitting_lights : int, optional
-        How many lights form a ring where the dock's own number of lights finds none.
-    """
+    """Return what to offer, and all that holds beyond this picture and is not as the program would have it."""
     return [*_offers(view, fitting_lights), *_removable(view)]
 
 

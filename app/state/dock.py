@@ -28,20 +28,7 @@ def with_lights(view: View, value: Any) -> View:
 
 
 def with_angles(view: View, text: Any) -> View:
-    """Set the angle of each light around the ring, in degrees; the number of lights follows.
-
-    Parameters
-    ----------
-    view : View
-        To change.
-    text : str
-        Numbers separated by commas or spaces, as "0, 36, 72"; blank for evenly spaced lights.
-
-    Raises
-    ------
-    UserError
-        If a word is not a number, there are too few or too many, or two lights share a place.
-    """
+    """Set the angle of each light around the ring, in degrees; the number of lights follows."""
     angles = _numbers(text)
     dock = view.dock
     if not angles:

@@ -39,32 +39,19 @@ class Limits:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a view.
+    """One number of a view."""
 
-    Attributes
-    ----------
-    label, hint : str
-        As the page shows them; the label names the unit.
-    path : str
-        What holds the number, as "camera.fx" or "scene.pose.position_m.2".
-    limits : Limits or callable
-        Range in the label's unit, or a function that returns it for a view.
-    scale : float
-        How many times as large as the stored number people see it.
-    whole : bool
-        Whether to round to whole numbers.
-    shown, stored : callable, optional
-        In place of ``scale``: ``shown(part)`` is the number for what is at ``path``, and ``stored(number, part)`` is
-        what to put there for a number.
-    """
-
-    label: str
-    hint: str
-    path: str
-    limits: Limits | Callable[[View], Limits]
-    scale: float = 1
-    whole: bool = False
+    label: str  # as the page shows them
+    hint: str  # as the page shows them
+    path: str  # what holds the number, as "camera.fx" or "scene.pose.position_m.2"
+    limits: Limits | Callable[[View], Limits]  # range in the label's unit, or a function that returns it for a view
+    scale: float = 1  # how many times as large as the stored number people see it
+    whole: bool = False  # whether to round to whole numbers
+    # in place of ``scale``: ``shown(part)`` is the number for what is at ``path``, and ``stored(number, part)`` is what
+    # to put there for a number
     shown: Callable[[Any], float] | None = None
+    # in place of ``scale``: ``shown(part)`` is the number for what is at ``path``, and ``stored(number, part)`` is what
+    # to put there for a number
     stored: Callable[[float, Any], Any] | None = None
 
     def range(self, view: View) -> Limits:
@@ -79,13 +66,7 @@ class Parameter:
         return self.scale * part if self.shown is None else self.shown(part)
 
     def put(self, view: View, value: Any) -> View:
-        """Return a view with another number, in the label's unit, clamped to the range.
-
-        Raises
-        ------
-        UserError
-            If ``value`` is no finite number, or does not fit the rest of the view.
-        """
+        """Return a view with another number, in the label's unit, clamped to the range."""
         number = self.range(view).clamp(checked_number(self.label, value))
         number = round(number) if self.whole else number / self.scale
         stored = self.stored or (lambda number, part: number)
@@ -100,13 +81,7 @@ def put(view: View, name: str, value: Any) -> View:
 
 
 def checked_number(name: str, value: Any) -> float:
-    """Return a value from the page as a finite number.
-
-    Raises
-    ------
-    UserError
-        If it is anything else; the message names it by ``name``.
-    """
+    """Return a value from the page as a finite number."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise UserError(f"{name} is {value!r}; it must be a number.")
     return float(value)

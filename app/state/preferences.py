@@ -89,13 +89,7 @@ def _shows_dock(view: View) -> bool:
 
 
 class Memory:
-    """The last settings, kept in a folder of the user's; files that cannot be read or written are ignored.
-
-    Parameters
-    ----------
-    folder : Path, optional
-        For the file; None remembers nothing, and shows no first card.
-    """
+    """The last settings, kept in a folder of the user's; files that cannot be read or written are ignored."""
 
     def __init__(self, folder: Path | None) -> None:
         self._path = None if folder is None else folder / "last.yaml"

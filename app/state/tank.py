@@ -71,13 +71,7 @@ class Tanks:
         return self._tanks.get(tank.name) == tank
 
     def save(self, tank: Tank, name: str) -> Tank:
-        """Save a tank under a name, replacing the one of that name; it is on the disk when this returns.
-
-        Raises
-        ------
-        UserError
-            If the name is blank or too long, there are too many, or the file cannot be written; nothing changes then.
-        """
+        """Save a tank under a name, replacing the one of that name; it is on the disk when this returns."""
         name = " ".join("".join(letter for letter in name if letter.isprintable()).split())
         if not name or len(name) > LONGEST_NAME:
             raise UserError(f"A tank needs a name of 1 to {LONGEST_NAME} letters.")

@@ -27,21 +27,11 @@ EXACT_SHARE, ROUGH_SHARE = 0.05, 0.10
 
 @dataclass(frozen=True)
 class Trust:
-    """How far to trust a result.
+    """How far to trust a result."""
 
-    Attributes
-    ----------
-    colour : {"green", "amber", "red"}
-        Use it, check it, or do not use it.
-    verdict : str
-        The same in a few words.
-    reasons : tuple of str
-        Why it is not green, each a sentence; empty where it is.
-    """
-
-    colour: Colour
-    verdict: str
-    reasons: tuple[str, ...] = ()
+    colour: Colour  # use it, check it, or do not use it
+    verdict: str  # the same in a few words
+    reasons: tuple[str, ...] = ()  # why it is not green, each a sentence
 
     @property
     def sentence(self) -> str:
@@ -56,26 +46,7 @@ def trust_in(
     probability: float | None = None,
     fitting_lights: int | None = None,
 ) -> Trust:
-    """Judge how far a result can be trusted.
-
-    Parameters
-    ----------
-    found : Estimate
-        The result.
-    camera_is_guessed : bool
-        Whether no camera was known, so that its field of view was assumed.
-    probability : float, optional
-        Probability of the chosen pose from the track over earlier frames; None takes that of the frame alone.
-    fitting_lights : int, optional
-        How many lights form a ring that holds more of them than the one found; None where none does.
-
-    Returns
-    -------
-    Trust
-        Red where there is no pose, where the choice between the two is a toss-up, where one standard deviation of the
-        range is above 10 % of it, where the lights lie farther off their places than a light of their size may, or
-        where more of them form a ring of another number. Amber for lesser doubts. The gravest reasons come first.
-    """
+    """Judge how far a result can be trusted."""
     if found.selected is None:
         return Trust("red", NO_POSE, ())
     doubts: list[tuple[Colour, str]] = []

@@ -29,70 +29,35 @@ Owner = Literal["tank", "picture", "guess"]
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A picture, where it came from, and how it is to be read.
+    """A picture, where it came from, and how it is to be read."""
 
-    Attributes
-    ----------
-    image : np.ndarray
-        (H, W) grey or (H, W, 3) BGR, uint8 or uint16.
-    source : str
-        Name of the sample or file.
-    camera : Camera
-        For exactly this picture's size.
-    dock : Dock
-        What is searched for.
-    settings : Settings
-        How it is searched for.
-    given_camera, given_dock : Camera, Dock
-        Those that it was opened with, to go back to.
-    tank : Tank
-        The operator's own, whichever are in force.
-    camera_of, dock_of : {"tank", "picture", "guess"}
-        Whose camera and dock are in force: those of My tank, those that came with the picture, or assumed ones.
-    given_of : tuple of two of these
-        Whose ``given_camera`` and ``given_dock`` are.
-    sample : str, optional
-        Name of the sample scene that this is.
-    truth : KnownPose, optional
-        Where the dock of a simulated picture really is.
-    note : str
-        What was changed on opening it; empty where nothing was. ``notes`` adds what follows from the rest.
-    by_hand : tuple of float, optional
-        Normal of the pose that the operator chose; None leaves the choice to the program.
-    scene : Scene, optional
-        What is simulated.
-    is_stale : bool
-        Whether ``image`` is still to be rendered from ``scene``.
-    list_name, item : str
-        The list of pictures that this one is in ("samples", "uploads", "folder" for the one that the
-        page may show, "beside" for that of the picture given at the start, "sequence"), and its name there.
-    measured : MeasuredPose, optional
-        What the operator measured of the pose; None where it is not compared.
-    sha256 : str, optional
-        Of the bytes that the picture was read from; None for simulated pictures and frames of a sequence.
-    """
-
-    image: np.ndarray
-    source: str
-    camera: Camera
-    dock: Dock
-    settings: Settings
-    given_camera: Camera
-    given_dock: Dock
-    tank: Tank = NO_TANK
+    image: np.ndarray  # (H, W) grey or (H, W, 3) BGR, uint8 or uint16
+    source: str  # name of the sample or file
+    camera: Camera  # for exactly this picture's size
+    dock: Dock  # what is searched for
+    settings: Settings  # how it is searched for
+    given_camera: Camera  # those that it was opened with, to go back to
+    given_dock: Dock  # those that it was opened with, to go back to
+    tank: Tank = NO_TANK  # the operator's own, whichever are in force
+    # whose camera and dock are in force: those of My tank, those that came with the picture, or assumed ones
     camera_of: Owner = "picture"
+    # whose camera and dock are in force: those of My tank, those that came with the picture, or assumed ones
     dock_of: Owner = "picture"
-    given_of: tuple[Owner, Owner] = ("picture", "picture")
-    sample: str | None = None
-    truth: KnownPose | None = None
-    note: str = ""
-    by_hand: tuple[float, float, float] | None = None
-    measured: MeasuredPose | None = None
-    scene: Scene | None = None
-    is_stale: bool = False
+    given_of: tuple[Owner, Owner] = ("picture", "picture")  # whose ``given_camera`` and ``given_dock`` are
+    sample: str | None = None  # name of the sample scene that this is
+    truth: KnownPose | None = None  # where the dock of a simulated picture really is
+    note: str = ""  # what was changed on opening it
+    by_hand: tuple[float, float, float] | None = None  # normal of the pose that the operator chose
+    measured: MeasuredPose | None = None  # what the operator measured of the pose
+    scene: Scene | None = None  # what is simulated
+    is_stale: bool = False  # whether ``image`` is still to be rendered from ``scene``
+    # the list of pictures that this one is in ("samples", "uploads", "folder" for the one that the page may show,
+    # "beside" for that of the picture given at the start, "sequence"), and its name there
     list_name: str = ""
+    # the list of pictures that this one is in ("samples", "uploads", "folder" for the one that the page may show,
+    # "beside" for that of the picture given at the start, "sequence"), and its name there
     item: str = ""
-    sha256: str | None = None
+    sha256: str | None = None  # of the bytes that the picture was read from
 
     @property
     def known_pose(self) -> KnownPose | None:
@@ -120,26 +85,7 @@ class View:
 def open_source(
     source: str | None, camera: Camera | None, dock: Dock | None, tank: Tank | None = None, rotate_deg: int = 0
 ) -> View:
-    """Return the view to start with.
-
-    Parameters
-    ----------
-    source : str, optional
-        Path of a picture; None for the first sample scene.
-    camera : Camera, optional
-        The operator's; None takes the one in the YAML beside the picture, or else My tank's, or else guesses one.
-    dock : Dock, optional
-        The operator's; None takes the one in the YAML beside the picture, or else My tank's.
-    tank : Tank, optional
-        My tank; None for an unknown one. ``camera`` and ``dock`` become part of it.
-    rotate_deg : int
-        By how much the picture is turned clockwise, its camera and the truth with it.
-
-    Raises
-    ------
-    ValueError
-        If the picture cannot be read, or the camera is not for a picture of this size.
-    """
+    """Return the view to start with."""
     mine = tank or NO_TANK
     mine = changed(mine, camera=camera or mine.camera, dock=dock or mine.dock)
     if source is None:

@@ -21,20 +21,7 @@ def data_html(name: str, data: Any) -> str:
 
 
 class LivePage(Panel):
-    """Collects what the panels before it have to show of a result, and sends it.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where the data are put.
-    flush : callable
-        Sends queued messages at once.
-
-    Attributes
-    ----------
-    held : RLock
-        To be held while several things are put that belong together, lest another thread sends half of them.
-    """
+    """Collects what the panels before it have to show of a result, and sends it."""
 
     def __init__(self, gui: viser.GuiApi, flush: Callable[[], None]) -> None:
         self._flush = flush

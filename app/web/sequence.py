@@ -41,26 +41,7 @@ class Stage(Protocol):
 
 
 class SequenceController:
-    """Holds one sequence at a time.
-
-    Parameters
-    ----------
-    stage : Stage
-        Shows the frames.
-    given : FrameSource, optional
-        The sequence given at the start.
-    root : Path, optional
-        The folder whose sequences may be opened.
-
-    Attributes
-    ----------
-    player, follower : FramePlayer, FrameFollower or None
-        Play and search the open sequence; None where none is open.
-    on_change : callable
-        Called with the name of the sequence that was opened, or None once it was closed.
-    on_rest : callable
-        Called when playing pauses or ends.
-    """
+    """Holds one sequence at a time."""
 
     def __init__(self, stage: Stage, given: FrameSource | None, root: Path | None) -> None:
         self._stage, self._given, self._root = stage, given, root

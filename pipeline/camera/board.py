@@ -71,24 +71,12 @@ class Board:
 
 @dataclass(frozen=True)
 class Sighting:
-    """A board that was found in a picture.
+    """A board that was found in a picture."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the picture.
-    board_m : (N, 3) float array, metres
-        Its corners on the board.
-    picture_px : (N, 2) float array, pixels
-        Its corners in the picture.
-    edge_px : float, pixels
-        How wide its edges are between 10 and 90 % of their height; NaN where that cannot be measured.
-    """
-
-    name: str
-    board_m: np.ndarray
-    picture_px: np.ndarray
-    edge_px: float = float("nan")
+    name: str  # name of the picture
+    board_m: np.ndarray  # (N, 3): its corners on the board
+    picture_px: np.ndarray  # (N, 2): its corners in the picture
+    edge_px: float = float("nan")  # how wide its edges are between 10 and 90 % of their height
 
     def blurred(self, others_px: float = float("inf")) -> str:
         """Why the picture is too blurred to be used, given the others' median edge width; empty where it is not."""
@@ -109,27 +97,8 @@ def find_board(
 ) -> Sighting | None:
     """Find a board in a picture.
 
-    Parameters
-    ----------
-    grey : (H, W) uint8 array
-        The picture.
-    board : Board
-        What to look for; all of a chessboard must be in view, and part of a ChArUco board.
-    counted_as : {"squares", "corners"}
-        What the columns and rows of a chessboard count.
-    name : str
-        Of the picture.
-    thorough : bool
-        Whether to look again and again where the first look finds nothing, which takes a second; False for frames of
-        which there will be others.
+    ``grey`` (H, W).
 
-    Returns
-    -------
-    Sighting or None
-        The corners; None where there is no board, or one of more squares.
-
-    References
-    ----------
     Duda and Frese 2018, "Accurate detection and localization of checkerboard corners for calibration", BMVC.
     """
     if board.dictionary is not None:

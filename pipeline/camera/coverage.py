@@ -24,25 +24,14 @@ _PLACES = (
 
 @dataclass(frozen=True)
 class Coverage:
-    """What boards in pictures cover.
+    """What boards in pictures cover."""
 
-    Attributes
-    ----------
-    pictures : int
-        Number of boards.
-    cells : (3, 3) int array
-        In how many pictures the board reaches into each part of the picture, from the upper left.
-    tilts_deg : (N, 2) float array, degrees
-        How far each board is turned: its right edge away from the camera, its lower edge away from the camera. Before
-        the camera is known they are rough.
-    distances : (N,) float array
-        Distances of the boards, relative to the nearest.
-    """
-
-    pictures: int
+    pictures: int  # number of boards
+    # (3, 3): in how many pictures the board reaches into each part of the picture, from the upper left
     cells: np.ndarray
+    # (N, 2): how far each board is turned: its right edge away from the camera, its lower edge away from the camera
     tilts_deg: np.ndarray
-    distances: np.ndarray
+    distances: np.ndarray  # (N,): distances of the boards, relative to the nearest
 
     @property
     def wanted(self) -> tuple[str, ...]:
@@ -76,22 +65,7 @@ def _in_words(places: Sequence[str]) -> str:
 
 
 def coverage_of(sightings: Sequence[Sighting], size: tuple[int, int], focal_px: float | None = None) -> Coverage:
-    """Work out what boards cover.
-
-    Parameters
-    ----------
-    sightings : sequence of Sighting
-        The boards.
-    size : (int, int), pixels
-        Width and height of the pictures.
-    focal_px : float, pixels, optional
-        Of the camera; None, before it is known, for the picture's longer side.
-
-    Returns
-    -------
-    Coverage
-        The parts of the picture, tilts and distances that they cover.
-    """
+    """Work out what boards cover. ``size`` in pixels."""
     cells = np.zeros((_CELLS, _CELLS), dtype=int)
     tilts, distances = [], []
     focal = focal_px or float(max(size))

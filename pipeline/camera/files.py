@@ -67,13 +67,7 @@ def load_camera(path: str | Path) -> Camera:
 
 
 def camera_of_calibration(content: dict[str, Any]) -> Camera:
-    """Return the camera that the keys of a ROS camera_info file describe.
-
-    Raises
-    ------
-    ValueError
-        If one of its keys is missing or wrong.
-    """
+    """Return the camera that the keys of a ROS camera_info file describe."""
     return _from_calibration(msgspec.convert(content, _Calibration, strict=False))
 
 

@@ -32,27 +32,13 @@ UNDETERMINED = f"the pictures do not determine the camera: {TILT}"
 
 @dataclass(frozen=True)
 class Lens:
-    """A lens model.
+    """A lens model."""
 
-    Attributes
-    ----------
-    name : str
-        Short name, as in ``--lens``.
-    terms : tuple of str
-        Its distortion coefficients that are fitted; the others are 0.
-    length : int
-        How many coefficients the camera then has.
-    flags : int
-        For OpenCV's calibration.
-    fisheye : bool
-        Whether it is OpenCV's fisheye model.
-    """
-
-    name: str
-    terms: tuple[str, ...]
-    length: int
-    flags: int = 0
-    fisheye: bool = False
+    name: str  # short name, as in ``--lens``
+    terms: tuple[str, ...]  # its distortion coefficients that are fitted
+    length: int  # how many coefficients the camera then has
+    flags: int = 0  # for OpenCV's calibration
+    fisheye: bool = False  # whether it is OpenCV's fisheye model
 
 
 _NO_K3 = cv2.CALIB_FIX_K3
@@ -72,50 +58,20 @@ LENSES = {lens.name: lens for lens in LADDER}
 
 @dataclass(frozen=True)
 class Fitted:
-    """A camera fitted to boards.
+    """A camera fitted to boards."""
 
-    Attributes
-    ----------
-    camera : Camera
-        The camera.
-    lens : Lens
-        Its lens model.
-    poses : (N, 6) float array
-        For each board the rotation vector (radians) and the position (metres) of its frame in the camera's.
-    errors_px : (N,) float array, pixels
-        Root mean square reprojection error of each board's corners.
-    """
-
-    camera: Camera
-    lens: Lens
+    camera: Camera  # the camera
+    lens: Lens  # its lens model
+    # (N, 6): for each board the rotation vector (radians) and the position (metres) of its frame in the camera's
     poses: np.ndarray
-    errors_px: np.ndarray
+    errors_px: np.ndarray  # (N,): root mean square reprojection error of each board's corners
 
 
 def fit(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
     """Fit a camera of one lens model.
 
-    Parameters
-    ----------
-    sightings : sequence of Sighting
-        At least 3 boards.
-    size : (int, int), pixels
-        Width and height of the pictures.
-    lens : Lens
-        The lens model.
+    ``size`` in pixels.
 
-    Returns
-    -------
-    Fitted
-        The camera and the boards' poses.
-
-    Raises
-    ------
-    CalibrationError
-        If the boards do not determine the camera.
-
-    References
-    ----------
     Zhang 2000, "A flexible new technique for camera calibration", as implemented in OpenCV.
     """
     if lens.fisheye:

@@ -40,24 +40,12 @@ class ImageError(InputError):
 
 
 def read(path: str | Path) -> np.ndarray:
-    """Read and decode a picture file; see :func:`decode`.
-
-    Raises
-    ------
-    ImageError
-        If the file cannot be read or decoded.
-    """
+    """Read and decode a picture file; see :func:`decode`."""
     return decode(read_picture_file(path), str(path))
 
 
 def read_picture_file(path: str | Path) -> bytes:
-    """Return the bytes of a regular file that is no larger than a picture that is read can be.
-
-    Raises
-    ------
-    ImageError
-        If it cannot be read, is no regular file, or is larger.
-    """
+    """Return the bytes of a regular file that is no larger than a picture that is read can be."""
     try:
         return read_small(path, 2 * _MAX_BYTES)
     except FileError as error:
@@ -65,27 +53,7 @@ def read_picture_file(path: str | Path) -> bytes:
 
 
 def decode(data: bytes, name: str = "image") -> np.ndarray:
-    """Decode the bytes of a picture file (PNG, JPEG, TIFF, BMP, GIF, WebP, PNM).
-
-    Parameters
-    ----------
-    data : bytes
-        Contents of the file.
-    name : str
-        What to call it in an error.
-
-    Returns
-    -------
-    (H, W) grey or (H, W, 3) BGR array, uint8 or uint16
-        The picture as the sensor has it: no tag turns it, see :func:`orientation_of`. Transparent pixels are blended
-        onto black, and levels from 0 to 1 become 16 bits.
-
-    Raises
-    ------
-    ImageError
-        If the file is empty, not a picture, holds several, is cut short, neither 8 nor 16 bit, or has more than 100
-        megapixels or 200 MB of them (judged by its header, before anything is decoded).
-    """
+    """Decode the bytes of a picture file (PNG, JPEG, TIFF, BMP, GIF, WebP, PNM). Returns (H, W) in pixels."""
     if not data:
         raise ImageError(f"{name}: the file is empty (0 bytes)")
     if tiff.is_tiff(data):
@@ -174,20 +142,7 @@ def turned(image: np.ndarray, degrees: int) -> np.ndarray:
 def to_grey(image: Any) -> np.ndarray:
     """Convert a picture to grey, weighing colours as ITU-R BT.601 does (0.299 R + 0.587 G + 0.114 B).
 
-    Parameters
-    ----------
-    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array_like
-        The picture, see :func:`as_picture`.
-
-    Returns
-    -------
-    (H, W) array, uint8 or uint16
-        The grey picture.
-
-    Raises
-    ------
-    ImageError
-        If it is any other array.
+    ``image`` (H, W); returns (H, W).
     """
     array = as_picture(image)
     return array if array.ndim == 2 else cv2.cvtColor(array, cv2.COLOR_BGR2GRAY)
@@ -289,25 +244,7 @@ def _without_alpha(image: np.ndarray) -> np.ndarray:
 
 
 def as_picture(image: Any, name: str = "image") -> np.ndarray:
-    """Return an array as a picture.
-
-    Parameters
-    ----------
-    image : (H, W) grey, (H, W, 3) BGR or (H, W, 4) BGRA array_like
-        Of uint8 or uint16 in any order of bytes, or of floats from 0 to 1 as scikit-image has them.
-    name : str
-        What to call it in an error.
-
-    Returns
-    -------
-    (H, W) or (H, W, 3) array, uint8 or uint16
-        The same array where that is possible; floats become 16 bits, and transparent pixels are blended onto black.
-
-    Raises
-    ------
-    ImageError
-        If it is any other array, or has masked pixels.
-    """
+    """Return an array as a picture. ``image`` (H, W); returns (H, W) in pixels."""
     if np.ma.is_masked(image):
         raise ImageError(f"{name}: has masked pixels; say what they are, as by image.filled(0)")
     array = np.asarray(image)

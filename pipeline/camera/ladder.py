@@ -22,21 +22,13 @@ _FEW = 3  # poses, which hardly tell one coefficient
 
 @dataclass(frozen=True)
 class Rung:
-    """How well a lens model sees pictures that it was not fitted to.
+    """How well a lens model sees pictures that it was not fitted to."""
 
-    Attributes
-    ----------
-    lens : Lens
-        The model.
-    held_out_px : float, pixels
-        Root mean square reprojection error of the pictures left out; infinite where the model could not be fitted.
-    worse, sigma : float
-        Mean logarithm of its squared errors over the best model's, picture by picture, and the standard error of that.
-    """
-
-    lens: Lens
-    held_out_px: float
+    lens: Lens  # the model
+    held_out_px: float  # root mean square reprojection error of the pictures left out
+    # mean logarithm of its squared errors over the best model's, picture by picture, and the standard error of that
     worse: float
+    # mean logarithm of its squared errors over the best model's, picture by picture, and the standard error of that
     sigma: float
 
     @property
@@ -48,35 +40,12 @@ class Rung:
 def climb(sightings: Sequence[Sighting], size: tuple[int, int]) -> tuple[Lens, tuple[Rung, ...]]:
     """Choose the lens model by cross-validation over pictures.
 
-    Parameters
-    ----------
-    sightings : sequence of Sighting
-        At least 3 boards.
-    size : (int, int), pixels
-        Width and height of the pictures.
+    ``size`` in pixels.
 
-    Returns
-    -------
-    lens : Lens
-        The first model of the ladder that no other beats by more than two standard errors; the fisheye and the rational
-        model only where they are better by two standard errors and 5 %.
-    rungs : tuple of Rung
-        Every model; empty for fewer than 6 poses of the board, where the choice is the model with two radial
-        coefficients at 4 or 5 and with one at 3. Boards that lie alike count once, and are left out together.
-
-    Raises
-    ------
-    CalibrationError
-        If no model can be fitted.
-
-    Notes
-    -----
     Pictures differ in how hard they are, and that is the same for all models: their ratios are compared, picture by
     picture, as logarithms, in which one bad picture does not outweigh the rest. One standard error, of ratios far
     smaller than that of the errors themselves, would take a needless term in three of ten calibrations.
 
-    References
-    ----------
     Breiman et al. 1984, "Classification and Regression Trees", section 3.4.3, on the rule of one standard error.
     """
     poses = poses_of(sightings, size)

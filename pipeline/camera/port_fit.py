@@ -23,33 +23,15 @@ _WORST_SHARE = 0.003  # of the picture's longer side: a larger error is no port'
 
 @dataclass(frozen=True)
 class FittedPort:
-    """A port that was fitted.
+    """A port that was fitted."""
 
-    Attributes
-    ----------
-    camera : Camera
-        The camera with its port.
-    sigmas : Sigmas
-        Standard errors in metres: ``air_gap`` and, where it was told, ``glass``; for a camera that is known exactly.
-    glass_sigma_m : float, metres
-        Standard error of the glass's thickness when it is fitted too.
-    gap_per_glass : float
-        By how much the air gap grows with the thickness that is assumed for the glass.
-    errors_px : (N,) float array, pixels
-        Root mean square reprojection error of each board.
-    without_px : float, pixels
-        Error over all boards with no port, of a camera seen as a pinhole in the water.
-    distances_m : (float, float), metres
-        The least and the largest distance of a board.
-    """
-
-    camera: Camera
-    sigmas: Sigmas
-    glass_sigma_m: float
-    gap_per_glass: float
-    errors_px: np.ndarray
-    without_px: float
-    distances_m: tuple[float, float]
+    camera: Camera  # the camera with its port
+    sigmas: Sigmas  # standard errors in metres: ``air_gap`` and, where it was told, ``glass``
+    glass_sigma_m: float  # standard error of the glass's thickness when it is fitted too
+    gap_per_glass: float  # by how much the air gap grows with the thickness that is assumed for the glass
+    errors_px: np.ndarray  # (N,): root mean square reprojection error of each board
+    without_px: float  # error over all boards with no port, of a camera seen as a pinhole in the water
+    distances_m: tuple[float, float]  # the least and the largest distance of a board
 
     @property
     def glass_is_told(self) -> bool:
@@ -60,26 +42,6 @@ class FittedPort:
 def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     """Fit the air gap, and where the pictures tell it the glass, of a flat port.
 
-    Parameters
-    ----------
-    sightings : sequence of Sighting
-        Boards in the water, seen through the port.
-    camera : Camera
-        The camera as calibrated in air. Of a port that it has already the indices are kept, and the thickness of the
-        glass where the pictures do not tell it; otherwise 10 mm of glass and fresh water.
-
-    Returns
-    -------
-    FittedPort
-        The camera with its port.
-
-    Raises
-    ------
-    CalibrationError
-        If there are fewer than three boards, they do not tell the gap, or no port explains them.
-
-    References
-    ----------
     Treibitz et al. 2012, "Flat refractive geometry", IEEE TPAMI 34.
     """
     if len(sightings) < 3:

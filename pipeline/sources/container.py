@@ -22,13 +22,7 @@ _LENIENT: dict[str, Any] = {"metadata_errors": "ignore"} if int(av.__version__.s
 
 
 def opened(source: str | BinaryIO | io.RawIOBase, **options: Any) -> InputContainer:
-    """Open what is to be read, with options of ``av.open``, whatever bytes its texts are.
-
-    Raises
-    ------
-    FFmpegError, OSError, ValueError
-        If it cannot be opened.
-    """
+    """Open what is to be read, with options of ``av.open``, whatever bytes its texts are."""
     return av.open(source, "r", **options, **_LENIENT)
 
 
@@ -180,11 +174,6 @@ class WholeBoxes(io.RawIOBase):
 
     An MP4 is a row of boxes, each of which begins with its size and its kind (ISO 14496-12, section 4.2). Frames lie in
     boxes of the kind "mdat", of which FFmpeg reads what is there.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
     """
 
     def __init__(self, path: Path) -> None:

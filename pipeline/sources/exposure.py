@@ -133,21 +133,11 @@ class ExposureWatch:
 
 @dataclass(frozen=True)
 class _Light:
-    """How a light stands in the picture.
+    """How a light stands in the picture."""
 
-    Attributes
-    ----------
-    cut_share : float
-        Of its pixels above half of its height, those at the top of the scale.
-    contrast : float
-        Its height above the water, in times the water's noise.
-    peak : float
-        Its brightest level.
-    """
-
-    cut_share: float
-    contrast: float
-    peak: float
+    cut_share: float  # of its pixels above half of its height, those at the top of the scale
+    contrast: float  # its height above the water, in times the water's noise
+    peak: float  # its brightest level
 
 
 def _look(image: np.ndarray, box: np.ndarray, top: float) -> _Light:

@@ -76,25 +76,7 @@ class Pictures(Frames):
 
 
 class Pages(Frames):
-    """The pages of a TIFF, or the frames of an animated GIF, WebP or PNG, each decoded when it is due.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    source : str
-        Display name.
-    rate_hz : float, hertz, optional
-        Frames per second. None takes the times that an animation has; a TIFF, and an animation that leaves one out,
-        have none.
-    tell : callable, optional
-        Called with a sentence for each page that cannot be read, which is skipped.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read.
-    """
+    """The pages of a TIFF, or the frames of an animated GIF, WebP or PNG, each decoded when it is due."""
 
     def __init__(self, path: Path, source: str, rate_hz: float | None = None, tell: Tell | None = None) -> None:
         super().__init__(source, tell)
@@ -195,25 +177,7 @@ def _quietly(path: Path) -> Image.Image:
 
 
 def read_picture(path: Path) -> tuple[np.ndarray, str]:
-    """Read a picture file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    image : (H, W) or (H, W, 3) BGR array, uint8 or uint16
-        The picture, see :func:`dockpose.camera.image.decode`.
-    sha256 : str
-        Checksum of the file.
-
-    Raises
-    ------
-    ImageError
-        If the file cannot be read or is not a picture.
-    """
+    """Read a picture file. Returns ``image`` (H, W)."""
     return read_tagged(path)[:2]
 
 
@@ -229,11 +193,6 @@ def taken_unix_s(data: bytes) -> float | None:
 
     DateTimeOriginal is a clock on the wall; without OffsetTimeOriginal nobody knows of which time zone. The fraction of
     the second is that of SubSecTimeOriginal (EXIF 2.31, section 4.6.5).
-
-    Parameters
-    ----------
-    data : bytes
-        Contents of a picture file; only JPEG, TIFF and WebP are looked into.
     """
     if not data.startswith(_WITH_EXIF):
         return None

@@ -26,21 +26,7 @@ _FULL_RANGE, _LIMITED_RANGE = 2, 1  # FFmpeg's AVCOL_RANGE_JPEG and AVCOL_RANGE_
 
 
 def picture_of(frame: av.VideoFrame, *, grey: bool = False) -> np.ndarray:
-    """Return the picture that a frame shows, as the sensor has it: see :func:`orientation_of`.
-
-    Parameters
-    ----------
-    frame : av.VideoFrame
-        A decoded frame of any pixel format.
-    grey : bool
-        Only the brightness, which most formats hold by itself, so that colour need not be computed.
-
-    Returns
-    -------
-    (H, W) or (H, W, 3) BGR array, uint8 or uint16
-        A format with more than 8 bits gives uint16: brightness on its own scale, colour on that of 16 bits. Levels
-        within video range (16 to 235 of 8 bits; ITU-R BT.601) are stretched to the full scale.
-    """
+    """Return the picture that a frame shows, as the sensor has it, (H, W) or (H, W, 3) BGR; see :func:`orientation_of`."""
     name = frame.format.name
     if name.startswith(_LUMA_FIRST) and (grey or name.startswith("gray")):
         return _luma(frame)

@@ -22,22 +22,7 @@ _WITH_CLOCK = {"rtsp", "rtp", "sdp", "mpegts", "flv", "live_flv", "hls"}
 
 
 class StreamCapture:
-    """A stream that is open; one thread decodes it, since more of them hold frames back.
-
-    Parameters
-    ----------
-    address : str
-        As ``rtsp://host/path`` or ``http://host/camera.mjpg``.
-    timeout_s : float, seconds
-        How long it may take to answer, and between two frames.
-    grey : bool
-        Give the brightness alone, as :class:`~dockpose.sources.video.Video` does.
-
-    Raises
-    ------
-    OSError
-        If it does not answer in time, or what answers is no video.
-    """
+    """A stream that is open; one thread decodes it, since more of them hold frames back."""
 
     def __init__(self, address: str, timeout_s: float, *, grey: bool = False) -> None:
         self._grey = grey

@@ -185,13 +185,6 @@ def began_unix_s(container: str, creation_time: str | None) -> float | None:
     date (DateUTC) is believed, and only where it has a fraction of a second, as recorders write it that are at work
     while it happens, when they begin.
 
-    Parameters
-    ----------
-    container : str
-        FFmpeg's name of the format.
-    creation_time : str or None
-        As FFmpeg gives it: "2026-11-22T04:26:03.123456Z".
-
     Examples
     --------
     >>> began_unix_s("matroska,webm", "1970-01-01T00:00:00.500000Z"), began_unix_s("mov,mp4", None)

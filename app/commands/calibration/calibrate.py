@@ -126,15 +126,7 @@ def report(done: Calibration, looked: Looked | None, medium: str) -> Iterator[st
 
 
 def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | None]:
-    """The boards in pictures, or in the frames of the one video or live source that was named.
-
-    Raises
-    ------
-    UserError
-        if a video or live source is not named alone.
-    SourceError
-        if it cannot be opened, or a picture is not there.
-    """
+    """The boards in pictures, or in the frames of the one video or live source that was named."""
     if not any(kind_of(source) in _OF_FRAMES for source in sources):
         gathering = Gathering(board)
         for name, grey in _pictures(expand(sources)):

@@ -71,15 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def report(learned: LearnedDock, views: int) -> Iterator[str]:
-    """Lines that tell how far each light is off its place, with one sigma.
-
-    Parameters
-    ----------
-    learned : LearnedDock
-        What was learned.
-    views : int
-        Number of views in which the dock was found.
-    """
+    """Lines that tell how far each light is off its place, with one sigma."""
     yield _RULE
     angles = learned.dock.light_angles_rad()
     offsets, sigmas = 1000 * np.array(learned.dock.offsets_m), 1000 * learned.sigmas_m

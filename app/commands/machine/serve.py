@@ -116,28 +116,7 @@ def serve(
     options: Options = DEFAULTS,
     report: Callable[[str], None] = say,
 ) -> None:
-    """Serve the page until it is interrupted.
-
-    Parameters
-    ----------
-    source : str or None
-        What to start with; None for a sample scene.
-    camera, dock : Camera, Dock or None
-        None takes what the YAML beside the picture says.
-    host, port : str, int
-        To listen on; port 0 takes any free one.
-    options : Options
-        What the page may do.
-    report : callable
-        Told the page's address; the default writes to standard error.
-
-    Raises
-    ------
-    ValueError
-        if the source cannot be read or does not belong to the camera.
-    PortBusyError
-        if the port cannot be had. Another one is never taken in its place.
-    """
+    """Serve the page until it is interrupted."""
     from dockpose.app.web.app import App  # viser takes a second to import, which the other commands need not wait for
     from dockpose.app.web.server.guard import LOOPBACK_NAMES
 

@@ -20,24 +20,12 @@ _ERROR = 2  # of diagnostic_msgs/DiagnosticStatus
 
 @dataclass(frozen=True)
 class Options:
-    """What the node is configured with.
+    """What the node is configured with."""
 
-    Attributes
-    ----------
-    dock : Dock
-        The dock to look for.
-    settings : Settings
-        How to search for it.
-    camera : Camera or None
-        The camera; None to take it from its camera_info.
-    image_topic : str
-        Topic of the pictures.
-    """
-
-    dock: Dock
-    settings: Settings = field(default_factory=Settings)
-    camera: Camera | None = None
-    image_topic: str = "/camera/image_raw"
+    dock: Dock  # the dock to look for
+    settings: Settings = field(default_factory=Settings)  # how to search for it
+    camera: Camera | None = None  # the camera
+    image_topic: str = "/camera/image_raw"  # topic of the pictures
 
     @property
     def is_compressed(self) -> bool:
@@ -51,15 +39,7 @@ class Options:
 
 
 class NodeLogic:
-    """Finds and tracks the dock in pictures as they are published.
-
-    Parameters
-    ----------
-    options : Options
-        What it is configured with.
-    tell : callable
-        Called with sentences for the log.
-    """
+    """Finds and tracks the dock in pictures as they are published."""
 
     def __init__(self, options: Options, tell: Callable[[str], None]) -> None:
         self._options, self._tell = options, tell
@@ -89,20 +69,7 @@ class NodeLogic:
             self.restart()
 
     def take_image(self, message: Any, now_s: float) -> list[Message]:
-        """Search a picture.
-
-        Parameters
-        ----------
-        message : object
-            With the fields of ``sensor_msgs/Image`` or ``sensor_msgs/CompressedImage``.
-        now_s : float, seconds
-            Time since 1970, for a picture without a time stamp.
-
-        Returns
-        -------
-        list of (str, dict)
-            Topic and fields of each message to publish; where the picture cannot be searched, diagnostics alone.
-        """
+        """Search a picture."""
         stamp = message.header.stamp
         time_s = stamp.sec + 1e-9 * stamp.nanosec
         if time_s == 0:

@@ -18,18 +18,7 @@ NAME = "dockpose"
 
 
 def make_node(defaults: dict[str, Any]) -> Any:
-    """Return the node, not yet configured.
-
-    Parameters
-    ----------
-    defaults : dict
-        Of its parameters ``camera_file``, ``dock_file``, ``dock_diameter_m``, ``lights``, ``method``, ``image_topic``.
-
-    Returns
-    -------
-    rclpy.lifecycle.Node
-        Its time stamps and frame are those of the pictures.
-    """
+    """Return the node, not yet configured."""
     lifecycle, qos = importlib.import_module("rclpy.lifecycle"), importlib.import_module("rclpy.qos")
     done = lifecycle.TransitionCallbackReturn
 

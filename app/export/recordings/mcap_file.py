@@ -27,20 +27,6 @@ class PoseFile:
     """An MCAP file with the poses of each frame; as a context manager it finishes itself.
 
     A program that is killed leaves what it had written, which readers of MCAP files without an index read.
-
-    Parameters
-    ----------
-    path : Path
-        NAME.mcap.
-    source : str
-        Name of the source.
-    tell : callable
-        Told where the source does not know the time of day, of which the time stamps are then none.
-
-    Raises
-    ------
-    UserError
-        If it cannot be written, the name does not end with .mcap, or the packages that write it are missing.
     """
 
     def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:
@@ -70,22 +56,7 @@ class PoseFile:
         self.close()
 
     def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
-        """Add a frame.
-
-        Parameters
-        ----------
-        seen : Seen
-            The frame.
-        time_s : float or None, seconds
-            Its time since the source began.
-        time_unix_s : float or None, seconds
-            Its time since 1970.
-
-        Raises
-        ------
-        UserError
-            If it cannot be written.
-        """
+        """Add a frame."""
         stamp_s = self._stamp_s(time_s, time_unix_s)
         with self._writing():
             for topic, fields in messages_of(dataclasses.replace(seen, clock=self._clock), stamp_s):
@@ -133,22 +104,7 @@ class PoseFile:
 
 
 def built(store: Any, kind: str, fields: dict[str, Any]) -> Any:
-    """Build a message.
-
-    Parameters
-    ----------
-    store : Typestore
-        Of the package ``rosbags``.
-    kind : str
-        As "geometry_msgs/msg/Pose".
-    fields : dict
-        Plain values, dictionaries for messages in it, lists and bytes.
-
-    Returns
-    -------
-    object
-        The message, which the store serialises.
-    """
+    """Build a message."""
     values = {}
     for name, described in store.fielddefs[kind][1]:
         values[name] = _value(store, described, fields[name])

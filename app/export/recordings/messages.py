@@ -34,56 +34,20 @@ Message = tuple[str, dict[str, Any]]
 
 @dataclass(frozen=True)
 class Seen:
-    """A frame and what was found in it.
+    """A frame and what was found in it."""
 
-    Attributes
-    ----------
-    source : str
-        Name of the source.
-    frame : int
-        Number of the frame.
-    found : Estimate
-        With the pose selected that was chosen in the end.
-    trust : Trust
-        How far to trust it.
-    track : Track or None
-        State of the track; None for a picture by itself.
-    picture : (H, W, 3) uint8 BGR array or None
-        The annotated picture.
-    original : (H, W) or (H, W, 3) BGR array or None
-        The picture itself.
-    clock : str
-        What the time stamps are.
-    """
-
-    source: str
-    frame: int
-    found: Estimate
-    trust: Trust
-    track: Track | None = None
-    picture: np.ndarray | None = None
-    original: np.ndarray | None = None
-    clock: str = "time of day"
+    source: str  # name of the source
+    frame: int  # number of the frame
+    found: Estimate  # with the pose selected that was chosen in the end
+    trust: Trust  # how far to trust it
+    track: Track | None = None  # state of the track
+    picture: np.ndarray | None = None  # (H, W, 3): the annotated picture
+    original: np.ndarray | None = None  # (H, W): the picture itself
+    clock: str = "time of day"  # what the time stamps are
 
 
 def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Message]:
-    """Return all messages about a frame, each with its topic, which is one of ``TOPICS``.
-
-    Parameters
-    ----------
-    seen : Seen
-        The frame.
-    time_s : float, seconds
-        Time of the stamps, since 1970.
-    frame_id : str
-        Name of the camera's optical frame.
-
-    Returns
-    -------
-    list of (str, dict)
-        Diagnostics always; the candidates, the chosen pose and its transform where the frame shows a dock; the
-        annotated picture, last, where there is one.
-    """
+    """Return all messages about a frame, each with its topic, which is one of ``TOPICS``."""
     messages: list[Message] = [("/diagnostics", diagnostics_message(seen, time_s, frame_id))]
     if seen.found.status == "ok":
         for topic, pose in zip(("/dock/pose_a", "/dock/pose_b"), seen.found.candidates, strict=False):
@@ -100,23 +64,6 @@ def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Mes
 def pose_message(pose: CirclePose, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
     """Return a pose as the message's fields.
 
-    Parameters
-    ----------
-    pose : CirclePose
-        The pose.
-    time_s : float, seconds
-        Time of the stamp, since 1970.
-    frame_id : str
-        Name of the camera's optical frame: x right, y down, z ahead (REP 103).
-
-    Returns
-    -------
-    dict
-        ``pose.pose`` is the dock's frame in the camera's: z into the dock, away from the camera, x level.
-        ``pose.covariance`` is 6 x 6, row by row: x, y, z, then rotations about the camera's fixed axes x, y and z.
-
-    Notes
-    -----
     The rotation is Ry(theta_y) Rx(theta_x). Roll, about the dock's own axis, is unobservable where all lights look
     alike; it gets the variance of a uniform distribution over a full turn, pi^2 / 3.
     """

@@ -30,20 +30,6 @@ class RerunFile:
 
     Its timelines are "frame", "time" where frames have times, and "time_of_day" where the source knows it. Positions
     are in metres, in the camera's frame.
-
-    Parameters
-    ----------
-    path : Path
-        NAME.rrd.
-    source : str
-        Name of the source.
-    tell : callable
-        Not called; as for other files of results.
-
-    Raises
-    ------
-    UserError
-        If it cannot be written, or Rerun is not installed.
     """
 
     def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:

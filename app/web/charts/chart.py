@@ -17,31 +17,15 @@ _FONT = "11px sans-serif"
 
 @dataclass(frozen=True)
 class Curve:
-    """A line of a chart, or a row of marks.
+    """A line of a chart, or a row of marks."""
 
-    Attributes
-    ----------
-    label, colour : str
-        Name in the legend; colour as in HTML.
-    dash : tuple of float
-        Pixels on and off; empty for a solid line.
-    width : float
-        Width of the line, in pixels.
-    marks_px : float or None
-        Draw marks of this size in place of a line.
-    hollow : bool
-        Draw the marks as rings.
-    scale : str
-        Which of the chart's scales it belongs to.
-    """
-
-    label: str
-    colour: str
-    dash: tuple[float, ...] = ()
-    width: float = 2.0
-    marks_px: float | None = None
-    hollow: bool = False
-    scale: str = "y"
+    label: str  # name in the legend
+    colour: str  # name in the legend
+    dash: tuple[float, ...] = ()  # pixels on and off
+    width: float = 2.0  # width of the line, in pixels
+    marks_px: float | None = None  # draw marks of this size in place of a line
+    hollow: bool = False  # draw the marks as rings
+    scale: str = "y"  # which of the chart's scales it belongs to
 
     def series(self) -> uplot.Series:
         """Return the curve as uPlot has it."""
@@ -61,23 +45,7 @@ def axis(label: str = "", size: int = 32, label_size: int = 14, **more: Any) -> 
 
 
 class Chart:
-    """A chart of curves over one axis.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where to build it.
-    across : str
-        What the horizontal axis counts; shown in the legend.
-    curves : sequence of Curve
-        What is drawn.
-    axes : sequence of uplot.Axis
-        The horizontal one first.
-    height : int
-        In pixels.
-    scales : tuple of str
-        Names of the vertical scales.
-    """
+    """A chart of curves over one axis."""
 
     def __init__(
         self,
@@ -103,15 +71,7 @@ class Chart:
         )
 
     def show(self, data: Sequence[np.ndarray], **ends: Ends) -> None:
-        """Draw the curves.
-
-        Parameters
-        ----------
-        data : sequence of numpy.ndarray
-            Positions along the horizontal axis, then each curve's values there; NaN for gaps.
-        **ends : tuple of float
-            Both ends of each scale: ``x``, ``y`` and any others of the chart.
-        """
+        """Draw the curves."""
         if ends != self._ends:  # with other scales the browser rebuilds the chart
             self._ends = ends
             self._handle.scales = _scales(ends)

@@ -51,19 +51,7 @@ class Viewpoint:
 
 
 def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -> Viewpoint:
-    """Return a viewpoint that shows the whole extent.
-
-    Parameters
-    ----------
-    name : str
-        One of ``NAMES``.
-    extent : Extent
-        What must be visible.
-    camera : Camera
-        For the view through it.
-    aspect : float or None
-        Width to height of the canvas; None where not known yet.
-    """
+    """Return a viewpoint that shows the whole extent."""
     aspect = aspect or _ASPECT
     if name == FROM_CAMERA:
         wide, high = camera.field_of_view_rad

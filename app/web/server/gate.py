@@ -24,17 +24,7 @@ _SEND_BACK_S = 1.5  # a pause in typing: what is typed on the way to a number, a
 
 
 class Gate:
-    """Checks all messages of all browsers before viser reads them.
-
-    Attributes
-    ----------
-    journal : Journal
-        Told what is refused.
-    probe : bytes
-        A message that nobody else knows, and that does nothing but set ``is_reached``: whether messages come this way.
-    is_reached : threading.Event
-        See ``probe``.
-    """
+    """Checks all messages of all browsers before viser reads them."""
 
     def __init__(self, journal: Journal) -> None:
         self.journal = journal

@@ -29,17 +29,7 @@ class Journal:
         self._told: dict[str, tuple[float, int]] = {}  # when a line was written, and how many were left out since
 
     def note(self, client: str, text: str, level: int = logging.WARNING) -> None:
-        """Write one line about a client, or count it for its next line.
-
-        Parameters
-        ----------
-        client : str
-            Its address; those of one machine share their lines.
-        text : str
-            What happened; must not hold a token.
-        level : int
-            Of ``logging``.
-        """
+        """Write one line about a client, or count it for its next line."""
         if self.is_silent:
             return
         now_s = time.monotonic()

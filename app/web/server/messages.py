@@ -136,27 +136,7 @@ _OF_VIEWERS = msgspec.msgpack.Decoder(ViewerCameraMessage)
 def check_message(
     raw: bytes | str, find_control: Callable[[str], Any], find_form: Callable[[str], Any], *, only_views: bool = False
 ) -> Any:
-    """Check what a browser sent.
-
-    Parameters
-    ----------
-    raw : bytes or str
-        A WebSocket frame.
-    find_control, find_form : callable
-        Give viser's handle of the control, or form, of that id; None where there is none.
-    only_views : bool
-        Whether this browser may change nothing.
-
-    Returns
-    -------
-    msgspec.Struct
-        The message.
-
-    Raises
-    ------
-    RefusedError
-        If viser must not see it.
-    """
+    """Check what a browser sent."""
     if not isinstance(raw, bytes):
         raise RefusedError("a message as text, where all are binary")
     if only_views and len(raw) > LARGEST_BYTES:

@@ -15,36 +15,17 @@ RECORDINGS_FOLDER = "dockpose-recordings"  # beside the former
 
 @dataclass(frozen=True)
 class Options:
-    """What the page may do.
+    """What the page may do."""
 
-    Attributes
-    ----------
-    allow_hosts : tuple of str
-        Host names that browsers may use besides this machine's own, such as a reverse proxy's.
-    folder : Path or None
-        The folder on this machine whose pictures the page may show; None shows none.
-    upload_limit_bytes : int
-        Limit for all uploaded pictures together.
-    remember_in : Path or None
-        Folder for the last settings and each port's token; None keeps none, and shows no first card either.
-    sessions : Path
-        Folder for experiments; created with the first one.
-    view_link : bool
-        Whether there is a second address, for who may look but change nothing.
-    wishes : Wishes
-        What a camera is asked for that was given at the start.
-    topic : str or None
-        Of the bag that it starts with; None for the only one with pictures.
-    """
-
+    # host names that browsers may use besides this machine's own, such as a reverse proxy's
     allow_hosts: tuple[str, ...] = ()
-    folder: Path | None = None
-    upload_limit_bytes: int = UPLOAD_LIMIT_BYTES
-    remember_in: Path | None = None
-    sessions: Path = SESSIONS_FOLDER
-    view_link: bool = False
-    wishes: Wishes = NO_WISHES
-    topic: str | None = None
+    folder: Path | None = None  # the folder on this machine whose pictures the page may show
+    upload_limit_bytes: int = UPLOAD_LIMIT_BYTES  # limit for all uploaded pictures together
+    remember_in: Path | None = None  # folder for the last settings and each port's token
+    sessions: Path = SESSIONS_FOLDER  # folder for experiments
+    view_link: bool = False  # whether there is a second address, for who may look but change nothing
+    wishes: Wishes = NO_WISHES  # what a camera is asked for that was given at the start
+    topic: str | None = None  # of the bag that it starts with
 
 
 DEFAULTS = Options()

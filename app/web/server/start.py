@@ -26,22 +26,7 @@ class PortBusyError(OSError):
 
 
 def open_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
-    """Start serving.
-
-    Parameters
-    ----------
-    host, port : str, int
-        Where to listen; port 0 takes any free one.
-    guard : Guard
-        Decides who may talk to the page.
-
-    Raises
-    ------
-    PortBusyError
-        If the port is not available; no other is tried.
-    UnprotectedError
-        If the installed viser lacks what the guard or the cap on uploads relies on.
-    """
+    """Start serving."""
     check_names()
     for module in (viser._gui_api, viser._scene_api, viser._viser):  # in place of tracebacks in the terminal
         module.__dict__["print_threadpool_errors"] = log_failure

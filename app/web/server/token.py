@@ -15,15 +15,7 @@ _BYTES = 18  # 24 letters
 
 
 def token_for(folder: Path | None, name: str) -> str:
-    """Return the token of that name, as ``8080`` or ``8080-view``; a new one where none is kept or could have leaked.
-
-    Parameters
-    ----------
-    folder : Path or None
-        Where tokens are kept, each in a file that only its owner may read; None keeps none.
-    name : str
-        What the token is for.
-    """
+    """Return the token of that name, as ``8080-view``; a new one where none is kept or it could have leaked."""
     new = secrets.token_urlsafe(_BYTES)
     if folder is None:
         return new

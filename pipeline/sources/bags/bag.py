@@ -201,20 +201,7 @@ class Bag(Frames):
 
 
 def deserialised(data: bytes, topic: Topic) -> Any:
-    """Return a message with its fields.
-
-    Parameters
-    ----------
-    data : bytes
-        The message as it was recorded.
-    topic : Topic
-        What it is, and how it was serialised.
-
-    Raises
-    ------
-    SourceError
-        If it is damaged.
-    """
+    """Return a message with its fields."""
     store = _store(topic.encoding)
     try:
         if topic.encoding == "ros1":

@@ -23,25 +23,7 @@ _PART_BYTES = 1 << 20
 
 
 class BagFiles:
-    """The files of a bag, open.
-
-    Parameters
-    ----------
-    source : str
-        Path of a file or of a folder.
-
-    Attributes
-    ----------
-    storages : list of Storage
-        One for each file, in order.
-    is_unfinished : bool
-        Whether a folder lacks the file that rosbag2 writes at the end.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be read, is no bag, or the packages that read bags are missing.
-    """
+    """The files of a bag, open."""
 
     def __init__(self, source: str) -> None:
         path = Path(source)

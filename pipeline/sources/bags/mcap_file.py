@@ -28,22 +28,6 @@ _CHUNK_HEAD = struct.Struct("<QQQII")  # begin, end, size, checksum, and the len
 class McapFile(Storage):
     """An MCAP file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    number : int
-        Which file of the bag it is.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be read or is none.
-    ImportError
-        If the package ``mcap`` is missing.
-
-    References
-    ----------
     The format: https://mcap.dev/spec
     """
 

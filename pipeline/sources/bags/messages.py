@@ -32,25 +32,7 @@ _ENCODINGS: dict[str, tuple[int, int, int | None]] = {
 
 
 def picture_in(message: Any, name: str = "image") -> np.ndarray:
-    """Return the picture of a message.
-
-    Parameters
-    ----------
-    message : object
-        With the fields of ``sensor_msgs/Image`` or ``sensor_msgs/CompressedImage``.
-    name : str
-        What to call it in an error.
-
-    Returns
-    -------
-    (H, W) grey or (H, W, 3) BGR array, uint8 or uint16
-        The picture; its opacity is left out.
-
-    Raises
-    ------
-    ImageError
-        If its encoding is none that is read, or its data do not fit its size.
-    """
+    """Return the picture of a message, (H, W)."""
     if not hasattr(message, "encoding"):
         if "compressedDepth" in message.format:
             raise ImageError(f"{name}: is a depth picture ({message.format}), which shows no lights")
@@ -82,26 +64,7 @@ def _rows(message: Any, pixel_bytes: int, name: str) -> np.ndarray:
 
 
 def camera_in(message: Any, is_rectified: bool = False) -> Camera | None:
-    """Return the camera of a message, for pictures as they were published.
-
-    Parameters
-    ----------
-    message : object
-        With the fields of ``sensor_msgs/CameraInfo``, of ROS 1 or 2.
-    is_rectified : bool
-        Whether the pictures were rectified: then its projection matrix holds, and there is no distortion.
-
-    Returns
-    -------
-    Camera or None
-        For the region of interest; where pixels are binned, of the size before, which scales to theirs. None where the
-        camera was not calibrated.
-
-    Raises
-    ------
-    ValueError
-        If the lens model is none of ours, or a number is impossible.
-    """
+    """Return the camera of a message, for pictures as they were published."""
     K, P, D = (_field(message, name) for name in "kpd")
     matrix = np.reshape(P, (3, 4))[:, :3] if is_rectified else np.reshape(K, (3, 3))
     if matrix[0, 0] == 0:

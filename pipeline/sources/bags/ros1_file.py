@@ -21,22 +21,6 @@ _MESSAGE, _CHUNK, _CHUNK_INFO, _CONNECTION = 2, 5, 6, 7
 class Ros1File(Storage):
     """A bag of ROS 1, format 2.0.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    number : int
-        Which file of the bag it is.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be read or is none.
-    ImportError
-        If the package ``rosbags`` is missing.
-
-    References
-    ----------
     The format: http://wiki.ros.org/Bags/Format/2.0
     """
 

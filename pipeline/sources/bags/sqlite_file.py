@@ -19,22 +19,7 @@ _GENERATED = (2, 3)  # "hidden" in SQLite's description of a column
 
 
 class SqliteFile(Storage):
-    """A database as rosbag2 writes it, with the tables "topics" and "messages".
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    number : int
-        Which file of the bag it is.
-    expand : callable, optional
-        Expands messages that were compressed one by one.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be read or is none.
-    """
+    """A database as rosbag2 writes it, with the tables "topics" and "messages"."""
 
     def __init__(self, path: Path, number: int = 0, expand: Callable[[bytes], bytes] | None = None) -> None:
         super().__init__()

@@ -21,59 +21,25 @@ NEEDS = "needs the packages that read bags: pip install 'dockpose[ros]'"
 
 @dataclass(frozen=True)
 class Topic:
-    """Messages of one kind under one name; a name has several where several programs published on it.
+    """Messages of one kind under one name; a name has several where several programs published on it."""
 
-    Attributes
-    ----------
-    name : str
-        As "/camera/image_raw".
-    kind : str
-        As "sensor_msgs/msg/Image", for ROS 1 as well.
-    encoding : str
-        How messages are serialised: "cdr" by ROS 2, "ros1" by ROS 1; others are not read.
-    """
-
-    name: str
-    kind: str
-    encoding: str
+    name: str  # as "/camera/image_raw"
+    kind: str  # as "sensor_msgs/msg/Image", for ROS 1 as well
+    encoding: str  # how messages are serialised: "cdr" by ROS 2, "ros1" by ROS 1
 
 
 class Place(NamedTuple):
-    """Where a message lies.
+    """Where a message lies."""
 
-    Attributes
-    ----------
-    time_ns : int, nanoseconds
-        When it was recorded, by the clock of the recording machine.
-    topic : int
-        Key of its topic.
-    file : int
-        Which file of the bag.
-    chunk : int
-        Where its chunk begins in the file; -1 where it lies in none.
-    offset : int
-        Where it begins in the chunk or the file, or its number in a database.
-    """
-
-    time_ns: int
-    topic: int
-    file: int
-    chunk: int
-    offset: int
+    time_ns: int  # when it was recorded, by the clock of the recording machine
+    topic: int  # key of its topic
+    file: int  # which file of the bag
+    chunk: int  # where its chunk begins in the file
+    offset: int  # where it begins in the chunk or the file, or its number in a database
 
 
 class Storage(abc.ABC):
-    """One file of a bag, of which messages are read one by one, from any thread.
-
-    Attributes
-    ----------
-    topics : dict of int to Topic
-        By their keys, which are those of the file.
-    is_cut_short : bool
-        Whether the end of the file is missing; what is there is read.
-    faults : list of str
-        What else is wrong with the file, of which the rest is read; a sentence each.
-    """
+    """One file of a bag, of which messages are read one by one, from any thread."""
 
     def __init__(self) -> None:
         self.topics: dict[int, Topic] = {}
@@ -86,13 +52,7 @@ class Storage(abc.ABC):
         """Where the messages of some topics lie, in the order in which they were recorded."""
 
     def read(self, place: Place) -> bytes:
-        """Return a message's bytes.
-
-        Raises
-        ------
-        SourceError
-            If they cannot be read.
-        """
+        """Return a message's bytes."""
         with self._lock:
             try:
                 return self._read(place)
@@ -121,22 +81,7 @@ def check_size(size: int) -> None:
 
 
 def expanded(compression: str, data: bytes, size: int | None = None) -> bytes:
-    """Expand a chunk; of one that breaks off, the beginning.
-
-    Parameters
-    ----------
-    compression : str
-        "zstd", "lz4" or "bz2".
-    data : bytes
-        The compressed chunk.
-    size : int, optional
-        How many bytes come of it, as the file says; at most 256 MB.
-
-    Raises
-    ------
-    ValueError
-        If it is damaged or too large, or the compression is another one.
-    """
+    """Expand a chunk; of one that breaks off, the beginning."""
     check_size(size or 0)
     most = (MOST_BYTES if size is None else size) + 1  # of one more no more is made, but it shows
     try:

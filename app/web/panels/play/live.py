@@ -38,19 +38,7 @@ _TOLD_EVERY_S = 0.5
 
 
 class LiveControls:
-    """Controls of the live source that is open; hidden while none is.
-
-    Parameters
-    ----------
-    gui : viser.GuiApi
-        Where they are built.
-    source : callable
-        Returns the live source that is open, or None.
-    folder : Path
-        For recordings; made with the first.
-    notify, fail : callable
-        Show a notification, and report an unexpected error.
-    """
+    """Controls of the live source that is open; hidden while none is."""
 
     def __init__(
         self,

@@ -26,7 +26,7 @@ _FULL_RANGE, _LIMITED_RANGE = 2, 1  # FFmpeg's AVCOL_RANGE_JPEG and AVCOL_RANGE_
 
 
 def picture_of(frame: av.VideoFrame, *, grey: bool = False) -> np.ndarray:
-    """Return the picture that a frame shows, as the sensor has it, (H, W) or (H, W, 3) BGR; see :func:`orientation_of`."""
+    """Return the picture (H, W) or (H, W, 3) that a frame shows, as the sensor has it; see :func:`orientation_of`."""
     name = frame.format.name
     if name.startswith(_LUMA_FIRST) and (grey or name.startswith("gray")):
         return _luma(frame)

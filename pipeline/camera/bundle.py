@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -83,7 +84,8 @@ def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> 
         _, blocks = _blocks(sightings, settled(*numbers.tolist())[1], shared, numbers)
         return np.vstack([_beside_pose(J, P) for _, J, P in blocks])
 
-    found = least_squares(off_px, shared.numbers, by_numbers, method="lm", x_scale="jac", ftol=_SETTLED).x
+    jac: Any = by_numbers  # which scipy's default value hides from type checkers
+    found = least_squares(off_px, shared.numbers, jac, method="lm", x_scale="jac", ftol=_SETTLED).x
     return found, settled(*found.tolist())[1]
 
 

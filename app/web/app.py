@@ -29,9 +29,10 @@ from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
 from dockpose.app.web.server.looks import Looks
 from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
-from dockpose.app.web.server.start import icons_from_one_archive, open_server, reachable_hosts, silence
+from dockpose.app.web.server.start import open_server, reachable_hosts, silence
 from dockpose.app.web.server.token import token_for
 from dockpose.app.web.server.uploads import Uploads
+from dockpose.app.web.server.viser_private import icons_from_one_archive
 from dockpose.sources import Frame
 from msgspec.structs import replace as changed
 

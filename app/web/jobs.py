@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 import viser
+from dockpose.app.web.server.viser_private import identity
 from dockpose.app.web.widgets import Panel, on_person
 
 _LONGEST = 300  # letters
@@ -68,7 +69,7 @@ class JobsPanel(Panel):
             union = kind if union is None else union | kind
         self._decoder = msgspec.json.Decoder(union)
         self._box = gui.add_text("Done on the page", "")
-        gui.add_html(f'<dockpose-jobs channel="{self._box._impl.uuid}"></dockpose-jobs>')
+        gui.add_html(f'<dockpose-jobs channel="{identity(self._box)}"></dockpose-jobs>')
         on_person(self._box.on_update, self._fulfil)
 
     def _fulfil(self, client: viser.ClientHandle) -> None:

@@ -12,8 +12,8 @@ from dockpose.app.state.preferences import Memory, settings_file, with_settings_
 from dockpose.app.web.html import help_anchor, help_link
 from dockpose.app.web.server.pages import help_body
 from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.server.viser_private import Modal
 from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, on_click, on_download, on_person
-from viser._gui_handles import GuiModalHandle
 
 FIRST_CARD = (
     "You see a simulated dock: its lights were found, numbered, and an ellipse was laid through them.",
@@ -37,7 +37,7 @@ class SettingsPanel(Panel):
 
     def __init__(self, server: viser.ViserServer, change: Change, memory: Memory, actions: Actions) -> None:
         self._server, self._change, self._memory = server, change, memory
-        self._cards: dict[int, GuiModalHandle] = {}
+        self._cards: dict[int, Modal] = {}
         gui = server.gui
         self._area = gui.add_folder(None)
         with self._area:

@@ -23,6 +23,7 @@ from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.histogram import HistogramNumbers
 from dockpose.app.web.live import LivePage, data_html
+from dockpose.app.web.server.viser_private import identity
 from dockpose.app.web.widgets import Change, Panel, on_person
 from dockpose.camera.image import to_levels
 from dockpose.thresholds import LEVELS, METHODS
@@ -83,7 +84,7 @@ class PicturePanel(Panel):
         self._last_wish = -1
         self._wishes = gui.add_text("Done in the picture", "")
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        gui.add_html(f'<dockpose-picture channel="{self._wishes._impl.uuid}" style="{look}"></dockpose-picture>')
+        gui.add_html(f'<dockpose-picture channel="{identity(self._wishes)}" style="{look}"></dockpose-picture>')
         gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
         self._picture, self._methods = gui.add_html(""), gui.add_html("")
         on_person(self._wishes.on_update, self._fulfil)

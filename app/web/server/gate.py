@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import functools
 import secrets
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
-import msgspec
 import viser
+from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.journal import Journal, client_of
-from dockpose.app.web.server.messages import LARGEST_BYTES, GuiUpdateMessage, RefusedError, check_message
-from viser import _messages as messages
-from viser.infra._async_message_buffer import AsyncMessageBuffer
+from dockpose.app.web.server.messages import LARGEST_BYTES, RefusedError, check_message
+from dockpose.app.web.server.viser_private import GuiUpdateMessage
 
 _RATE_HZ, _BURST = 400.0, 800.0  # messages that one browser may send
 _BYTES_PER_TOKEN = 256 * 2**10  # a large message counts for several
@@ -35,7 +33,7 @@ class Gate:
     def serve(self, server: viser.ViserServer) -> None:
         """Let messages through to this server; before that, none pass."""
         self._server = server
-        protect_broadcasts(server)
+        viser_private.protect_broadcasts(server)
 
     def stand_before(self, connection: Any, *, only_views: bool) -> None:
         """Take the place of a WebSocket's ``recv``, before anything was read from it."""
@@ -57,13 +55,12 @@ class Gate:
         if self._server is None or refusal.control is None:
             return
         handle = self._control(refusal.control)
-        client_id = next((one for one, it in self._live() if it is connection), None)
+        live = viser_private.connections(self._server)
+        client_id = next((one for one, it in live.items() if it is connection), None)
         client = None if client_id is None else self._server.get_clients().get(client_id)
-        state = None if client_id is None else self._server._websock_server._client_state_from_id.get(client_id)
-        if handle is None or client is None or state is None or state.message_buffer.done:
+        if handle is None or client is None or not viser_private.send_value(self._server, client.client_id, handle):
             return
-        state.message_buffer.push(messages.GuiUpdateMessage(refusal.control, {"value": handle._impl.value}))
-        label: str = getattr(handle._impl.props, "label")  # noqa: B009
+        label = viser_private.property_of(handle, "label")
         client.add_notification("Not taken", f"{label}: {refusal.reason}.", color="yellow")
 
     def _guis(self) -> Iterator[viser.GuiApi]:
@@ -73,17 +70,14 @@ class Gate:
             yield from (client.gui for client in self._server.get_clients().values())
 
     def _control(self, uuid: str) -> Any:
-        return _first(uuid, (gui._gui_input_handle_from_uuid for gui in self._guis()))
+        return _first(viser_private.control(gui, uuid) for gui in self._guis())
 
     def _form(self, uuid: str) -> Any:
-        return _first(uuid, (gui._container_handle_from_uuid for gui in self._guis()))
-
-    def _live(self) -> list[tuple[int, Any]]:
-        return [] if self._server is None else list(self._server._websock_server._live_connections.items())
+        return _first(viser_private.container(gui, uuid) for gui in self._guis())
 
 
-def _first(uuid: str, tables: Iterable[dict[str, Any]]) -> Any:
-    return next((table[uuid] for table in tables if uuid in table), None)
+def _first(found: Iterator[Any]) -> Any:
+    return next((one for one in found if one is not None), None)
 
 
 class _Bucket:
@@ -146,54 +140,3 @@ class _Inbox:
             self._gate.send_back(self._connection, refusal)
 
         self._to_send_back[control] = asyncio.get_running_loop().call_later(_SEND_BACK_S, send)
-
-
-def protect_broadcasts(server: viser.ViserServer) -> None:
-    """Let nothing enter the messages for all browsers that cannot be sent.
-
-    viser finds that out while it sends, which closes every browser, and each new one. Here whoever queues such a
-    message gets the ValueError.
-    """
-    buffer = server._websock_server.get_message_buffer()
-    push = buffer.push
-
-    def push_if_sendable(message: messages.Message) -> None:
-        try:
-            msgspec.msgpack.encode(message.as_serializable_dict([]))
-        except Exception as error:
-            raise ValueError(f"{type(message).__name__} cannot be sent: {error}") from error
-        push(message)
-
-    setattr(buffer, "push", push_if_sendable)  # noqa: B010
-
-
-class _EventOfLoop(asyncio.Event):
-    """An event that another thread may set: then it only becomes true, and whoever waits is woken by its loop."""
-
-    def set(self) -> None:
-        try:
-            asyncio.get_running_loop()
-        except RuntimeError:
-            self._value = True
-        else:
-            self._value = False  # or it would wake nobody
-            super().set()
-
-
-def wake_from_the_loop() -> None:
-    """Let no thread but the loop's walk through those who wait for messages.
-
-    viser sets a buffer's event from whichever thread queues a message, and once more in the loop. The first walks
-    through the waiting browsers while the loop takes them out, and now and then ends in a RuntimeError that stops
-    whoever queued the message.
-    """
-    push = AsyncMessageBuffer.push
-    if hasattr(push, "__wrapped__"):
-        return
-
-    @functools.wraps(push)
-    def push_from_anywhere(buffer: AsyncMessageBuffer, message: messages.Message) -> None:
-        buffer.message_event.__class__ = _EventOfLoop
-        push(buffer, message)
-
-    setattr(AsyncMessageBuffer, "push", push_from_anywhere)  # noqa: B010

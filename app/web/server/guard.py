@@ -5,20 +5,20 @@ viser has no access control, so any web page open in the same browser could cont
 
 from __future__ import annotations
 
-import contextlib
 import hmac
 import ipaddress
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from typing import Any
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
-import websockets.asyncio.server as websocket_server
 from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine, client_of
 from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
 from dockpose.app.web.server.pages import FOR_VIEWERS, LOOK_PATH, Page
 from dockpose.app.web.server.sockets import Sockets
+from dockpose.app.web.server.viser_private import serving_through
 from websockets import Headers
 from websockets.http11 import Request, Response
 
@@ -134,15 +134,11 @@ def is_upgrade(headers: Headers) -> bool:
     return any(value.lower() == "websocket" for value in headers.get_all("Upgrade"))
 
 
-@contextlib.contextmanager
-def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> Iterator[None]:
-    """Put the guard, the gate and our own pages in front of a viser server that is made within this context.
+def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> AbstractContextManager[None]:
+    """Put the guard, the gate and our own pages in front of a viser server that is made within this context."""
+    sockets = Sockets(gate.journal)
 
-    viser has no hook for that, but looks up ``websockets``' serve function by name when it starts.
-    """
-    real, sockets = websocket_server.serve, Sockets(gate.journal)
-
-    def serve(*arguments: Any, process_request: Any, **keywords: Any) -> Any:
+    def serve(real: Any, *arguments: Any, process_request: Any, **keywords: Any) -> Any:
         async def check(connection: Any, request: Request) -> Response | None:
             answer = _answer(guard, gate, pages, connection, request, process_request)
             if answer is None:  # it opens its WebSocket
@@ -158,11 +154,7 @@ def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> Iterator[Non
         keywords["compression"] = None  # what is sent here is as large as it looks
         return real(*arguments, process_request=check, **keywords)
 
-    websocket_server.serve = serve  # pyright: ignore[reportAttributeAccessIssue]
-    try:
-        yield
-    finally:
-        websocket_server.serve = real
+    return serving_through(serve)
 
 
 def _answer(

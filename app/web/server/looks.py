@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import viser
 from dockpose.app.web.server.guard import Guard, look_of
+from dockpose.app.web.server.viser_private import connections
 from websockets import Headers
 
 
@@ -25,7 +26,7 @@ class Looks:
 
     def heed(self, client: viser.ClientHandle, changed_to: Headers | None = None) -> None:
         """Heed a browser that came, or those of its pages that are open where it says something new."""
-        request = getattr(self._server._websock_server._live_connections.get(client.client_id), "request", None)
+        request = getattr(connections(self._server).get(client.client_id), "request", None)
         if request is None:  # it left by now
             return
         look = look_of(request.headers)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
-import viser
 from dockpose.app.resources import static_path
+from dockpose.app.web.server.viser_private import page_html
 
 ROLES = ("steer", "view")
 FOR_VIEWERS = "?view"  # ends the name of a page that is another for who may only look
@@ -36,7 +35,7 @@ def own_pages() -> dict[str, Page]:
     """Pages by path."""
     html = "text/html; charset=utf-8"
     script = "application/javascript; charset=utf-8"
-    front = with_ours(_viser_page())
+    front = with_ours(page_html())
     steering, viewing = (Page(html, front.replace("<html", f'<html data-role="{role}"').encode()) for role in ROLES)
     return {
         "/": steering,
@@ -78,7 +77,3 @@ def _tags() -> str:
     scripts = "".join(f'<script src="/{name}" defer></script>' for name in _SCRIPTS)
     modules = "".join(f'<script type="module" src="/{name}"></script>' for name in _MODULES)
     return f"<style>{style}</style><script>{first}</script>{scripts}{modules}"
-
-
-def _viser_page() -> str:
-    return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")

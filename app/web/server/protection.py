@@ -1,12 +1,12 @@
 """Checks that the installed viser has what the guard and the upload cap rely on; without it, nothing is served.
 
-viser offers no place for either, so both reach into its private parts, which any version may change.
+viser offers no place for either, so both reach into its private parts, which any version may change; those, and what is
+asked of them, are in ``viser_private.py``.
 """
 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import http.client
 import inspect
 import socket
@@ -15,35 +15,14 @@ from importlib.metadata import version
 import viser
 import websockets.asyncio.server as websocket_server
 from dockpose.app.errors import UserError
+from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.guard import CONTENT_POLICY, Guard, cookie_name
-from viser import _messages as messages
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 _TIMEOUT_S = 10.0
-_CLOSED = ("ShareUrlRequest", "FileTransferStartUpload", "FileTransferPart")  # messages without a shared handler
-_FIELDS = {
-    "ShareUrlRequest": (),
-    "GuiUpdateMessage": ("uuid", "updates"),
-    "FileTransferStartUpload": ("source_component_uuid", "transfer_uuid", "filename", "size_bytes"),
-    "FileTransferPart": ("transfer_uuid", "content"),
-    "FileTransferPartAck": ("source_component_uuid", "transfer_uuid", "transferred_bytes", "total_bytes"),
-}
-_METHODS = {
-    "_handle_file_transfer_start": ("self", "client_id", "message"),
-    "_handle_file_transfer_part": ("self", "client_id", "message"),
-    "_finish_file_upload": ("self", "client_id", "transfer_uuid", "source_component_uuid"),
-}
-_GUI_PARTS = (
-    *("_websock_interface", "_current_file_upload_states", "_thread_executor", "_event_loop"),
-    *("_gui_input_handle_from_uuid", "_container_handle_from_uuid"),
-)
-_CONNECTION_PARTS = (
-    *("register_handler", "unregister_handler", "queue_message", "_incoming_handlers"),
-    *("get_message_buffer", "_live_connections", "_client_state_from_id"),
-)
 _UPGRADE = {
     "Connection": "Upgrade",
     "Upgrade": "websocket",
@@ -66,25 +45,16 @@ def check_names() -> None:
     """Raise UnprotectedError unless viser has every message, method and hook that is relied on, before it starts."""
     if "process_request" not in inspect.signature(websocket_server.serve).parameters:
         raise UnprotectedError("requests cannot be checked before they are answered")
-    for name, wanted in _FIELDS.items():
-        kind = getattr(messages, name, None)
-        fields = {field.name for field in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else None
-        if fields is None or not fields.issuperset(wanted):
-            raise UnprotectedError(f"its message {name} is another")
-    for name, wanted in _METHODS.items():
-        method = getattr(viser.GuiApi, name, None)
-        if method is None or tuple(inspect.signature(method).parameters) != wanted:
-            raise UnprotectedError(f"its method {name} is another")
+    changed = viser_private.what_changed()
+    if changed is not None:
+        raise UnprotectedError(f"its {changed} is another")
 
 
 def check_parts(server: viser.ViserServer) -> None:
     """Raise UnprotectedError unless a server has the attributes through which uploads and values are taken over."""
-    for owner, names in ((server.gui, _GUI_PARTS), (getattr(server, "_websock_server", None), _CONNECTION_PARTS)):
-        missing = [name for name in names if not hasattr(owner, name)]
-        if missing:
-            raise UnprotectedError(f"{type(owner).__name__} has no {missing[0]}")
-    if server.gui._websock_interface is not server._websock_server:
-        raise UnprotectedError("controls receive messages by another way")
+    missing = viser_private.what_is_missing(server)
+    if missing is not None:
+        raise UnprotectedError(missing)
 
 
 def check_running(server: viser.ViserServer, guard: Guard, gate: Gate) -> None:
@@ -92,10 +62,9 @@ def check_running(server: viser.ViserServer, guard: Guard, gate: Gate) -> None:
 
     It is asked as they would ask: without the token, and with it for the page of another origin.
     """
-    handlers = server._websock_server._incoming_handlers
-    for name in _CLOSED:
-        if handlers.get(getattr(messages, name)):
-            raise UnprotectedError(f"it still answers {name}")
+    answered = viser_private.answered_to_all(server)
+    if answered is not None:
+        raise UnprotectedError(f"it still answers {answered}")
     host, port = server.get_host(), server.get_port()
     reachable = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(host, host)
     named = {"Host": f"localhost:{port}"}
@@ -131,7 +100,7 @@ def _is_heard_by(gate: Gate, host: str, port: int, cookie: dict[str, str]) -> bo
                 sock=to_server,
                 origin=Origin(f"http://localhost:{port}"),
                 additional_headers=cookie,
-                subprotocols=[Subprotocol(f"viser-v{version('viser')}")],
+                subprotocols=[Subprotocol(viser_private.subprotocol())],
                 open_timeout=_TIMEOUT_S,
                 max_size=None,
             ) as page,

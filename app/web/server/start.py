@@ -6,19 +6,14 @@ import contextlib
 import io
 import os
 import socket
-from collections.abc import Iterator
-from types import SimpleNamespace
-from zipfile import ZipFile
 
 import viser
-from dockpose.app.web.server.gate import Gate, wake_from_the_loop
+from dockpose.app.web.server import viser_private
+from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.guard import Guard, guarded
 from dockpose.app.web.server.journal import Journal, log_failure, log_unhandled
 from dockpose.app.web.server.pages import own_pages
 from dockpose.app.web.server.protection import check_names, check_parts, check_running
-from dockpose.app.web.server.uploads import refuse_shared_uploads
-from viser import _icons as icons
-from viser import _messages as messages
 
 
 class PortBusyError(OSError):
@@ -28,9 +23,8 @@ class PortBusyError(OSError):
 def open_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
     """Start serving."""
     check_names()
-    for module in (viser._gui_api, viser._scene_api, viser._viser):  # in place of tracebacks in the terminal
-        module.__dict__["print_threadpool_errors"] = log_failure
-    wake_from_the_loop()
+    viser_private.log_failures_by(log_failure)
+    viser_private.wake_from_the_loop()
     check_port_is_free(host, port)
     gate = Gate(Journal())
     with silence(), guarded(guard, gate, own_pages()):
@@ -39,10 +33,10 @@ def open_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
         if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
             raise PortBusyError(_busy(host, port, "another program took it just now"))
         check_parts(server)
-        server._websock_server.unregister_handler(messages.ShareUrlRequest)  # it would open the page to the internet
-        refuse_shared_uploads(server)
+        viser_private.refuse_sharing(server)
+        viser_private.refuse_uploads(server.gui)  # viser would keep what is sent to any control, a slider too
         gate.serve(server)
-        server._event_loop.call_soon_threadsafe(server._event_loop.set_exception_handler, log_unhandled)
+        viser_private.log_unhandled_by(server, log_unhandled)
         check_running(server, guard, gate)
         gate.journal.is_silent = False
     except BaseException:
@@ -84,19 +78,6 @@ def check_port_is_free(host: str, port: int) -> None:
 
 def _busy(host: str, port: int, reason: str) -> str:
     return f"port {port} on {host} cannot be used ({reason}); choose another one with --port"
-
-
-@contextlib.contextmanager
-def icons_from_one_archive() -> Iterator[None]:
-    """Let viser read its archive of 5,000 icons once, where it would read it anew for each: 20 ms a button."""
-    names = icons.__dict__
-    zipfile = names["zipfile"]
-    with ZipFile(icons.ICONS_DIR / "tabler-icons.zip") as archive:
-        names["zipfile"] = SimpleNamespace(ZipFile=lambda path: contextlib.nullcontext(archive))
-        try:
-            yield
-        finally:
-            names["zipfile"] = zipfile
 
 
 def silence() -> contextlib.redirect_stdout[io.StringIO]:

@@ -8,10 +8,10 @@ from typing import Any
 
 import viser
 from dockpose.app.inputs.filenames import clean_name
+from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.journal import LOG, log_failure
 from dockpose.app.web.server.options import UPLOAD_LIMIT_BYTES
 from dockpose.checks import one_line
-from viser import _messages as messages
 
 MOST_AT_ONCE = 16  # files of one browser; the page sends one after the other
 PATIENCE_S = 60.0
@@ -28,16 +28,6 @@ def too_large(name: str, size: int, limit: int) -> str:
         f"{name}: the file has {size / 2**20:.1f} MB, and at most {limit / 2**20:.0f} MB are taken at once, all "
         "browsers together (--upload-limit-mb sets this)."
     )
-
-
-def refuse_shared_uploads(server: viser.ViserServer) -> None:
-    """Take no files outside a client's own upload button.
-
-    viser would keep the parts of a file that is sent to any control of the page, a slider too.
-    """
-    gui = server.gui
-    gui._websock_interface.unregister_handler(messages.FileTransferStartUpload, gui._handle_file_transfer_start)
-    gui._websock_interface.unregister_handler(messages.FileTransferPart, gui._handle_file_transfer_part)
 
 
 class Uploads:
@@ -81,18 +71,11 @@ class ClientUploads:
     """One browser's files."""
 
     def __init__(self, client: viser.ClientHandle, fits: Callable[[str, int], str | None]) -> None:
-        gui = client.gui
-        self.underway: dict[str, Any] = gui._current_file_upload_states  # pyright: ignore[reportAttributeAccessIssue]
         self._client, self._fits = client, fits
         self._receivers: dict[str, Receiver] = {}
         self._being_read: dict[str, int] = {}  # sizes of those that are there, and that a receiver still works on
         self._told_s = -_BETWEEN_NOTICES_S
-        connection = gui._websock_interface
-        connection.unregister_handler(messages.FileTransferStartUpload, gui._handle_file_transfer_start)
-        connection.unregister_handler(messages.FileTransferPart, gui._handle_file_transfer_part)
-        connection.register_handler(messages.FileTransferStartUpload, self._start)
-        connection.register_handler(messages.FileTransferPart, self._part)
-        gui._finish_file_upload = self._finish
+        self.underway = viser_private.take_uploads(client.gui, self._start, self._part, self._finish)
 
     @property
     def held_bytes(self) -> int:
@@ -101,9 +84,9 @@ class ClientUploads:
 
     def receive(self, button: viser.GuiUploadButtonHandle, receiver: Receiver) -> None:
         """Give the files of an upload button to ``receiver``."""
-        self._receivers[button._impl.uuid] = receiver
+        self._receivers[viser_private.identity(button)] = receiver
 
-    def _start(self, client_id: Any, message: messages.FileTransferStartUpload) -> None:
+    def _start(self, client_id: Any, message: viser_private.StartUpload) -> None:
         if message.source_component_uuid not in self._receivers or message.transfer_uuid in self.underway:
             return
         name, size = clean_name(message.filename), message.size_bytes
@@ -114,14 +97,14 @@ class ClientUploads:
         else:
             reason = self._fits(name, size)
         if reason is not None:
-            self._release_button(message)
+            viser_private.release_upload_button(self._client.gui, message)
             self._refuse(reason)
             return
-        self._client.gui._handle_file_transfer_start(client_id, message)
+        viser_private.start_upload(self._client.gui, client_id, message)
         if message.transfer_uuid in self.underway:  # a file of no bytes has arrived by now
             self._expire_unless_moving(message.transfer_uuid, 0)
 
-    def _part(self, client_id: Any, message: messages.FileTransferPart) -> None:
+    def _part(self, client_id: Any, message: viser_private.UploadPart) -> None:
         transfer = self.underway.get(message.transfer_uuid)
         if transfer is None:
             return
@@ -129,7 +112,7 @@ class ClientUploads:
             self.underway.pop(message.transfer_uuid)
             self._refuse(f"{clean_name(transfer['filename'])}: more came than the browser had said.")
             return
-        self._client.gui._handle_file_transfer_part(client_id, message)
+        viser_private.take_part(self._client.gui, client_id, message)
 
     def _finish(self, client_id: Any, transfer_uuid: str, source_component_uuid: str | None) -> None:
         """In place of viser's own, which keeps the file in the button."""
@@ -144,13 +127,12 @@ class ClientUploads:
         content = b"".join(parts[index] for index in range(transfer["part_count"]))
         self._being_read[transfer_uuid] = len(content)
         LOG.info("browser %d: took the file %s of %d bytes", self._client.client_id, one_line(name), len(content))
-        reading = self._client.gui._thread_executor.submit(receiver, content, name)
+        reading = viser_private.run_beside(self._client.gui, receiver, content, name)
         reading.add_done_callback(lambda _: self._being_read.pop(transfer_uuid, None))
         reading.add_done_callback(log_failure)
 
     def _expire_unless_moving(self, transfer_uuid: str, seen_bytes: int) -> None:
         """Give up a file of which nothing more came for a while, so that it does not take the place of others."""
-        loop = self._client.gui._event_loop
 
         def look() -> None:
             transfer = self.underway.get(transfer_uuid)
@@ -162,7 +144,7 @@ class ClientUploads:
             self.underway.pop(transfer_uuid)
             self._refuse(f"{clean_name(transfer['filename'])}: nothing more of it came for {PATIENCE_S:.0f} s.")
 
-        loop.call_later(PATIENCE_S, look)
+        viser_private.run_later(self._client.gui, PATIENCE_S, look)
 
     def _refuse(self, reason: str) -> None:
         """Say why a file is not taken, in the browser and the log; at most once a second."""
@@ -172,17 +154,6 @@ class ClientUploads:
         self._told_s = now_s
         LOG.warning("browser %d: refused a file: %s", self._client.client_id, one_line(reason))
         self._client.add_notification("The file was not taken", reason, color="red")
-
-    def _release_button(self, message: messages.FileTransferStartUpload) -> None:
-        """Report the transfer as complete: the button waits for that, and viser cannot refuse a transfer."""
-        self._client.gui._websock_interface.queue_message(
-            messages.FileTransferPartAck(
-                source_component_uuid=message.source_component_uuid,
-                transfer_uuid=message.transfer_uuid,
-                transferred_bytes=message.size_bytes,
-                total_bytes=message.size_bytes,
-            )
-        )
 
 
 def _is_honest(size: int, part_count: int) -> bool:

@@ -1,0 +1,377 @@
+"""Everything of viser that is not public and that we touch; no other file does.
+
+viser has no access control, no cap on files, and no hook before its messages, so some of its private parts are called
+or replaced. Any version may change them: ``protection.py`` asks here whether all are there before anything is served.
+With each group stands what viser would have to offer to replace it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import dataclasses
+import functools
+import inspect
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from importlib.metadata import version
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Annotated, Any, TypeAlias
+from zipfile import ZipFile
+
+import msgspec
+import viser
+import websockets.asyncio.server as websocket_server
+from msgspec import Meta
+from viser import _icons as icons
+from viser import _messages as messages
+from viser._gui_handles import GuiModalHandle
+from viser.infra._async_message_buffer import AsyncMessageBuffer
+
+Modal: TypeAlias = GuiModalHandle  # replaced by: its name among viser's public ones
+StartUpload: TypeAlias = "messages.FileTransferStartUpload"
+UploadPart: TypeAlias = "messages.FileTransferPart"
+
+# What the checks in ``protection.py`` ask for, by the names that are used below.
+_CLOSED = ("ShareUrlRequest", "FileTransferStartUpload", "FileTransferPart")  # messages without a shared handler
+_FIELDS = {
+    "ShareUrlRequest": (),
+    "GuiUpdateMessage": ("uuid", "updates"),
+    "FileTransferStartUpload": ("source_component_uuid", "transfer_uuid", "filename", "size_bytes"),
+    "FileTransferPart": ("transfer_uuid", "content"),
+    "FileTransferPartAck": ("source_component_uuid", "transfer_uuid", "transferred_bytes", "total_bytes"),
+}
+_METHODS = {
+    "_handle_file_transfer_start": ("self", "client_id", "message"),
+    "_handle_file_transfer_part": ("self", "client_id", "message"),
+    "_finish_file_upload": ("self", "client_id", "transfer_uuid", "source_component_uuid"),
+}
+_GUI_PARTS = (
+    *("_websock_interface", "_current_file_upload_states", "_thread_executor", "_event_loop"),
+    *("_gui_input_handle_from_uuid", "_container_handle_from_uuid"),
+)
+_CONNECTION_PARTS = (
+    *("register_handler", "unregister_handler", "queue_message", "_incoming_handlers"),
+    *("get_message_buffer", "_live_connections", "_client_state_from_id"),
+)
+
+
+# What the page sends, message by message. Replaced by: viser refusing what does not fit its own messages.
+
+LARGEST_PART_BYTES = 4 * 2**20  # viser's page sends parts of 512 KiB
+MOST_LETTERS = 10_000
+
+_Id = Annotated[str, Meta(max_length=64)]
+_Count = Annotated[int, Meta(ge=0, le=2**53)]
+_Pixels = Annotated[float, Meta(ge=0, le=100_000)]
+_Three = tuple[float, float, float]
+
+
+class _Message(msgspec.Struct, tag=True, tag_field="type", forbid_unknown_fields=True, frozen=True):
+    """Named as viser's own."""
+
+
+class ViewerCameraMessage(_Message, frozen=True):
+    """Where somebody looks from in the 3D view."""
+
+    wxyz: tuple[float, float, float, float]
+    position: _Three
+    fov: float
+    near: float
+    far: float
+    image_height: _Pixels
+    image_width: _Pixels
+    look_at: _Three
+    up_direction: _Three
+
+
+class _Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    value: (
+        bool | int | float | Annotated[str, Meta(max_length=MOST_LETTERS)] | Annotated[list[float], Meta(max_length=4)]
+    )
+
+
+class GuiUpdateMessage(_Message, frozen=True):
+    """The value of a control; no other of its properties."""
+
+    uuid: _Id
+    updates: _Value
+
+
+class GuiFormSubmitMessage(_Message, frozen=True):
+    """A form is sent off."""
+
+    uuid: _Id
+
+
+class GuiFormDirtyMessage(_Message, frozen=True):
+    """Something in a form was changed."""
+
+    uuid: _Id
+
+
+class CommandTriggerMessage(_Message, frozen=True):
+    """A command by its key."""
+
+    uuid: _Id
+
+
+class FileTransferStartUpload(_Message, frozen=True):
+    """A file will come."""
+
+    source_component_uuid: _Id
+    transfer_uuid: _Id
+    filename: Annotated[str, Meta(max_length=1000)]
+    mime_type: Annotated[str, Meta(max_length=200)]
+    part_count: _Count
+    size_bytes: _Count
+
+
+class FileTransferPart(_Message, frozen=True):
+    """A part of a file."""
+
+    source_component_uuid: _Id | None
+    transfer_uuid: _Id
+    part_index: _Count
+    content: Annotated[bytes, Meta(max_length=LARGEST_PART_BYTES)]
+
+
+class GetRenderResponseMessage(_Message, frozen=True):
+    """The 3D view as a picture, which we asked for."""
+
+    payload: bytes
+    render_uuid: _Id
+
+
+# Whether it is the viser that this file knows.
+
+
+def what_changed() -> str | None:
+    """The message or method that is not as it is relied on; None where all are."""
+    for name, wanted in _FIELDS.items():
+        kind = getattr(messages, name, None)
+        fields = {field.name for field in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else None
+        if fields is None or not fields.issuperset(wanted):
+            return f"message {name}"
+    for name, wanted in _METHODS.items():
+        method = getattr(viser.GuiApi, name, None)
+        if method is None or tuple(inspect.signature(method).parameters) != wanted:
+            return f"method {name}"
+    return None
+
+
+def what_is_missing(server: viser.ViserServer) -> str | None:
+    """What a server lacks of that by which uploads and values are taken over; None where it lacks nothing."""
+    for owner, names in ((server.gui, _GUI_PARTS), (getattr(server, "_websock_server", None), _CONNECTION_PARTS)):
+        missing = [name for name in names if not hasattr(owner, name)]
+        if missing:
+            return f"{type(owner).__name__} has no {missing[0]}"
+    if server.gui._websock_interface is not server._websock_server:
+        return "controls receive messages by another way"
+    return None
+
+
+def answered_to_all(server: viser.ViserServer) -> str | None:
+    """A message that a server answers whoever sends it, and should not; None where there is none."""
+    handlers = server._websock_server._incoming_handlers
+    return next((name for name in _CLOSED if handlers.get(getattr(messages, name))), None)
+
+
+def subprotocol() -> str:
+    """What viser's page calls the WebSocket that it opens."""
+    return f"viser-v{version('viser')}"
+
+
+# Starting. Replaced by: a parameter of ViserServer for each.
+
+
+def page_html() -> str:
+    """The page that viser serves."""
+    return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+
+
+@contextlib.contextmanager
+def serving_through(serve: Callable[..., Any]) -> Iterator[None]:
+    """Let a server that is made within this context listen by ``serve(real, ...)``: it looks that up by name."""
+    real = websocket_server.serve
+    websocket_server.serve = functools.partial(serve, real)  # pyright: ignore[reportAttributeAccessIssue]
+    try:
+        yield
+    finally:
+        websocket_server.serve = real
+
+
+def log_failures_by(log: Callable[[Future[Any]], None]) -> None:
+    """Log what fails in a callback, in place of a traceback in the terminal."""
+    for module in (viser._gui_api, viser._scene_api, viser._viser):
+        module.__dict__["print_threadpool_errors"] = log
+
+
+def log_unhandled_by(server: viser.ViserServer, log: Callable[[asyncio.AbstractEventLoop, Any], None]) -> None:
+    """Log what nobody handles in the server's loop."""
+    server._event_loop.call_soon_threadsafe(server._event_loop.set_exception_handler, log)
+
+
+def refuse_sharing(server: viser.ViserServer) -> None:
+    """Hear no wish to open the page to the internet."""
+    server._websock_server.unregister_handler(messages.ShareUrlRequest)
+
+
+@contextlib.contextmanager
+def icons_from_one_archive() -> Iterator[None]:
+    """Let viser read its archive of 5,000 icons once, where it would read it anew for each: 20 ms a button."""
+    names = icons.__dict__
+    zipfile = names["zipfile"]
+    with ZipFile(icons.ICONS_DIR / "tabler-icons.zip") as archive:
+        names["zipfile"] = SimpleNamespace(ZipFile=lambda path: contextlib.nullcontext(archive))
+        try:
+            yield
+        finally:
+            names["zipfile"] = zipfile
+
+
+# Controls. Replaced by: public properties of the handles, and a way to look them up.
+
+
+def identity(handle: Any) -> str:
+    """The id by which the page knows a control."""
+    return handle._impl.uuid
+
+
+def value_of(handle: Any) -> Any:
+    """The value in force of a control."""
+    return handle._impl.value
+
+
+def property_of(handle: Any, name: str) -> Any:
+    """What a control was made with: its label, its options."""
+    return getattr(handle._impl.props, name)
+
+
+def control(gui: viser.GuiApi, uuid: str) -> Any:
+    """The control of an id; None where there is none."""
+    return gui._gui_input_handle_from_uuid.get(uuid)
+
+
+def container(gui: viser.GuiApi, uuid: str) -> Any:
+    """The form, or the like, of an id; None where there is none."""
+    return gui._container_handle_from_uuid.get(uuid)
+
+
+# Connections. Replaced by: the connection among the properties of ClientHandle, and a setter for one browser's value.
+
+
+def connections(server: viser.ViserServer) -> dict[int, Any]:
+    """The WebSockets that are open, by the id of their client."""
+    return dict(server._websock_server._live_connections)
+
+
+def send_value(server: viser.ViserServer, client_id: int, handle: Any) -> bool:
+    """Send one browser the value in force of a control; False where it is gone."""
+    state = server._websock_server._client_state_from_id.get(client_id)
+    if state is None or state.message_buffer.done:
+        return False
+    state.message_buffer.push(messages.GuiUpdateMessage(identity(handle), {"value": value_of(handle)}))
+    return True
+
+
+def protect_broadcasts(server: viser.ViserServer) -> None:
+    """Let nothing enter the messages for all browsers that cannot be sent.
+
+    viser finds that out while it sends, which closes every browser, and each new one. Here whoever queues such a
+    message gets the ValueError. Replaced by: viser packing a message when it is queued.
+    """
+    buffer = server._websock_server.get_message_buffer()
+    push = buffer.push
+
+    def push_if_sendable(message: messages.Message) -> None:
+        try:
+            msgspec.msgpack.encode(message.as_serializable_dict([]))
+        except Exception as error:
+            raise ValueError(f"{type(message).__name__} cannot be sent: {error}") from error
+        push(message)
+
+    setattr(buffer, "push", push_if_sendable)  # noqa: B010
+
+
+class _EventOfLoop(asyncio.Event):
+    """An event that another thread may set: then it only becomes true, and whoever waits is woken by its loop."""
+
+    def set(self) -> None:
+        try:
+            asyncio.get_running_loop()
+        except RuntimeError:
+            self._value = True
+        else:
+            self._value = False  # or it would wake nobody
+            super().set()
+
+
+def wake_from_the_loop() -> None:
+    """Let no thread but the loop's walk through those who wait for messages.
+
+    viser sets a buffer's event from whichever thread queues a message, and once more in the loop. The first walks
+    through the waiting browsers while the loop takes them out, and now and then ends in a RuntimeError that stops
+    whoever queued the message. Replaced by: viser setting it in the loop alone.
+    """
+    push = AsyncMessageBuffer.push
+    if hasattr(push, "__wrapped__"):
+        return
+
+    @functools.wraps(push)
+    def push_from_anywhere(buffer: AsyncMessageBuffer, message: messages.Message) -> None:
+        buffer.message_event.__class__ = _EventOfLoop
+        push(buffer, message)
+
+    setattr(AsyncMessageBuffer, "push", push_from_anywhere)  # noqa: B010
+
+
+# Files from browsers. Replaced by: a cap on their size, and a callback that is given their bytes.
+
+
+def refuse_uploads(gui: viser.GuiApi) -> None:
+    """Hear of no file."""
+    gui._websock_interface.unregister_handler(messages.FileTransferStartUpload, gui._handle_file_transfer_start)
+    gui._websock_interface.unregister_handler(messages.FileTransferPart, gui._handle_file_transfer_part)
+
+
+def take_uploads(gui: viser.GuiApi, start: Any, part: Any, finish: Any) -> dict[str, Any]:
+    """Hear of files by these functions, in place of viser's own; returns the files under way."""
+    refuse_uploads(gui)
+    gui._websock_interface.register_handler(messages.FileTransferStartUpload, start)
+    gui._websock_interface.register_handler(messages.FileTransferPart, part)
+    gui._finish_file_upload = finish
+    return gui._current_file_upload_states  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def start_upload(gui: viser.GuiApi, client_id: Any, message: StartUpload) -> None:
+    """Go on as viser would with a file that will come."""
+    gui._handle_file_transfer_start(client_id, message)
+
+
+def take_part(gui: viser.GuiApi, client_id: Any, message: UploadPart) -> None:
+    """Go on as viser would with a part of a file."""
+    gui._handle_file_transfer_part(client_id, message)
+
+
+def release_upload_button(gui: viser.GuiApi, message: StartUpload) -> None:
+    """Report a transfer as complete: the button waits for that, and viser cannot refuse a transfer."""
+    gui._websock_interface.queue_message(
+        messages.FileTransferPartAck(
+            source_component_uuid=message.source_component_uuid,
+            transfer_uuid=message.transfer_uuid,
+            transferred_bytes=message.size_bytes,
+            total_bytes=message.size_bytes,
+        )
+    )
+
+
+def run_beside(gui: viser.GuiApi, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+    """Run a function in one of viser's threads."""
+    return gui._thread_executor.submit(function, *arguments)
+
+
+def run_later(gui: viser.GuiApi, after_s: float, function: Callable[[], None]) -> None:
+    """Run a function in viser's loop, from which this must be called."""
+    gui._event_loop.call_later(after_s, function)

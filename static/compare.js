@@ -1,7 +1,7 @@
 // The comparison of the threshold methods: a card for each, and what the page knows of being in that mode.
 "use strict";
 import { follow, make } from "./link.js";
-import { tabOf, wish } from "./jobs.js";
+import { wish } from "./jobs.js";
 
 const ICONS = { right: "✓", wrong: "✕", found: "●" };
 const ENLARGED = 2; // pixels of a canvas for one of the crop, so that lines are thin
@@ -130,12 +130,11 @@ function outline(context, points, colour) {
 }
 
 function goBack() {
-  openTab(tabOf("Picture"));
+  viserPage.openTab(viserPage.tabOf("Picture"));
 }
 document.addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || document.documentElement.dataset.mode !== "compare") return;
-  const isOpen = (one) => one.getClientRects().length > 0;
-  if (![...document.querySelectorAll("[role=dialog], [role=listbox]")].some(isOpen)) goBack();
+  if (!viserPage.hasDialog()) goBack();
 });
 
 document.documentElement.dataset.mode = "picture";

@@ -40,10 +40,10 @@ setInterval(ask, ASK_EVERY_MS);
 
 // Tabs that were open are opened again after a reload; viser itself always starts with the first.
 function openTabs() {
-  return [...document.querySelectorAll("[role=tab][aria-selected=true]")].map((tab) => tab.textContent.trim());
+  return viserPage.tabs().filter(viserPage.isOpen).map(viserPage.nameOfTab);
 }
 document.addEventListener("click", (event) => {
-  if (!event.isTrusted || !event.target.closest?.("[role=tab]")) return;
+  if (!event.isTrusted || !viserPage.isInTab(event.target)) return;
   setTimeout(() => sessionStorage.setItem(TABS, JSON.stringify(openTabs())), 100);
 });
 async function openTabsAgain() {
@@ -52,10 +52,8 @@ async function openTabsAgain() {
   document.addEventListener("pointerdown", (event) => { isUsed ||= event.isTrusted; }, { capture: true });
   // viser opens the first tab again whenever another one arrives, so they must have stayed open for a while.
   for (let waited = 0, stayed = 0; wanted.size > 0 && waited < 300 && stayed < 10 && !isUsed; waited += 1) {
-    const closed = [...document.querySelectorAll("[role=tab]")].filter(
-      (tab) => wanted.has(tab.textContent.trim()) && tab.getAttribute("aria-selected") !== "true",
-    );
-    closed.forEach(openTab);
+    const closed = viserPage.tabs().filter((tab) => wanted.has(viserPage.nameOfTab(tab)) && !viserPage.isOpen(tab));
+    closed.forEach(viserPage.openTab);
     stayed = closed.length === 0 && wanted.size <= openTabs().length ? stayed + 1 : 0;
     await new Promise((next) => setTimeout(next, 100));
   }

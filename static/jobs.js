@@ -9,10 +9,6 @@ export function wish(what, tries = 50) {
   if (!sendTo(channel, what) && tries > 0) setTimeout(() => wish(what, tries - 1), 100);
 }
 
-export function tabOf(name) {
-  return [...document.querySelectorAll("[role=tab]")].find((one) => one.textContent.trim() === name);
-}
-
 class Jobs extends HTMLElement {
   connectedCallback() {
     channel = this.getAttribute("channel");
@@ -33,8 +29,8 @@ class Jobs extends HTMLElement {
 
   openPlay() {
     openPart("tools"); // on small screens
-    if (document.documentElement.dataset.mode === "compare") openTab(tabOf("Picture"));
-    openTab(tabOf("Play"));
+    if (document.documentElement.dataset.mode === "compare") viserPage.openTab(viserPage.tabOf("Picture"));
+    viserPage.openTab(viserPage.tabOf("Play"));
   }
 }
 

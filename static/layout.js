@@ -1,11 +1,5 @@
 // Where the parts of the page are: three beside each other, or on small screens one at a time, as a bar of tabs says.
-// Loaded before viser's own script, for the first lines must hold when that starts.
 "use strict";
-
-// viser lays out its panels otherwise on phones, without the picture; our tabs serve there as well.
-const PHONE_QUERY = "(max-width: 36em)";
-const realMatchMedia = window.matchMedia.bind(window);
-window.matchMedia = (query) => realMatchMedia(query === PHONE_QUERY ? "not all" : query);
 
 // What this browser is goes along with its connection, in a cookie: whether its system is dark, and whether it draws the
 // 3D scene without a graphics card, for then each drawing holds the pictures back.
@@ -16,7 +10,7 @@ function drawsInSoftware() {
   context?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(renderer);
 }
-const prefersDark = realMatchMedia("(prefers-color-scheme: dark)");
+const prefersDark = window.matchMedia("(prefers-color-scheme: dark)");
 const isSoftware = drawsInSoftware();
 const LOOK = `dockpose${location.port && `_${location.port}`}_look`;
 const browserId = document.cookie.split("; ").find((one) => one.startsWith(`${LOOK}=`))?.match(/=(id\w+)/)?.[1]
@@ -59,14 +53,6 @@ function addParts() {
 document.documentElement.dataset.tab = "picture";
 document.addEventListener("DOMContentLoaded", addParts);
 
-// viser lets its tabs be dragged out of their panel, which wet fingers do by mistake: a press opens a tab, no more.
-document.addEventListener("pointerdown", (event) => {
-  const tab = event.target.closest?.("[data-dock-tab]");
-  if (!event.isTrusted || !tab) return;
-  event.stopPropagation();
-  if (event.button === 0) openTab(tab);
-}, { capture: true });
-
 // The picture takes the height that the rest of its panel leaves, as far as it needs it, and its histogram the rest.
 const LEAST_PICTURE_PX = 190;
 const [LEAST_PLOT_PX, MOST_PLOT_PX, PLOT_SHARE] = [128, 320, 0.24]; // the least has room for every decade
@@ -78,13 +64,8 @@ function shares(free, whole) {
   return [picture, Math.min(Math.max(free - picture, LEAST_PLOT_PX), MOST_PLOT_PX)];
 }
 
-// What scrolls where the picture, the histogram and the table are too high; the tab of the picture has such a one, too.
-function panelOf(picture) {
-  return picture.closest("[data-dock-region]")?.querySelector("[data-scrollarea-viewport]");
-}
-
 function share(picture) {
-  const panel = panelOf(picture);
+  const panel = viserPage.scrollerOf(picture);
   const [stage, plot] = [picture.querySelector(".stage"), document.querySelector("dockpose-histogram .plot")];
   if (!panel || !plot || stage.clientWidth === 0) return; // its tab is closed
   const taken = panel.firstElementChild.offsetHeight - stage.offsetHeight - plot.clientHeight;
@@ -106,21 +87,20 @@ new MutationObserver(() => {
   shared = picture;
   resizes.disconnect();
   redrawn.disconnect();
-  const panel = panelOf(picture);
+  const panel = viserPage.scrollerOf(picture);
   for (const part of [panel, panel?.firstElementChild]) if (part) resizes.observe(part);
   redrawn.observe(picture, { attributeFilter: ["data-drawn"] }); // of another shape, perhaps
 }).observe(document, { childList: true, subtree: true });
 
 // viser's groups of controls open and close by a click on their name: here by the keys as well.
-const GROUP = ".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon)";
 const WORKED_BY_KEYS_MS = 200;
 let isLooking = false;
 
 function makeGroupsReachable() {
   isLooking = false;
-  for (const name of document.querySelectorAll(GROUP)) {
+  for (const name of viserPage.groupNames()) {
     [name.tabIndex, name.role] = [0, "button"];
-    name.setAttribute("aria-expanded", String(name.querySelector(".tabler-icon-chevron-up") !== null));
+    name.setAttribute("aria-expanded", String(viserPage.isUnfolded(name)));
   }
 }
 new MutationObserver(() => {
@@ -128,7 +108,7 @@ new MutationObserver(() => {
   isLooking = true;
 }).observe(document, { childList: true, subtree: true });
 document.addEventListener("keydown", (event) => {
-  if (!["Enter", " "].includes(event.key) || !event.target.matches?.(GROUP)) return;
+  if (!["Enter", " "].includes(event.key) || !viserPage.isGroupName(event.target)) return;
   event.preventDefault();
   event.stopPropagation();
   event.target.click();

@@ -21,7 +21,7 @@ export function publish(name, data) {
 // <dockpose-data name="...">JSON</dockpose-data>: viser makes a new one with each update.
 class Data extends HTMLElement {
   connectedCallback() {
-    this.parentElement.hidden = true; // CSS that asks what is in a box would be asked again with every frame
+    viserPage.boxAround(this).hidden = true; // CSS that asks what is in a box would be asked again with every frame
     const text = this.textContent;
     if (text === "") return; // moved to another place of the page
     this.textContent = "";
@@ -31,13 +31,13 @@ class Data extends HTMLElement {
 
 // Hide what viser has before an element: the text box through which it talks to the program.
 export function hideBoxBefore(element) {
-  element.parentElement.previousElementSibling.hidden = true;
+  viserPage.boxBefore(element).hidden = true;
 }
 
 // <dockpose-name-next name="...">: gives what viser has after it a class of that name.
 class NameNext extends HTMLElement {
   connectedCallback() {
-    requestAnimationFrame(() => this.parentElement?.nextElementSibling?.classList.add(this.getAttribute("name")));
+    requestAnimationFrame(() => viserPage.boxAfter(this)?.classList.add(this.getAttribute("name")));
   }
 }
 
@@ -52,11 +52,9 @@ export function send(wish) {
 
 // The same through another box; says whether there was one.
 export function sendTo(id, wish) {
-  const box = document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input");
+  const box = viserPage.boxOf(id);
   if (!box) return false;
-  const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set; // React keeps its own
-  set.call(box, JSON.stringify({ ...wish, number: Math.round(performance.timeOrigin + 1000 * performance.now()) }));
-  box.dispatchEvent(new Event("input", { bubbles: true }));
+  viserPage.type(box, JSON.stringify({ ...wish, number: Math.round(performance.timeOrigin + 1000 * performance.now()) }));
   return true;
 }
 

@@ -6,30 +6,13 @@ if (location.search.includes("token=")) {
   history.replaceState(null, "", location.pathname + (document.documentElement.dataset.role === "view" ? "?view" : ""));
 }
 
-// viser's sorter of Gaussian splats starts with every page and builds functions from text. The page's content policy
-// refuses that, and nothing here is drawn with splats, so the refusal is no fault to be told.
-window.addEventListener("unhandledrejection", (event) => {
-  if (event.reason instanceof EvalError) event.preventDefault();
-});
-
-const BUTTON = "input[type=file][accept='image/*']";
-const VIDEO_BUTTON = "input[type=file][accept^='video/*']";
-
-// viser opens a tab when it is pressed, and drags it where the pointer moves; a plain click does nothing.
-function openTab(tab) {
-  for (const kind of ["pointerdown", "pointerup"]) {
-    tab?.dispatchEvent(new PointerEvent(kind, { bubbles: true, cancelable: true, isPrimary: true }));
-  }
-}
-
 // The upload button for a file; what is in a closed tab is not on the page at all, so its tab is opened first.
 async function buttonFor(file) {
   const isVideo = file.type.startsWith("video/") || /\.(mp4|m4v|mov|avi|mkv|webm|mpe?g|ts|wmv|mjpe?g|mcap|bag|db3)$/i.test(file.name);
-  const selector = isVideo ? VIDEO_BUTTON : BUTTON;
   for (let waited = 0; waited < 40; waited += 1) {
-    const input = document.querySelector(selector);
+    const input = viserPage.uploadInput(isVideo);
     if (input !== null) return input;
-    if (waited === 0) openTab([...document.querySelectorAll("[role=tab]")].find((one) => one.textContent.trim() === "Pictures"));
+    if (waited === 0) viserPage.openTab(viserPage.tabOf("Pictures"));
     await new Promise((next) => setTimeout(next, 50));
   }
   return null;
@@ -49,20 +32,19 @@ async function sendAll(files) {
   }
 }
 
-// The button is disabled while it uploads.
 async function ready(input) {
   for (let waited = 0; waited < 1200; waited += 1) {
     await new Promise((next) => setTimeout(next, 50));
-    if (!document.getElementById(input.id.replace("file_upload_", ""))?.disabled) return;
+    if (!viserPage.isUploading(input)) return;
   }
 }
 
 // Choosing several in the button's own dialogue: viser would take the first only.
 document.addEventListener("click", (event) => {
-  if (event.target.matches?.(BUTTON)) event.target.multiple = true;
+  if (viserPage.takesPictures(event.target)) event.target.multiple = true;
 }, true);
 document.addEventListener("change", (event) => {
-  if (!event.target.matches?.(BUTTON)) return;
+  if (!viserPage.takesPictures(event.target)) return;
   if (event.target.dataset.single) {
     delete event.target.dataset.single;
     return;
@@ -88,10 +70,7 @@ window.addEventListener("drop", (event) => {
 const MEASURED = /^(Measured )?([xyz]|θ[xy]|Distance) \((cm|°)\)$/;
 
 function isMeasured(input) {
-  if (!input.matches?.("input[type=text], input:not([type])")) return false;
-  let row = input.parentElement;
-  while (row !== null && row.querySelector("label") === null) row = row.parentElement;
-  return MEASURED.test(row?.querySelector("label").textContent.trim() ?? "");
+  return input.matches?.("input[type=text], input:not([type])") && MEASURED.test(viserPage.labelOf(input));
 }
 
 document.addEventListener("beforeinput", (event) => {

@@ -82,6 +82,46 @@ def test_the_library_knows_nothing_of_the_app_and_prints_nothing():
         assert not any(isinstance(call, ast.Name) and call.id == "print" for call in calls), path
 
 
+def test_one_file_touches_what_is_private_in_viser():
+    touching = [path.name for path in layout.files("app") if layout.touches_private_viser(path.read_text("utf-8"))]
+    assert touching == ["viser_private.py"]
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("from viser import _messages as messages", ["viser._messages"]),
+        ("from viser._gui_handles import GuiModalHandle", ["viser._gui_handles.GuiModalHandle"]),
+        ("import viser.infra", ["viser.infra"]),
+        ("self._server._websock_server.stop()", ["._websock_server"]),
+        ('getattr(button, "_impl")', ["_impl"]),
+        ("viser._gui_api.__dict__", ["._gui_api"]),
+        ("from viser import transforms\nself._impl = viser.GuiApi", []),
+    ],
+)
+def test_what_touches_private_viser(code, found):
+    assert layout.touches_private_viser(code) == found
+
+
+def test_one_script_and_one_style_sheet_know_the_names_of_visers_page():
+    paths = [path for kind in ("js", "css") for path in (ROOT / "static").glob(f"*.{kind}")]
+    naming = {path.name for path in paths if layout.names_of_visers_page(path.read_text("utf-8"))}
+    assert naming == {"viser.js", "viser.css"}
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ('one.closest(".mantine-Flex-root")', 1),
+        ("#root a, [role='tab'] { color: var(--mantine-color-text); }", 3),
+        ("[data-dock-region] .icon-tabler-camera", 2),
+        ("viserPage.tabs(); dockpose-picture [role='status']", 0),
+    ],
+)
+def test_what_names_visers_page(text, count):
+    assert len(layout.names_of_visers_page(text)) == count
+
+
 @pytest.mark.parametrize("house", HOUSES)
 def test_each_folder_says_what_lives_there(house):
     assert [str(folder) for folder in layout.folders(house) if not layout.has_docstring(folder)] == []

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import ast
+import functools
 import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import viser
+
 ROOT = Path(__file__).resolve().parents[2]
 HOUSES = ("app", "pipeline")
+OURSELVES = ("self", "cls")
+VISERS_PAGE = re.compile(
+    r"mantine-[\w-]+|tabler-[\w-]+|data-dock[\w-]*|data-scrollarea[\w-]*|file_upload_|#root\b|#webgl-[\w-]+|"
+    r"""\[role=["']?(?:tab|dialog|listbox)"""
+)
 
 # What each part of the library may import beside itself, in the order in which the data flows.
 LIBRARY: dict[str, set[str]] = {"checks": set(), "palette": set(), "compiled": set(), "files": {"checks"}}
@@ -156,3 +164,29 @@ def tests_without_subject() -> list[str]:
         if not (subject.exists() or subject.with_suffix("").is_dir()):
             homeless.append(str(place))
     return homeless
+
+
+def touches_private_viser(text: str) -> list[str]:
+    """What Python code imports or reads that is private in viser: a module, or an attribute of another object."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "viser":
+            found += [f"{node.module}.{one.name}" for one in node.names]
+        elif isinstance(node, ast.Import):
+            found += [one.name for one in node.names if one.name.startswith("viser.")]
+        elif isinstance(node, ast.Attribute) and not (isinstance(node.value, ast.Name) and node.value.id in OURSELVES):
+            found += [f"._{node.attr[1:]}"] if node.attr in _private_names_of_viser() else []
+        elif isinstance(node, ast.Constant) and node.value in _private_names_of_viser():  # for getattr, setattr
+            found.append(str(node.value))
+    return [name for name in found if re.search(r"\b_|\binfra\b", name)]
+
+
+@functools.cache
+def _private_names_of_viser() -> frozenset[str]:
+    sources = (path.read_text(encoding="utf-8") for path in Path(viser.__file__).parent.rglob("*.py"))
+    return frozenset(name for text in sources for name in re.findall(r"(?:\.|def )(_[a-z]\w*)", text))
+
+
+def names_of_visers_page(text: str) -> list[str]:
+    """Classes, ids and roles by which a script or a style sheet picks parts of the page that viser and Mantine made."""
+    return VISERS_PAGE.findall(text)

@@ -12,8 +12,7 @@ from typing import Any
 import viser
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.journal import Journal, client_of
-from dockpose.app.web.server.messages import LARGEST_BYTES, RefusedError, check_message
-from dockpose.app.web.server.viser_private import GuiUpdateMessage
+from dockpose.app.web.server.messages import LARGEST_BYTES, GuiUpdateMessage, RefusedError, check_message
 
 _RATE_HZ, _BURST = 400.0, 800.0  # messages that one browser may send
 _BYTES_PER_TOKEN = 256 * 2**10  # a large message counts for several

@@ -9,29 +9,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 import viser
-from dockpose.app.web.server.viser_private import (
-    CommandTriggerMessage,
-    FileTransferPart,
-    FileTransferStartUpload,
-    GetRenderResponseMessage,
-    GuiFormDirtyMessage,
-    GuiFormSubmitMessage,
-    GuiUpdateMessage,
-    ViewerCameraMessage,
-    property_of,
-)
+from dockpose.app.web.server.viser_private import property_of
 from dockpose.checks import one_line
+from msgspec import Meta
 
 LARGEST_BYTES = 64 * 2**10  # of a message that holds neither a part of a file nor a picture
+LARGEST_PART_BYTES = 4 * 2**20  # viser's page sends parts of 512 KiB
 LARGEST_FRAME_BYTES = 16 * 2**20  # a rendered picture of a 4K window
+MOST_LETTERS = 10_000
 _MOST_OF_ERROR = 100  # letters, for it may name what was sent
 _MOST_PIXELS = 50_000_000  # of a rendered picture
 _PNG = b"\x89PNG\r\n\x1a\n"
 _MOST_WITHOUT_LIMITS = 1e9  # for controls that have none
+
+_Id = Annotated[str, Meta(max_length=64)]
+_Count = Annotated[int, Meta(ge=0, le=2**53)]
+_Pixels = Annotated[float, Meta(ge=0, le=100_000)]
+_Three = tuple[float, float, float]
 
 
 class RefusedError(ValueError):
@@ -44,6 +42,82 @@ class RefusedError(ValueError):
     def __init__(self, reason: str, control: str | None = None) -> None:
         super().__init__(reason if control is None else f"a value that is not taken: {reason}")
         self.reason, self.control = reason, control
+
+
+class _Message(msgspec.Struct, tag=True, tag_field="type", forbid_unknown_fields=True, frozen=True):
+    """Named as viser's own."""
+
+
+class ViewerCameraMessage(_Message, frozen=True):
+    """Where somebody looks from in the 3D view."""
+
+    wxyz: tuple[float, float, float, float]
+    position: _Three
+    fov: float
+    near: float
+    far: float
+    image_height: _Pixels
+    image_width: _Pixels
+    look_at: _Three
+    up_direction: _Three
+
+
+class _Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    value: (
+        bool | int | float | Annotated[str, Meta(max_length=MOST_LETTERS)] | Annotated[list[float], Meta(max_length=4)]
+    )
+
+
+class GuiUpdateMessage(_Message, frozen=True):
+    """The value of a control; no other of its properties."""
+
+    uuid: _Id
+    updates: _Value
+
+
+class GuiFormSubmitMessage(_Message, frozen=True):
+    """A form is sent off."""
+
+    uuid: _Id
+
+
+class GuiFormDirtyMessage(_Message, frozen=True):
+    """Something in a form was changed."""
+
+    uuid: _Id
+
+
+class CommandTriggerMessage(_Message, frozen=True):
+    """A command by its key."""
+
+    uuid: _Id
+
+
+class FileTransferStartUpload(_Message, frozen=True):
+    """A file will come."""
+
+    source_component_uuid: _Id
+    transfer_uuid: _Id
+    filename: Annotated[str, Meta(max_length=1000)]
+    mime_type: Annotated[str, Meta(max_length=200)]
+    part_count: _Count
+    size_bytes: _Count
+
+
+class FileTransferPart(_Message, frozen=True):
+    """A part of a file."""
+
+    source_component_uuid: _Id | None
+    transfer_uuid: _Id
+    part_index: _Count
+    content: Annotated[bytes, Meta(max_length=LARGEST_PART_BYTES)]
+
+
+class GetRenderResponseMessage(_Message, frozen=True):
+    """The 3D view as a picture, which we asked for."""
+
+    payload: bytes
+    render_uuid: _Id
 
 
 _SMALL = msgspec.msgpack.Decoder(

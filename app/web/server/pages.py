@@ -11,9 +11,9 @@ from dockpose.app.web.server.viser_private import page_html
 ROLES = ("steer", "view")
 FOR_VIEWERS = "?view"  # ends the name of a page that is another for who may only look
 LOOK_PATH = "/look"  # asked for where a browser's look changed; that browser's own pages alone are told
-# The styles and the first script stand in the page itself, which would wait for them.
-_STYLES = ("page.css", "view.css", "layout.css", "modes.css")
-_FIRST_SCRIPT = "layout.js"
+# The styles and the first scripts stand in the page itself, which would wait for them.
+_STYLES = ("page.css", "view.css", "viser.css", "modes.css")
+_FIRST_SCRIPTS = ("viser.js", "layout.js")
 _SCRIPTS = ("page.js", "connection.js")
 _MODULES = (
     *("link.js", "frame.js", "viewport.js", "overlay.js", "pixels.js", "tools.js", "flat.js"),
@@ -53,8 +53,8 @@ def own_pages() -> dict[str, Page]:
 
 def help_page() -> str:
     """The help, with what the study says in it."""
-    html = static_path("help.html").read_text(encoding="utf-8")
-    return html.replace(_STUDY, static_path("study.html").read_text(encoding="utf-8"))
+    html = _text("help.html")
+    return html.replace(_STUDY, _text("study.html"))
 
 
 def help_body() -> str:
@@ -72,8 +72,11 @@ def with_ours(html: str) -> str:
 
 
 def _tags() -> str:
-    style = "\n".join(static_path(name).read_text(encoding="utf-8") for name in _STYLES)
-    first = static_path(_FIRST_SCRIPT).read_text(encoding="utf-8")
+    style, first = ("\n".join(map(_text, names)) for names in (_STYLES, _FIRST_SCRIPTS))
     scripts = "".join(f'<script src="/{name}" defer></script>' for name in _SCRIPTS)
     modules = "".join(f'<script type="module" src="/{name}"></script>' for name in _MODULES)
     return f"<style>{style}</style><script>{first}</script>{scripts}{modules}"
+
+
+def _text(name: str) -> str:
+    return static_path(name).read_text(encoding="utf-8")

@@ -17,13 +17,12 @@ from concurrent.futures import Future
 from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, Any, TypeAlias
+from typing import Any, TypeAlias
 from zipfile import ZipFile
 
 import msgspec
 import viser
 import websockets.asyncio.server as websocket_server
-from msgspec import Meta
 from viser import _icons as icons
 from viser import _messages as messages
 from viser._gui_handles import GuiModalHandle
@@ -55,93 +54,6 @@ _CONNECTION_PARTS = (
     *("register_handler", "unregister_handler", "queue_message", "_incoming_handlers"),
     *("get_message_buffer", "_live_connections", "_client_state_from_id"),
 )
-
-
-# What the page sends, message by message. Replaced by: viser refusing what does not fit its own messages.
-
-LARGEST_PART_BYTES = 4 * 2**20  # viser's page sends parts of 512 KiB
-MOST_LETTERS = 10_000
-
-_Id = Annotated[str, Meta(max_length=64)]
-_Count = Annotated[int, Meta(ge=0, le=2**53)]
-_Pixels = Annotated[float, Meta(ge=0, le=100_000)]
-_Three = tuple[float, float, float]
-
-
-class _Message(msgspec.Struct, tag=True, tag_field="type", forbid_unknown_fields=True, frozen=True):
-    """Named as viser's own."""
-
-
-class ViewerCameraMessage(_Message, frozen=True):
-    """Where somebody looks from in the 3D view."""
-
-    wxyz: tuple[float, float, float, float]
-    position: _Three
-    fov: float
-    near: float
-    far: float
-    image_height: _Pixels
-    image_width: _Pixels
-    look_at: _Three
-    up_direction: _Three
-
-
-class _Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    value: (
-        bool | int | float | Annotated[str, Meta(max_length=MOST_LETTERS)] | Annotated[list[float], Meta(max_length=4)]
-    )
-
-
-class GuiUpdateMessage(_Message, frozen=True):
-    """The value of a control; no other of its properties."""
-
-    uuid: _Id
-    updates: _Value
-
-
-class GuiFormSubmitMessage(_Message, frozen=True):
-    """A form is sent off."""
-
-    uuid: _Id
-
-
-class GuiFormDirtyMessage(_Message, frozen=True):
-    """Something in a form was changed."""
-
-    uuid: _Id
-
-
-class CommandTriggerMessage(_Message, frozen=True):
-    """A command by its key."""
-
-    uuid: _Id
-
-
-class FileTransferStartUpload(_Message, frozen=True):
-    """A file will come."""
-
-    source_component_uuid: _Id
-    transfer_uuid: _Id
-    filename: Annotated[str, Meta(max_length=1000)]
-    mime_type: Annotated[str, Meta(max_length=200)]
-    part_count: _Count
-    size_bytes: _Count
-
-
-class FileTransferPart(_Message, frozen=True):
-    """A part of a file."""
-
-    source_component_uuid: _Id | None
-    transfer_uuid: _Id
-    part_index: _Count
-    content: Annotated[bytes, Meta(max_length=LARGEST_PART_BYTES)]
-
-
-class GetRenderResponseMessage(_Message, frozen=True):
-    """The 3D view as a picture, which we asked for."""
-
-    payload: bytes
-    render_uuid: _Id
 
 
 # Whether it is the viser that this file knows.

@@ -1,0 +1,74 @@
+// All that our scripts know of the page that viser and its Mantine make: how its parts are named, where they stand, and
+// what it does with them. The other scripts ask here, and viser.css has its styles: a new viser is work for these two.
+// Names of our own for what we add would replace the selectors; a place for elements of our own, the hidden text boxes.
+// Loaded before viser's own script, for the first lines must hold when that starts.
+"use strict";
+
+// viser lays out its panels otherwise on phones, without the picture; our tabs serve there as well.
+const PHONE_QUERY = "(max-width: 36em)";
+const realMatchMedia = window.matchMedia.bind(window);
+window.matchMedia = (query) => realMatchMedia(query === PHONE_QUERY ? "not all" : query);
+
+// viser's sorter of Gaussian splats starts with every page and builds functions from text. The page's content policy
+// refuses that, and nothing here is drawn with splats, so the refusal is no fault to be told.
+window.addEventListener("unhandledrejection", (event) => {
+  if (event.reason instanceof EvalError) event.preventDefault();
+});
+
+const TAB = "[role=tab]";
+const GROUP_NAME = ".mantine-Paper-root > .mantine-Paper-root:has(> .tabler-icon)";
+const PICTURE_UPLOAD = "input[type=file][accept='image/*']";
+const VIDEO_UPLOAD = "input[type=file][accept^='video/*']";
+
+const viserPage = {
+  // Tabs. viser opens one when it is pressed, and drags it where the pointer moves; a plain click does nothing.
+  tabs: () => [...document.querySelectorAll(TAB)],
+  nameOfTab: (tab) => tab.textContent.trim(),
+  tabOf: (name) => viserPage.tabs().find((tab) => viserPage.nameOfTab(tab) === name),
+  isOpen: (tab) => tab.getAttribute("aria-selected") === "true",
+  isInTab: (element) => Boolean(element.closest?.(TAB)),
+  openTab(tab) {
+    for (const kind of ["pointerdown", "pointerup"]) {
+      tab?.dispatchEvent(new PointerEvent(kind, { bubbles: true, cancelable: true, isPrimary: true }));
+    }
+  },
+
+  // Groups of controls: the lines with their names, which are clicked.
+  groupNames: () => document.querySelectorAll(GROUP_NAME),
+  isGroupName: (element) => Boolean(element.matches?.(GROUP_NAME)),
+  isUnfolded: (name) => name.querySelector(".tabler-icon-chevron-up") !== null,
+
+  // Upload buttons, which are disabled while they upload; none is on the page while its tab is closed.
+  uploadInput: (isVideo) => document.querySelector(isVideo ? VIDEO_UPLOAD : PICTURE_UPLOAD),
+  takesPictures: (element) => Boolean(element.matches?.(PICTURE_UPLOAD)),
+  isUploading: (input) => document.getElementById(input.id.replace("file_upload_", ""))?.disabled ?? false,
+
+  // Text boxes: the words beside one, the one of an id, and how to type into it.
+  labelOf(input) {
+    let row = input.parentElement;
+    while (row !== null && row.querySelector("label") === null) row = row.parentElement;
+    return row?.querySelector("label").textContent.trim() ?? "";
+  },
+  boxOf: (id) => document.querySelector(`label[for="${id}"]`)?.closest(".mantine-Flex-root")?.querySelector("input"),
+  type(box, text) {
+    const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set; // React keeps its own
+    set.call(box, text);
+    box.dispatchEvent(new Event("input", { bubbles: true }));
+  },
+
+  // Elements of our own each stand in a box, one after the other with those of the controls.
+  boxAround: (element) => element.parentElement,
+  boxBefore: (element) => element.parentElement?.previousElementSibling,
+  boxAfter: (element) => element.parentElement?.nextElementSibling,
+  // What scrolls where a panel is too high; the tab of the picture has such a one, too.
+  scrollerOf: (element) => element.closest("[data-dock-region]")?.querySelector("[data-scrollarea-viewport]"),
+  hasDialog: () => [...document.querySelectorAll("[role=dialog], [role=listbox]")].some((one) => one.getClientRects().length > 0),
+};
+
+// viser lets its tabs be dragged out of their panel, which wet fingers do by mistake: a press opens a tab, no more.
+document.addEventListener("pointerdown", (event) => {
+  const tab = event.target.closest?.("[data-dock-tab]");
+  if (!event.isTrusted || !tab) return;
+  event.stopPropagation();
+  if (event.button === 0) viserPage.openTab(tab);
+}, { capture: true });

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from dockpose import Estimate, Settings
+from dockpose import Settings
 from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import HeldLines, Recordings, ResultWriter
 from dockpose.app.drawing.annotated import annotate
@@ -20,13 +19,12 @@ from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known
-from dockpose.app.processing.analysis import headline_of, trust_of
-from dockpose.app.processing.auto_masks import AutoMasks
-from dockpose.app.processing.parallel import Found, SequenceWork, search_of, split, workers
-from dockpose.app.state.trust import Trust
-from dockpose.sources import NO_WISHES, ExposureWatch, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
+from dockpose.app.processing.analysis import headline_of
+from dockpose.app.processing.following import Followed, Following
+from dockpose.app.processing.parallel import Found, SequenceWork, split, workers
+from dockpose.sources import NO_WISHES, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
 from dockpose.tracking import Smoother
-from dockpose.tracking.tracker import Tracked, Tracker
+from dockpose.tracking.tracker import Tracked
 
 _RATE_HZ = 25.0  # of an annotated video of a source that tells no rate
 
@@ -77,23 +75,22 @@ def estimate_sequence(
         write_picture = _picture_writer(frames, results, folder, files)
         lines = files.enter_context(_Smoothed(run, settings, results)) if how.is_smoothed else None
         recordings = Recordings(results.to, source.name, files, progress.tell)
-        for found, tracked in run:
+        for found, followed in run:
+            tracked = followed.tracked
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s) | how.turned
-            selected = _with_selection(tracked)
-            trust = trust_of(selected, tracked)
 
-            def drawn(found: Found = found, selected: Estimate = selected, trust: Trust = trust) -> np.ndarray:
-                return annotate(run.picture(found.index), selected, headline=headline_of(trust))
+            def drawn(found: Found = found, followed: Followed = followed) -> np.ndarray:
+                return annotate(run.picture(found.index), followed.estimate, headline=headline_of(followed.trust))
 
             def draw(found: Found = found, drawn: Callable[[], np.ndarray] = drawn) -> None:
                 write_picture(found.index, found.time_s, drawn())
 
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
             held = None if lines is None else lines.hold(tracked)
-            results.write(line, f"{found.name} frame {found.index}{time}", trust, draw, held)
-            told = dataclasses.replace(selected, message=tracked.message)
+            results.write(line, f"{found.name} frame {found.index}{time}", followed.trust, draw, held)
+            seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track)
             times_s, original = (found.time_s, found.time_unix_s), functools.partial(run.picture, found.index)
-            recordings.write(Seen(found.name, found.index, told, trust, tracked.track), times_s, original, drawn)
+            recordings.write(seen, times_s, original, drawn)
             progress.step(frames.dropped)
         if recording is not None and recording.has_failed:
             return False
@@ -110,24 +107,13 @@ def _begin_live(frames: Live, how: How, tell: Tell, files: contextlib.ExitStack)
     return recording
 
 
-def _with_selection(tracked: Tracked) -> Estimate:
-    """The frame's estimate with the pose selected that the track selects."""
-    found = tracked.estimate
-    if found.choice is None or tracked.selected is None:
-        return found
-    by = tracked.selected_by or found.choice.selected_by
-    return dataclasses.replace(
-        found, choice=dataclasses.replace(found.choice, selected=tracked.selected, selected_by=by)
-    )
-
-
 class _Run:
     """The frames of a sequence as they are found and followed, whichever way they are searched."""
 
     def __init__(self, source: FrameSource, frames: Frames, settings: Settings, how: How, tell: Tell) -> None:
         self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)
-        self._tracker = Tracker(self.camera, self._dock, settings)
+        self._following = Following(self.camera, self._dock, settings, tell, watch_exposure=frames.is_live)
         self._last: Frame | None = None
         self._skipped = 0
 
@@ -142,7 +128,7 @@ class _Run:
             self._last = self._frames.at(index)
         return self._last.picture()
 
-    def __iter__(self) -> Iterator[tuple[Found, Tracked]]:
+    def __iter__(self) -> Iterator[tuple[Found, Followed]]:
         frames = self._frames
         if not self._how.is_split or frames.is_live:
             return self._one_by_one()
@@ -151,33 +137,25 @@ class _Run:
             return self._one_by_one()
         return self._split(frames.count)
 
-    def _one_by_one(self) -> Iterator[tuple[Found, Tracked]]:
-        auto_masks = AutoMasks(self._settings, self._tell)
-        camera, dock = self.camera, self._dock
-        search, watch = search_of(camera, dock, self._settings), ExposureWatch()
+    def _one_by_one(self) -> Iterator[tuple[Found, Followed]]:
         for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
             self._last = frame
-            settings = auto_masks.settings_for(frame.image.shape, camera, dock)
-            found = search.see(frame.image, frame.index, frame.time_s, settings)
-            auto_masks.see(found, f"{frame.name} frame {frame.index}")
-            if self._frames.is_live and (sentence := watch.see(frame, found)):
-                self._tell(f"{frame.name}: {sentence}")
-            tracked = self._tracker.follow(found, frame.time_s)
+            followed = self._following.see(frame)
+            found = followed.tracked.estimate
             seen = Found(frame.index, frame.time_s, frame.name, frame.sha256, found, time_unix_s=frame.time_unix_s)
-            yield seen, tracked
+            yield seen, followed
 
-    def _split(self, count: int) -> Iterator[tuple[Found, Tracked]]:
+    def _split(self, count: int) -> Iterator[tuple[Found, Followed]]:
         source = self._source
         camera, dock, turn = self.camera, self._dock, source.rotate_deg
         work = SequenceWork(source.source, source.paths, source.rate_hz, camera, dock, count, source.topic, turn)
-        auto_masks = AutoMasks(self._settings, self._tell)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
-            for found in split(work, executor, at_once, auto_masks, self._settings):
+            for found in split(work, executor, at_once, self._following.masks, self._settings):
                 if found.estimate is None:
                     self._skipped += found.skipped
                     self._tell(found.told)
                 else:
-                    yield found, self._tracker.follow(found.estimate, found.time_s)
+                    yield found, self._following.follow(found.estimate, found.time_s)
 
 
 class _Smoothed:

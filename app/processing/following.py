@@ -1,24 +1,86 @@
-"""Tracking the dock through a sequence on the page, frame by frame."""
+"""Following the dock from frame to frame: search, track and trust, for commands, the page and the ROS node alike."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
-from dockpose import Estimate, Tracker
-from dockpose.app.processing.analysis import Analysis, TrackedFrame, select_pose
+from dockpose import Camera, Dock, Estimate, Settings, Tracker, estimate
+from dockpose.app.processing.analysis import Analysis, TrackedFrame, select_pose, trust_of
+from dockpose.app.processing.auto_masks import AutoMasks
+from dockpose.app.processing.parallel import search_of
 from dockpose.app.processing.trajectory import Trajectory
+from dockpose.app.state.trust import Trust
 from dockpose.app.state.view import View, with_first_frame, with_frame
-from dockpose.sources import Frame, Frames
+from dockpose.sources import ExposureWatch, Frame, Frames
 from dockpose.tracking.tracker import Tracked
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """One frame followed; ``estimate`` is the frame's, with the pose selected that the track prefers."""
+
+    tracked: Tracked
+    estimate: Estimate
+
+    @cached_property
+    def trust(self) -> Trust:
+        """How far the result can be trusted, with the probability that the track gives."""
+        return trust_of(self.estimate, self.tracked)
+
+
+class Following:
+    """Searches and tracks one dock frame by frame, and masks what stays put, as burnt-in text does.
+
+    With ``use_region`` most frames are searched around the last ring alone, otherwise each as a whole. ``tell``
+    receives a sentence about each new mask and, with ``watch_exposure``, about an exposure that does not suit the
+    lights.
+    """
+
+    def __init__(
+        self,
+        camera: Camera,
+        dock: Dock,
+        settings: Settings,
+        tell: Callable[[str], None],
+        *,
+        use_region: bool = True,
+        watch_exposure: bool = False,
+    ) -> None:
+        self._camera, self._dock, self._tell = camera, dock, tell
+        self._tracker = Tracker(camera, dock, settings)
+        self._search = search_of(camera, dock, settings) if use_region else None
+        self._watch = ExposureWatch() if watch_exposure else None
+        self.masks = AutoMasks(settings, tell)
+        self.settings = settings  # with the masks found so far
+
+    def see(self, frame: Frame) -> Followed:
+        """Search the next frame and update the track."""
+        settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
+        if self._search is None:
+            found = estimate(frame.image, self._camera, self._dock, settings)
+        else:
+            found = self._search.see(frame.image, frame.index, frame.time_s, settings)
+        self.masks.see(found, f"{frame.name} frame {frame.index}")
+        self.settings = self.masks.settings_for(frame.image.shape, self._camera, self._dock)
+        if self._watch is not None and (sentence := self._watch.see(frame, found)):
+            self._tell(f"{frame.name}: {sentence}")
+        return self.follow(found, frame.time_s)
+
+    def follow(self, found: Estimate, time_s: float | None) -> Followed:
+        """Update the track with the next frame, which was searched elsewhere."""
+        tracked = self._tracker.follow(found, time_s)
+        return Followed(tracked, chosen_by_track(tracked))
 
 
 class FrameFollower:
     """Analyses the frames of one sequence, each with the camera, dock and settings that the page has by then."""
 
-    def __init__(self, frames: Frames, name: str) -> None:
-        self.frames, self._name = frames, name
-        self._tracker: Tracker | None = None
+    def __init__(self, frames: Frames, name: str, tell: Callable[[str], None]) -> None:
+        self.frames, self._name, self._tell = frames, name, tell
+        self._following: Following | None = None
         self._searched_with: tuple[Any, ...] = ()
         self._before: int | None = None
         self.trajectory = Trajectory()
@@ -34,20 +96,23 @@ class FrameFollower:
 
     def read(self, view: View, frame: Frame) -> Analysis:
         """Search the frame that a view shows, and track the dock from the frame before."""
-        tracked = self._tracker_for(view, frame).see(view.image, frame.time_s)
+        followed = self._following_for(view, frame).see(replace(frame, image=view.image))
         self._before = frame.index
-        self.trajectory.note(frame, tracked)
-        return Analysis(view, chosen_by_track(tracked), TrackedFrame(frame, tracked, self.trajectory))
+        self.trajectory.note(frame, followed.tracked)
+        return Analysis(view, followed.estimate, TrackedFrame(frame, followed.tracked, self.trajectory))
 
-    def _tracker_for(self, view: View, frame: Frame) -> Tracker:
-        """The present tracker; a new one after a jump, or when camera, dock or settings have changed."""
+    def _following_for(self, view: View, frame: Frame) -> Following:
+        """What follows the dock now; a new track begins after a jump, or when camera, dock or settings have changed."""
         searched_with = (view.camera, view.dock, view.settings)
         goes_on = self._before is not None and (frame.index == self._before + 1 or self.frames.is_live)
-        if self._tracker is None or not goes_on or searched_with != self._searched_with:
+        is_same = searched_with == self._searched_with
+        if self._following is None or not goes_on or not is_same:
+            # What is burnt in stays masked after a jump.
+            settings = self._following.settings if self._following is not None and is_same else view.settings
             # Searching the whole picture gives a frame in the log the same numbers as the frame on its own.
-            self._tracker = Tracker(view.camera, view.dock, view.settings, use_region=False)
+            self._following = Following(view.camera, view.dock, settings, self._tell, use_region=False)
             self._searched_with = searched_with
-        return self._tracker
+        return self._following
 
 
 def chosen_by_track(tracked: Tracked) -> Estimate:

@@ -92,7 +92,7 @@ class SequenceController:
         frames = source.open(self.tell)
         self.close()
         with self._lock:
-            self._source, self.follower = source, FrameFollower(frames, source.name)
+            self._source, self.follower = source, FrameFollower(frames, source.name, self.tell)
             self.player = FramePlayer(frames, self._stage.show_frame, lambda: self.on_rest(), self._show_error)
         self.on_change(source.name)
 

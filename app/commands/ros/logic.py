@@ -6,13 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from dockpose import Camera, Dock, Settings, Tracker
+from dockpose import Camera, Dock, Settings
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.messages import Message, Seen, header, messages_of
-from dockpose.app.processing.analysis import headline_of, trust_of
-from dockpose.app.processing.following import chosen_by_track
+from dockpose.app.processing.analysis import headline_of
+from dockpose.app.processing.following import Following
 from dockpose.camera.image import ImageError
+from dockpose.sources import Frame
 from dockpose.sources.bags.messages import camera_in, picture_in
 
 _ERROR = 2  # of diagnostic_msgs/DiagnosticStatus
@@ -50,7 +51,7 @@ class NodeLogic:
 
     def restart(self) -> None:
         """Forget the track, as after a pause."""
-        self._tracker: Tracker | None = None
+        self._following: Following | None = None
 
     def take_camera_info(self, message: Any) -> None:
         """Take the camera from a ``sensor_msgs/CameraInfo``; one that was configured has precedence."""
@@ -88,13 +89,13 @@ class NodeLogic:
         if camera is None:
             raise UserError(f"no camera is known yet: {options.info_topic} is silent, and no camera file is given")
         picture = picture_in(message, options.image_topic)
-        if self._tracker is None:
-            self._tracker = Tracker(camera, options.dock, options.settings)
-        tracked = self._tracker.see(picture, time_s)
-        found = chosen_by_track(tracked)
-        trust = trust_of(found, tracked)
+        if self._following is None:
+            self._following = Following(camera, options.dock, options.settings, self._tell)
+        followed = self._following.see(Frame(picture, number, time_s, options.image_topic))
+        found, trust = followed.estimate, followed.trust
         drawn = annotate(picture, found, headline=headline_of(trust))
-        return messages_of(Seen(options.image_topic, number, found, trust, tracked.track, drawn), time_s, frame_id)
+        seen = Seen(options.image_topic, number, found, trust, followed.tracked.track, drawn)
+        return messages_of(seen, time_s, frame_id)
 
     def _trouble(self, sentence: str, time_s: float, frame_id: str) -> dict[str, Any]:
         status = {"level": _ERROR, "name": "dockpose: dock", "message": sentence}

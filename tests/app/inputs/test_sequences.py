@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import cv2
+import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
@@ -23,6 +24,7 @@ from dockpose.app.state.view import DEFAULT_DOCK, open_source, with_first_frame,
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
+from dockpose.simulate.parts import Text
 from dockpose.sources import Simulated, SourceError
 from PIL import Image
 
@@ -163,7 +165,7 @@ def test_frame_keeps_the_camera_that_fits_and_guesses_where_none_does(view):
 def follower():
     motion = Approach(start_m=1.2, end_m=1.0, frames=20, rate_hz=10)
     sequence = FilmPlan(scene=SCENE, motion=motion)
-    return FrameFollower(Simulated(sequence, "course"), "course")
+    return FrameFollower(Simulated(sequence, "course"), "course", print)
 
 
 def read(follower, view, index):
@@ -192,6 +194,22 @@ def test_a_leap_and_another_dock_begin_a_new_track(follower, view):
     assert analysis.estimate.selected.position_m[2] == pytest.approx((1.2 - 0.2 * 11 / 19) * 40 / 30, abs=0.02)
     view, analysis = read(follower, view, 12)
     assert analysis.tracked_frame.tracked.track.age == 2
+
+
+def test_text_that_stays_put_is_masked_and_remains_so_after_a_leap(view):
+    scene = msgspec.structs.replace(SCENE, texts=(Text(text="REC 7", x_px=5, y_px=215, height_px=16),))
+    sequence, told = FilmPlan(scene=scene, motion=Approach(start_m=1.6, end_m=0.8, frames=40, drift_m=0.05)), []
+    follower = FrameFollower(Simulated(sequence, "course"), "course", told.append)
+    for index in range(12):
+        view, analysis = read(follower, view, index)
+        assert bool(analysis.estimate.settings.masks) == (index > 7)
+    assert [sentence.split(": ")[1][:26] for sentence in told] == ["something bright stays put"]
+    assert not view.settings.masks
+    _, analysis = read(follower, view, 30)
+    assert analysis.tracked_frame.tracked.track.age == 1
+    assert analysis.estimate.settings.masks
+    _, analysis = read(follower, put(view, "diameter_cm", 40), 31)
+    assert not analysis.estimate.settings.masks
 
 
 def test_track_that_decides_is_shown_as_chosen_and_told(follower, view):

@@ -1,9 +1,11 @@
 """The node's logic, with messages of a bag and without ROS."""
 
+import msgspec
 import pytest
 from dockpose.app.commands.ros.logic import NodeLogic, Options
 from dockpose.app.export.recordings.messages import TOPICS
 from dockpose.simulate import render
+from dockpose.simulate.parts import Text
 
 from tests.support import bags
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -66,6 +68,18 @@ def test_frames_are_tracked_until_it_is_restarted(logic):
         values = {each["key"]: each["value"] for each in status_of(logic.take_image(message, 0.0))["values"]}
         ages.append(values["track_age"])
     assert ages == ["1", "2", "3", "1"]
+
+
+def test_text_that_stays_put_is_masked(logic, told):
+    logic.take_camera_info(INFO)
+    text = Text(text="REC 7", x_px=20, y_px=430, height_px=20)
+    for number in range(10):
+        scene = random_scene(4, position_m=(0.01 * number, 0.05, 1.0))
+        picture, _ = render(msgspec.structs.replace(scene, texts=(text,)))
+        stamp_ns = bags.START_NS + number * bags.PERIOD_NS
+        logic.take_image(bags.image(picture, "mono8", stamp_ns=stamp_ns), 0.0)
+    (sentence,) = told
+    assert sentence.startswith("/camera/image_raw frame 7: something bright stays put")
 
 
 def test_a_picture_without_a_stamp_has_the_time_at_which_it_came(logic, told):

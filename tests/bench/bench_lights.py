@@ -12,6 +12,7 @@ import numpy as np
 from dockpose import Dock, Settings, estimate
 from dockpose.camera.image import to_grey
 from dockpose.lights.markers import find_markers
+from dockpose.paper.lights.outcomes import are_the_lights, group_centres
 from dockpose.simulate import Truth, render
 from dockpose.simulate.parts import Snow
 from dockpose.thresholds import METHODS, Histogram, histogram_of
@@ -21,7 +22,6 @@ from tests.bench.drawn import DIAMETER_M, draw_scene
 SCENES_A_HALF = 300
 MIN_AREA_PX = Settings().min_area_px
 COMPARED = tuple(name for name in METHODS if name not in ("fixed", "hats_local"))
-SAME_LIGHT_PX = 4.0
 
 
 @dataclass(frozen=True)
@@ -35,32 +35,12 @@ class Result:
     elapsed_ms: float
 
 
-def is_exact(points_px: np.ndarray, lights_px: np.ndarray) -> bool:
-    """Whether the groups are the lights, each once, and nothing else."""
-    if len(points_px) != len(lights_px):
-        return False
-    near = np.linalg.norm(points_px[:, None] - lights_px[None], axis=2) < SAME_LIGHT_PX
-    return bool((near.sum(axis=0) == 1).all() and (near.sum(axis=1) == 1).all())
-
-
-def groups_at(histogram: Histogram, level: int) -> np.ndarray:
-    """Centres of the groups that a level leaves, nothing split and nothing told apart."""
-    pixels = histogram.bright(level)
-    if pixels.is_empty:
-        return np.empty((0, 2))
-    count, labels = pixels.groups()
-    area = np.bincount(labels, minlength=count)
-    y, x = np.divmod(pixels.index, pixels.width)
-    centres = np.column_stack([np.bincount(labels, x, count), np.bincount(labels, y, count)]) / area[:, None]
-    return centres[area >= MIN_AREA_PX]
-
-
 def any_level_is_exact(histogram: Histogram, lights_px: np.ndarray) -> bool:
     """Try all 256 levels against the truth; those that cannot have the right number of groups are skipped."""
     floor = int(np.searchsorted(np.cumsum(histogram.counts), 0.8 * histogram.counts.sum())) + 1
     counts = histogram.bright(floor).groups_at_every_level(MIN_AREA_PX)
     levels = np.flatnonzero(counts == len(lights_px))
-    return any(is_exact(groups_at(histogram, int(level)), lights_px) for level in levels)
+    return any(are_the_lights(group_centres(histogram, int(level), MIN_AREA_PX), lights_px) for level in levels)
 
 
 def is_right(found, truth: Truth) -> bool:
@@ -82,7 +62,7 @@ def run(job: tuple[int, bool]) -> Result:
     for name in COMPARED:
         own = histogram_of(to_grey(image))
         threshold = METHODS[name](own, MIN_AREA_PX, 0)
-        exact[name] = is_exact(find_markers(to_grey(image), own, threshold, MIN_AREA_PX).points_px, lights_px)
+        exact[name] = are_the_lights(find_markers(to_grey(image), own, threshold, MIN_AREA_PX).points_px, lights_px)
     found = estimate(image, scene.camera, scene.dock)
     return Result(
         exact, any_level_is_exact(histogram, lights_px), is_right(found, truth), found.status, found.elapsed_ms

@@ -7,14 +7,14 @@ import signal
 import subprocess
 import sys
 import time
-import warnings
 from pathlib import Path
 
 import cv2
 import numpy as np
-import pytest
 from dockpose.app.cli import main
 from dockpose.study.scenes import scene_rows
+
+from tests.support.cluster import dask_cluster
 
 SCENES, KILLS, SEED = 100, 10, 11
 PROGRAM = [sys.executable, "-m", "dockpose.app.cli", "study", "--seed", str(SEED), "--jobs", "2"]
@@ -57,20 +57,10 @@ def test_ten_kills_change_no_byte(tmp_path):
 
 
 def test_a_dask_cluster_gives_the_same_bytes(tmp_path):
-    distributed = pytest.importorskip("distributed")
     words = ["study", "--scenes", "10", "--seed", "4"]
     assert main([*words, "--jobs", "1", "--out", str(tmp_path / "alone")]) == 0
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
-        with distributed.LocalCluster(
-            n_workers=2,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            worker_dashboard_address=None,
-        ) as cluster:
-            assert main([*words, "--scheduler", cluster.scheduler_address, "--out", str(tmp_path / "cluster")]) == 0
+    with dask_cluster() as address:
+        assert main([*words, "--scheduler", address, "--out", str(tmp_path / "cluster")]) == 0
     for name in ("study.csv", "summary.json"):
         assert (tmp_path / "cluster" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
 

@@ -117,6 +117,15 @@ def write_mcap(
     return path
 
 
+def _write_all(writer: Any, entries: Iterable[Entry], store: Any, serialize: Callable[[Any, str], Any]) -> None:
+    with writer:
+        connections: dict[str, Any] = {}
+        for topic, kind, time_ns, message in entries:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, kind, typestore=store)
+            writer.write(connections[topic], time_ns, serialize(message, kind))
+
+
 def write_rosbag2(
     folder: Path,
     entries: Iterable[Entry],
@@ -125,12 +134,7 @@ def write_rosbag2(
 ) -> Path:
     writer = rosbag2.Writer(folder, version=8, storage_plugin=getattr(rosbag2.StoragePlugin, storage))
     prepare(writer)
-    with writer:
-        connections: dict[str, Any] = {}
-        for topic, kind, time_ns, message in entries:
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=ROS2)
-            writer.write(connections[topic], time_ns, ROS2.serialize_cdr(message, kind))
+    _write_all(writer, entries, ROS2, ROS2.serialize_cdr)
     return folder
 
 
@@ -141,10 +145,5 @@ def write_rosbag1(
     writer.chunk_threshold = chunk_bytes
     if compression is not None:
         writer.set_compression(getattr(rosbag1.Writer.CompressionFormat, compression))
-    with writer:
-        connections: dict[str, Any] = {}
-        for topic, kind, time_ns, message in entries:
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=ROS1)
-            writer.write(connections[topic], time_ns, ROS1.serialize_ros1(message, kind))
+    _write_all(writer, entries, ROS1, ROS1.serialize_ros1)
     return path

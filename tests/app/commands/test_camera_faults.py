@@ -59,13 +59,8 @@ def run(source, words, lost):
         signal.signal(signal.SIGINT, before)
 
 
-def lines_kept(tmp_path):
-    assert faults(tmp_path / "out", ()) == []
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"a.jsonl", "a.csv", "a.mkv", "b.mcap", "r.mkv"}
-    return [json.loads(line) for line in (tmp_path / "out" / "a.jsonl").read_text().splitlines()]
-
-
-def test_an_unplugged_camera_is_told_and_what_was_done_is_kept(pictures, words, tmp_path, monkeypatch, capsys):
+def camera_that_is_unplugged(pictures, monkeypatch):
+    """Put a camera in place that is unplugged after its pictures; what is returned is set then."""
     lost = threading.Event()
 
     def unplug():
@@ -74,6 +69,17 @@ def test_an_unplugged_camera_is_told_and_what_was_done_is_kept(pictures, words, 
 
     camera = V4l2Camera.make(pictures, sizes=((320, 240),), rates_hz=(20.0,), on_end=unplug)
     monkeypatch.setattr(cv2, "VideoCapture", camera)
+    return lost
+
+
+def lines_kept(tmp_path):
+    assert faults(tmp_path / "out", ()) == []
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"a.jsonl", "a.csv", "a.mkv", "b.mcap", "r.mkv"}
+    return [json.loads(line) for line in (tmp_path / "out" / "a.jsonl").read_text().splitlines()]
+
+
+def test_an_unplugged_camera_is_told_and_what_was_done_is_kept(pictures, words, tmp_path, monkeypatch, capsys):
+    lost = camera_that_is_unplugged(pictures, monkeypatch)
     assert run("0", words, lost) == 130
     told = capsys.readouterr().err.splitlines()
     assert told.count("dockpose: camera 0: no more frames come; it is tried again after 0.5 s") == 1
@@ -113,14 +119,7 @@ def test_a_clock_that_is_set_back_leaves_times_in_order(pictures, words, tmp_pat
         calls += 1
         return real_s() - (3600 if calls > 2 else 0)
 
-    lost = threading.Event()
-
-    def unplug():
-        camera.is_unplugged = True
-        lost.set()
-
-    camera = V4l2Camera.make(pictures, sizes=((320, 240),), rates_hz=(20.0,), on_end=unplug)
-    monkeypatch.setattr(cv2, "VideoCapture", camera)
+    lost = camera_that_is_unplugged(pictures, monkeypatch)
     monkeypatch.setattr(time, "time", set_back_s)
     assert run("0", words, lost) == 130
     monkeypatch.undo()

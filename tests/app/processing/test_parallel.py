@@ -9,6 +9,7 @@ from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 from dockpose.simulate.parts import Text
 
+from tests.support.cluster import dask_cluster
 from tests.support.scenes import CAMERA, random_scene
 
 FRAMES = 40
@@ -60,22 +61,10 @@ def test_processes_give_the_same_lines_in_the_same_order(tank, monkeypatch, caps
 
 
 def test_a_dask_cluster_gives_the_same_lines(tank, monkeypatch, capsys):
-    distributed = pytest.importorskip("distributed")
     monkeypatch.chdir(tank)
     alone = run(["film.avi"], capsys)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
-        cluster = distributed.LocalCluster(
-            n_workers=2,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            worker_dashboard_address=None,
-        )
-        with cluster:
-            address = cluster.scheduler_address
-            assert run(["film.avi", "--scheduler", address], capsys) == alone
+    with dask_cluster() as address:
+        assert run(["film.avi", "--scheduler", address], capsys) == alone
     assert len(alone[1]) == FRAMES
 
 

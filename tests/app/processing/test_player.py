@@ -81,6 +81,12 @@ def play(screen):
         assert player.frames.is_closed.is_set()
 
 
+def play_to_end(player, screen):
+    until(lambda: screen.shown == [0])
+    player.play()
+    until(lambda: screen.ends == 1)
+
+
 def test_first_frame_is_shown_and_no_other(play, screen):
     player = play(Numbers())
     until(lambda: screen.shown == [0])
@@ -91,18 +97,14 @@ def test_first_frame_is_shown_and_no_other(play, screen):
 
 def test_all_frames_are_shown_in_order_up_to_the_end(play, screen):
     player = play(Numbers(20))
-    until(lambda: screen.shown == [0])
-    player.play()
-    until(lambda: screen.ends == 1)
+    play_to_end(player, screen)
     assert screen.shown == list(range(20))
     assert not player.is_playing
 
 
 def test_from_the_end_it_begins_again(play, screen):
     player = play(Numbers(3))
-    until(lambda: screen.shown == [0])
-    player.play()
-    until(lambda: screen.ends == 1)
+    play_to_end(player, screen)
     player.play()
     until(lambda: screen.ends == 2)
     assert screen.shown == [0, 1, 2, 0, 1, 2]

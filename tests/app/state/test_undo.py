@@ -6,12 +6,7 @@ from dockpose.app.state import view as state
 from dockpose.app.state.parameters import put
 from dockpose.app.state.undo import History, changed_names
 
-
-class Clock:
-    now_s = 0.0
-
-    def __call__(self):
-        return self.now_s
+from tests.support.clock import Clock
 
 
 @pytest.fixture

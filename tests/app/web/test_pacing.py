@@ -3,12 +3,7 @@ import threading
 import pytest
 from dockpose.app.web.pacing import UpdatePacing
 
-
-class Clock:
-    now_s = 100.0
-
-    def __call__(self):
-        return self.now_s
+from tests.support.clock import Clock
 
 
 @pytest.fixture

@@ -1,6 +1,4 @@
-import msgspec
 import pytest
-from dockpose.app.experiment import Row
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.panels.experiment.measured import (
     BLANK,
@@ -11,14 +9,7 @@ from dockpose.app.web.panels.experiment.measured import (
     values_of,
 )
 
-ROW = Row(
-    number=1, time="2026-01-01T00:00:00+00:00", source="tank", file="frames/0001.png", sha256="", status="ok",
-    x_cm=1.0, y_cm=2.0, z_cm=100.0, theta_x_deg=10.0, theta_y_deg=-5.0,
-)  # fmt: skip
-
-
-def changed(**fields) -> Row:
-    return msgspec.structs.replace(ROW, **fields)
+from tests.support.rows import changed
 
 
 @pytest.mark.parametrize(

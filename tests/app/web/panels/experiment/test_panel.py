@@ -3,11 +3,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import cv2
-import msgspec
 import numpy as np
 import pytest
 import viser
-from dockpose.app.experiment import Row
 from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.state.measured import MeasuredPose
@@ -17,14 +15,7 @@ from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.start import silence
 
-ROW = Row(
-    number=1, time="2026-01-01T00:00:00+00:00", source="tank", file="frames/0001.png", sha256="", status="ok",
-    x_cm=1.0, y_cm=2.0, z_cm=100.0, theta_x_deg=10.0, theta_y_deg=-5.0,
-)  # fmt: skip
-
-
-def changed(**fields) -> Row:
-    return msgspec.structs.replace(ROW, **fields)
+from tests.support.rows import changed
 
 
 def numbered(count):

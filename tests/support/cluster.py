@@ -1,0 +1,23 @@
+"""A Dask cluster of two processes on this machine."""
+
+import contextlib
+import warnings
+
+import pytest
+
+
+@contextlib.contextmanager
+def dask_cluster():
+    """Yield the address of its scheduler; skips the test where Dask is missing."""
+    distributed = pytest.importorskip("distributed")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Dask's own, of its imports and at its shutdown
+        with distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            worker_dashboard_address=None,
+        ) as cluster:
+            yield cluster.scheduler_address

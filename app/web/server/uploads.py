@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections.abc import Callable
 from typing import Any
@@ -100,7 +101,7 @@ class ClientUploads:
             viser_private.release_upload_button(self._client.gui, message)
             self._refuse(reason)
             return
-        viser_private.start_upload(self._client.gui, client_id, message)
+        viser_private.go_on(self._client.gui, client_id, message)
         if message.transfer_uuid in self.underway:  # a file of no bytes has arrived by now
             self._expire_unless_moving(message.transfer_uuid, 0)
 
@@ -112,7 +113,7 @@ class ClientUploads:
             self.underway.pop(message.transfer_uuid)
             self._refuse(f"{clean_name(transfer['filename'])}: more came than the browser had said.")
             return
-        viser_private.take_part(self._client.gui, client_id, message)
+        viser_private.go_on(self._client.gui, client_id, message)
 
     def _finish(self, client_id: Any, transfer_uuid: str, source_component_uuid: str | None) -> None:
         """In place of viser's own, which keeps the file in the button."""
@@ -144,7 +145,7 @@ class ClientUploads:
             self.underway.pop(transfer_uuid)
             self._refuse(f"{clean_name(transfer['filename'])}: nothing more of it came for {PATIENCE_S:.0f} s.")
 
-        viser_private.run_later(self._client.gui, PATIENCE_S, look)
+        asyncio.get_running_loop().call_later(PATIENCE_S, look)
 
     def _refuse(self, reason: str) -> None:
         """Say why a file is not taken, in the browser and the log; at most once a second."""

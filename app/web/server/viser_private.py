@@ -47,7 +47,7 @@ _METHODS = {
     "_finish_file_upload": ("self", "client_id", "transfer_uuid", "source_component_uuid"),
 }
 _GUI_PARTS = (
-    *("_websock_interface", "_current_file_upload_states", "_thread_executor", "_event_loop"),
+    *("_websock_interface", "_current_file_upload_states", "_thread_executor"),
     *("_gui_input_handle_from_uuid", "_container_handle_from_uuid"),
 )
 _CONNECTION_PARTS = (
@@ -257,14 +257,12 @@ def take_uploads(gui: viser.GuiApi, start: Any, part: Any, finish: Any) -> dict[
     return gui._current_file_upload_states  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def start_upload(gui: viser.GuiApi, client_id: Any, message: StartUpload) -> None:
-    """Go on as viser would with a file that will come."""
-    gui._handle_file_transfer_start(client_id, message)
-
-
-def take_part(gui: viser.GuiApi, client_id: Any, message: UploadPart) -> None:
-    """Go on as viser would with a part of a file."""
-    gui._handle_file_transfer_part(client_id, message)
+def go_on(gui: viser.GuiApi, client_id: Any, message: StartUpload | UploadPart) -> None:
+    """Do as viser would with a file that will come, or a part of one."""
+    if isinstance(message, messages.FileTransferStartUpload):
+        gui._handle_file_transfer_start(client_id, message)
+    else:
+        gui._handle_file_transfer_part(client_id, message)
 
 
 def release_upload_button(gui: viser.GuiApi, message: StartUpload) -> None:
@@ -282,8 +280,3 @@ def release_upload_button(gui: viser.GuiApi, message: StartUpload) -> None:
 def run_beside(gui: viser.GuiApi, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
     """Run a function in one of viser's threads."""
     return gui._thread_executor.submit(function, *arguments)
-
-
-def run_later(gui: viser.GuiApi, after_s: float, function: Callable[[], None]) -> None:
-    """Run a function in viser's loop, from which this must be called."""
-    gui._event_loop.call_later(after_s, function)

@@ -36,7 +36,7 @@ def writing(target: object) -> Iterator[None]:
     """Raise a UserError that names the target where it cannot be written; an OutputError where the disk is full."""
     try:
         yield
-    except BrokenPipeError:  # who read it has gone, as `head` does
+    except BrokenPipeError:  # the reader has gone, as `head` does
         raise
     except OSError as error:
         raise unwritable(target, error) from error

@@ -184,7 +184,7 @@ def wishes_of(arguments: argparse.Namespace, sources: Sequence[str]) -> Wishes:
     wishes = wishes_from(given, names)
     named = [names[one] for one, value in given.items() if value is not None]
     if named and not any(kind_of(source) is Kind.CAMERA for source in sources):
-        what = f"{sources[0]} is none" if sources else "none is given"
+        what = f"{sources[0]} is not a camera" if sources else "no source is given"
         raise UserError(f"{named[0]} is for a camera, as 0 or /dev/video0; {what}")
     return wishes
 
@@ -215,7 +215,7 @@ def metres(text: str) -> float:
 
 
 def masks_of(arguments: argparse.Namespace) -> tuple[Mask, ...]:
-    """The masks that were given. Raises UserError for one that is none."""
+    """The masks that were given. Raises UserError for one that is not four numbers."""
     masks = []
     for text in arguments.mask:
         try:

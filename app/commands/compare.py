@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _compare_frames(source: FrameSource, batch: Batch, work: Callable[[Picture, int], None]) -> None:
-    """Compare on each frame of a sequence, given with its index; what cannot be read is told to the batch."""
+    """Compare on each frame of a sequence, given with its index; what cannot be read is reported to the batch."""
     try:
         with source.open(say) as frames:
             camera, dock = known(source.name, frames.camera, frames.dock)

@@ -26,7 +26,7 @@ from dockpose.sources import NO_WISHES, Frame, Frames, Live, Tell, Video, Wishes
 from dockpose.tracking import Smoother
 from dockpose.tracking.tracker import Tracked
 
-_RATE_HZ = 25.0  # of an annotated video of a source that tells no rate
+_RATE_HZ = 25.0  # of an annotated video of a source that gives no rate
 
 
 @dataclass(frozen=True)

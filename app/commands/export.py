@@ -101,8 +101,8 @@ def _files(
     if source.suffix.lower() in _LINES_ENDINGS:
         return sequence_files(source)
     if source.is_dir():
-        raise UserError(f"{source}: is a folder, but no session; it has no file session.yaml")
-    if source.is_file():  # else it is told when it is opened
+        raise UserError(f"{source}: is a folder, but not a session; it has no file session.yaml")
+    if source.is_file():  # else it is reported when it is opened
         camera, dock = camera_and_dock(source, camera, dock)
     view = open_source(str(source), camera, dock, rotate_deg=rotate_deg)
     if view.note:

@@ -179,7 +179,7 @@ class LineFile:
         self._is_regular = stat.S_ISREG(os.fstat(self._file.fileno()).st_mode)
 
     def write(self, text: str) -> None:
-        """Write a line with its end; where that cannot be done, the file keeps those before it, and it is told."""
+        """Write a line with its end; where that fails, the file keeps those before it, and the fault is reported."""
         try:
             self._end += write_all(self._file, as_text(text).encode())
         except BrokenPipeError:

@@ -16,7 +16,7 @@ from dockpose.camera.image import decode, read_picture_file
 
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock")
 _WRITTEN = ("json", "csv", "annotate", "out", "rerun", "record")
-_MOST_NUMBERS = 4  # of a row that are told one by one
+_MOST_NUMBERS = 4  # of a row that are listed one by one
 
 
 def add_session_argument(parser: argparse._ActionsContainer) -> None:

@@ -51,7 +51,7 @@ def _digits(value: float) -> str:
 
 
 def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> list[str]:
-    """Say up to where the dock's lights, its range and its attitude can be told."""
+    """Say up to where the dock's lights, its range and its attitude can be known."""
     apart, good = farthest_apart_m(camera, dock), farthest_within_m(camera, dock, _GOOD_SHARE, 20.0, noise_px)
     told = {tilt: farthest_told_m(camera, dock, _SURE, tilt, noise_px) for tilt in (10.0, 20.0)}
     words = " and ".join(f"up to {_metres(range_m)} at a tilt of {tilt:g}°" for tilt, range_m in told.items())

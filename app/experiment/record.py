@@ -42,9 +42,9 @@ class SessionRecord:
         except OSError as error:
             raise FileError(f"{path}: cannot be read ({error.strerror or error})") from error
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
-            raise FileError(f"{path}: is no JSON file ({error})") from error
+            raise FileError(f"{path}: is not a JSON file ({error})") from error
         if not isinstance(content, dict):
-            raise FileError(f"{path}: is no JSON object, but {type(content).__name__}")
+            raise FileError(f"{path}: is not a JSON object, but {type(content).__name__}")
         return content
 
 
@@ -62,7 +62,7 @@ def files_of_session(folder: Path) -> Iterator[Path]:
 def read_session(folder: Path) -> SessionRecord:
     """Read a session's folder, even while a program is adding to it."""
     if not is_session(folder):
-        raise FileError(f"{folder}: is no session; it has no file {INFO}")
+        raise FileError(f"{folder}: is not a session; it has no file {INFO}")
     info = read_yaml(folder / INFO)
     if info.get("schema") != SCHEMA:
         raise FileError(f"{folder / INFO}: schema is {info.get('schema')!r}; this program reads {SCHEMA}")

@@ -15,7 +15,6 @@ from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import pose_sigmas, pose_values
 from dockpose.checks import check_number
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.known import KnownPose
 
 LONGEST_TEXT = 10_000
 POSE_COLUMNS = ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")
@@ -40,14 +39,6 @@ class Measured(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             value = getattr(self, name)
             if value is not None:
                 check_number(name, value)
-
-    @classmethod
-    def of_pose(cls, known: KnownPose | None) -> Measured:
-        """The numbers of a measured or true pose; nothing measured for None."""
-        if known is None:
-            return cls()
-        x, y, z = (round(100 * value, _DECIMALS) for value in known.position_m)
-        return cls(x, y, z, known.theta_x_deg, known.theta_y_deg)
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):

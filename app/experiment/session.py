@@ -79,7 +79,7 @@ class Session:
         """Reopen a session; temporary files of a program that was stopped are removed."""
         folder = Path(folder)
         if not is_session(folder):
-            raise SessionError(f"{folder}: is no session; it has no file {INFO}")
+            raise SessionError(f"{folder}: is not a session; it has no file {INFO}")
         with _telling(folder, "the session cannot be reopened"):
             lock = FolderLock(folder)
         try:

@@ -16,7 +16,7 @@ from dockpose.sources import Arrival, Live, Tell
 
 ENDING = ".mkv"
 MOST_WAITING_BYTES = 256 * 2**20  # some three seconds of 1280 x 720 in colour
-_TIMED_FRAMES = 5  # from which the rate is told that stands in the file's header
+_TIMED_FRAMES = 5  # from which the rate in the file's header is estimated
 _RATE_HZ = 25.0  # of fewer
 
 

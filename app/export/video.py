@@ -255,7 +255,7 @@ class VideoFile:
         self._named_tick = MILLISECOND if self._suffix == ".mkv" else self._tick
         self._stream = cast("VideoStream", container.add_stream(encoder, rate=self._rate_hz, options=options))
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, pixels
-        if self._codec is _FFV1:  # one core is for who looks at the frames meanwhile
+        if self._codec is _FFV1:  # one core is left for looking at the frames meanwhile
             self._stream.codec_context.thread_count = max(1, (os.cpu_count() or 2) - 1)
         self._stream.time_base = self._stream.codec_context.time_base = self._named_tick
 

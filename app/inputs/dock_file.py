@@ -16,12 +16,12 @@ def load_dock(path: str | Path) -> Dock:
     content = read_yaml(path)
     if "dock" not in content:
         keys = ", ".join(map(str, content)) or "none"
-        raise FileError(f"{path}: is no dock file: it has no key dock; its keys are {keys}")
+        raise FileError(f"{path}: is not a dock file: it has no key dock; its keys are {keys}")
     return dock_from(content["dock"], path)
 
 
 def dock_from(content: Any, path: str | Path) -> Dock:
-    """The dock that a part of the file ``path`` describes. Raises FileError where it is none."""
+    """The dock that a part of the file ``path`` describes. Raises FileError where it is not a dock."""
     try:
         return msgspec.convert(content, Dock)
     except msgspec.ValidationError as error:

@@ -62,7 +62,7 @@ def places(path: str | Path) -> set[Hashable]:
             if stat.S_ISCHR(status.st_mode):
                 return set()
             found.add(_file(status))
-    except ValueError:  # no path at all, which is told when it is opened
+    except ValueError:  # no path at all, which is reported when it is opened
         return set()
     return found
 
@@ -74,7 +74,7 @@ def is_on_disk(path: str) -> bool:
 
 
 def files_of(source: str | Path) -> Iterator[Path]:
-    """Files that are read of a source as it was typed, and the YAML beside each; what is wrong is told elsewhere."""
+    """Files that are read of a source as typed, and the YAML beside each; what is wrong is reported elsewhere."""
     source = str(source)
     kind, path, found = kind_of(source), Path(source), list[Path]()
     with contextlib.suppress(OSError, SourceError):

@@ -275,7 +275,7 @@ def _opened(
 def _leave_interrupts() -> None:
     """Leave Ctrl-C to the program that hands out the work, and end with it, even where it was killed.
 
-    It has told of packages that cannot be loaded too.
+    Packages that cannot be loaded were reported by it too.
     """
     logging.getLogger("dockpose").addHandler(logging.NullHandler())
     signal.signal(signal.SIGINT, signal.SIG_IGN)

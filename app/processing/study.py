@@ -1,7 +1,7 @@
 """The study's scenes by several processes or on a cluster, kept block by block, so that a killed run can go on.
 
 A block of scenes is drawn, rendered and tried by a worker, and its rows are written here as one file, whole or not at
-all. Scenes depend on the seed and their number alone, so that it does not matter who works on which, or when.
+all. Scenes depend on the seed and their number alone, so that it does not matter which process works on which, or when.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def dropped_sentence(before: Dock, after: Dock) -> str:
 
 def _numbers(text: Any) -> tuple[float, ...]:
     if not isinstance(text, str) or len(text) > _LONGEST:
-        raise UserError(f"The light angles are no text of at most {_LONGEST} letters.")
+        raise UserError(f"The light angles are not text of at most {_LONGEST} letters.")
     return tuple(_number(word) for word in re.split(r"[,;\s°]+", text) if word)
 
 

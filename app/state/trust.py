@@ -89,7 +89,7 @@ def _doubts_about_range(found: Estimate) -> Iterator[tuple[Colour, str]]:
     range_m = math.hypot(*pose.position_m.tolist())
     sigma_m = math.inf if pose.sigma_position_m is None else pose.sigma_position_m[2]
     if not math.isfinite(sigma_m):
-        yield "amber", "How exact the range is cannot be told."
+        yield "amber", "How exact the range is cannot be estimated."
     elif sigma_m > EXACT_SHARE * range_m:
         share = f"{number(range_m, 1)} ± {number(sigma_m, 1)} m, which is {percent(sigma_m / range_m, 0)} %"
         yield "red" if sigma_m > ROUGH_SHARE * range_m else "amber", f"The range is inexact: {share}."

@@ -1,4 +1,4 @@
-"""Tables of the page, as HTML; every cell from outside is escaped by who makes it."""
+"""Tables of the page, as HTML; every cell from outside is escaped by the code that makes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every threshold method on one picture, and a method of one's own among them."""
+"""Every threshold method on one picture, and your own method among them."""
 
 from pathlib import Path
 

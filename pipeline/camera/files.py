@@ -61,7 +61,7 @@ def load_camera(path: str | Path) -> Camera:
     except (msgspec.ValidationError, ValueError) as error:
         raise FileError(f"{path}: {error}") from error
     raise FileError(
-        f"{path}: is no camera file: it has neither the key camera (dockpose) nor camera_matrix (ROS, OpenCV); "
+        f"{path}: is not a camera file: it has neither the key camera (dockpose) nor camera_matrix (ROS, OpenCV); "
         f"its keys are {', '.join(map(str, content)) or 'none'}"
     )
 

@@ -26,7 +26,7 @@ class FittedPort:
     """A port that was fitted."""
 
     camera: Camera  # the camera with its port
-    sigmas: Sigmas  # standard errors in metres: ``air_gap`` and, where it was told, ``glass``
+    sigmas: Sigmas  # standard errors in metres: ``air_gap`` and, where it was fitted, ``glass``
     glass_sigma_m: float  # standard error of the glass's thickness when it is fitted too
     gap_per_glass: float  # by how much the air gap grows with the thickness that is assumed for the glass
     errors_px: np.ndarray  # (N,): root mean square reprojection error of each board
@@ -45,7 +45,7 @@ def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     Treibitz et al. 2012, "Flat refractive geometry", IEEE TPAMI 34.
     """
     if len(sightings) < 3:
-        raise CalibrationError(f"{len(sightings)} boards do not tell a port; 3 are needed, better 12")
+        raise CalibrationError(f"{len(sightings)} boards do not determine a port; 3 are needed, better 12")
     known = camera.port or LIKELY_PORT
     bare = replace(camera, port=replace(known, air_gap_m=0.0, glass_m=0.0))
     start = replace(camera, port=known)
@@ -58,8 +58,8 @@ def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     found = sigmas(sightings, poses, fitted)
     if not found.values["air_gap"] < _UNTOLD_M:
         raise CalibrationError(
-            f"the pictures cannot tell the port's air gap (to {1000 * found.values['air_gap']:.0f} mm at best); take "
-            "more, with the board near the window and reaching into the picture's corners"
+            f"the pictures cannot determine the port's air gap (to {1000 * found.values['air_gap']:.0f} mm at best); "
+            "take more, with the board near the window and reaching into the picture's corners"
         )
     with_port = fitted.camera_of(numbers)
     errors = np.array([rms_px(residuals(with_port, each, pose)) for each, pose in zip(sightings, poses, strict=True)])

@@ -48,7 +48,7 @@ def _place(pose: CirclePose) -> str:
 def frame_of(found: Estimate) -> Any:
     """Return the table of :meth:`Estimate.to_frame`."""
     try:
-        import pandas  # pyright: ignore[reportMissingImports]  # who has no use for a table needs no pandas
+        import pandas  # pyright: ignore[reportMissingImports]  # needed for tables alone
     except ImportError as error:
         raise InputError("to_frame() needs pandas: pip install pandas") from error
     names = POSE_NAMES[: len(found.candidates)] or ("",)

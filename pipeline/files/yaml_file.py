@@ -121,7 +121,7 @@ def read_small(path: str | Path, most_bytes: int) -> bytes:
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise FileError(f"{path}: is no regular file")
+                raise FileError(f"{path}: is not a regular file")
             data = file.read(most_bytes + 1)
     except (OSError, ValueError) as error:
         if isinstance(error, FileError):

@@ -82,7 +82,7 @@ class Capture(Protocol):
 
     @property
     def unix_at_zero_s(self) -> float | None:
-        """Time of day at the zero of ``time_s`` by the sender, in seconds since 1970 (UTC); None where not told."""
+        """Time of day at the zero of ``time_s`` by the sender, in seconds since 1970 (UTC); None where unknown."""
         ...
 
     @property

@@ -104,7 +104,7 @@ def _growing(stamps: np.ndarray) -> np.ndarray:
 
 
 def is_without_clock(container: InputContainer, source: str) -> bool:
-    """Whether a file has frames without times, a rate of which FFmpeg makes up where none is told."""
+    """Whether a file has frames without times, for which FFmpeg makes up a rate where none is given."""
     return container.format.name in _RAW or (container.format.name == "avi" and _is_avi_without_rate(Path(source)))
 
 

@@ -40,7 +40,7 @@ class ExposureHint:
     verdict : {"saturated", "drowned", "dark", "good", "unknown"}
         The last two where nothing is to be done, and where no ring of lights was found that would tell.
     sentence : str
-        What is wrong and what to do; empty where nothing is, or nothing can be told.
+        What is wrong and what to do; empty where nothing is, or nothing is known.
     """
 
     verdict: Verdict

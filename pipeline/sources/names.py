@@ -111,7 +111,7 @@ def check_regular(source: str | Path) -> None:
     """Raise SourceError for a pipe or a device in place of a file, from which reading might never end."""
     path = Path(source)
     if path.exists() and not (path.is_file() or path.is_dir()):
-        raise SourceError(f"{source}: is no regular file, but a pipe or a device; only files are read")
+        raise SourceError(f"{source}: is not a regular file, but a pipe or a device; only files are read")
 
 
 def is_rosbag2_file(path: Path) -> bool:

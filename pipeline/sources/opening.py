@@ -149,12 +149,14 @@ def _stream(address: str, timeout_s: float, grey: bool) -> StreamCapture:
     except OSError as error:
         if time.monotonic() - start_s >= 0.9 * timeout_s:
             raise SourceError(f"{address}: does not answer within {timeout_s:g} s") from error
-        raise SourceError(f"{address}: cannot be opened: nothing answers there, or what answers is no video") from error
+        raise SourceError(
+            f"{address}: cannot be opened: nothing answers there, or what answers is not a video"
+        ) from error
 
 
 def _camera(number: int, grey: bool) -> Camera:
     camera = Camera(number, grey=grey)
     if not camera.is_open:
         camera.release()
-        raise SourceError(f"camera {number}: there is none of that number, or another program has it")
+        raise SourceError(f"camera {number}: no camera has that number, or another program uses it")
     return camera

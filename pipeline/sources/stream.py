@@ -13,8 +13,8 @@ from dockpose.sources.capture import Wishes
 from dockpose.sources.container import opened
 from dockpose.sources.pixels import picture_of
 
-# Frames are neither queued nor waited for, and the format is told from half a second of them rather than five. FFmpeg's
-# RTSP loses frames over UDP without a word.
+# Frames are neither queued nor waited for, and the format is recognised from half a second of them rather than five.
+# FFmpeg's RTSP loses frames over UDP without a word.
 _OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "500000", "rtsp_transport": "tcp"}
 _YEAR_2000_S = 946_684_800  # an earlier clock was never set
 # Formats whose frames carry the sender's clock; for others, FFmpeg makes times up from a frame rate.

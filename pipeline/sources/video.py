@@ -19,7 +19,7 @@ _NEAR = 32  # frames this far ahead are reached by reading on rather than by see
 _STEPS_BACK = (0, 8, 64)  # frames before the wanted one to seek to, until it is not overshot
 _DECIMALS = 6  # of times in seconds
 _FIRST_YEAR, _A_DAY_S = 2000, 86400  # an earlier clock was never set, and one far ahead is wrong
-_ASSUMED_HZ = 25.0  # rate of a file that tells none
+_ASSUMED_HZ = 25.0  # rate of a file that gives none
 _FAILURES = 1000  # damaged packets in a row after which a file is given up
 
 
@@ -38,7 +38,7 @@ class Video(Frames):
         Path, or address of a file on a server.
     tell : callable, optional
         Called with a sentence for corrupt frames, and on opening a video that is cut short, whose clock jumps or that
-        tells no rate.
+        gives no rate.
     scan : bool
         Read the packets' time stamps on opening. Otherwise frames are counted, and only reached from the beginning.
     grey : bool
@@ -153,7 +153,7 @@ class Video(Frames):
 
     def _take_rate(self, rate_hz: float | None) -> None:
         if rate_hz is None and self.rate_hz is None:
-            text = f"the file tells no frame rate; {_ASSUMED_HZ:g} frames a second are assumed (--rate sets another)"
+            text = f"the file gives no frame rate; {_ASSUMED_HZ:g} frames a second are assumed (--rate sets another)"
             self._tell(f"{self.source}: {text}")
         self.rate_hz = rate_hz or self.rate_hz or _ASSUMED_HZ
 

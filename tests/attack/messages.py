@@ -31,7 +31,7 @@ def update(visitor, label, updates):
 
 
 def nothing_changes(program, source, build, wait_s=0.5):
-    """All that ``build`` makes of a visitor is sent; afterwards no value is another, and nobody is closed."""
+    """All that ``build`` makes of a visitor is sent; afterwards no value has changed, and nobody is closed."""
     with opened(program, source) as visitor, opened(program, source) as witness:
         before = dict(witness.values)
         count = 0

@@ -1,4 +1,4 @@
-"""The README's way from a clone to the pose in a picture of one's own: its commands, in a fresh environment."""
+"""The README's way from a clone to the pose in the user's own picture: its commands, in a fresh environment."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import zipfile
 import msgspec
 import pandas
 import pytest
-from dockpose.app.experiment import Measured, Session, session
+from dockpose.app.experiment import Session, session
 from dockpose.app.experiment.row import row_to_csv
 from dockpose.app.state.poses import with_measured
 from dockpose.app.web.panels.experiment.panel import ALL, NEXT_FRAME, NO_SESSION, WHAT
@@ -183,4 +183,4 @@ def test_pose_measured_in_its_tab_is_there_already(tab):
     tab.until(lambda: tab.box("z (cm)").input_value() == "123.4")
     assert tab.box("θy (°)").input_value() == "-5"
     assert tab.box("Distance (cm)").input_value() == "120"
-    assert Measured.of_pose(tab.app.view.measured_pose).z_cm == 123.4
+    assert tab.app.view.measured_pose.position_m[2] == pytest.approx(1.234)

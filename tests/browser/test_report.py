@@ -4,9 +4,11 @@ import pytest
 from dockpose import estimate
 from dockpose.app.drawing.figures import to_svg
 from dockpose.app.drawing.vector import picture_figure
-from dockpose.app.experiment import Measured, Session
+from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import session_files
 from dockpose.app.inputs.samples import load_sample
+
+from tests.support.rows import measured
 
 pytestmark = pytest.mark.browser
 NASTY = "<img src='http://127.0.0.1:9/x' onerror='document.title=1'><script>alert(1)</script>"
@@ -43,7 +45,7 @@ def test_the_report_of_a_session_opens_offline_and_prints(reader, tmp_path: Path
     sample = load_sample("plain")
     found = estimate(sample.image, sample.camera, sample.dock)
     with Session.create(tmp_path / "tank", NASTY) as session:
-        session.take(sample.image, found, NASTY, Measured.of_pose(sample.truth), NASTY)
+        session.take(sample.image, found, NASTY, measured(sample.truth), NASTY)
         files = session_files(session.record)
     report = tmp_path / "report.html"
     report.write_bytes(files["report.html"]())

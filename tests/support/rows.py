@@ -1,7 +1,8 @@
-"""A row of an experiment, and others like it."""
+"""A row of an experiment, others like it, and what was measured."""
 
 import msgspec
-from dockpose.app.experiment import Row
+from dockpose.app.experiment import Measured, Row
+from dockpose.pose.known import KnownPose
 
 ROW = Row(
     number=1, time="2026-01-01T00:00:00+00:00", source="tank", file="frames/0001.png", sha256="", status="ok",
@@ -11,3 +12,8 @@ ROW = Row(
 
 def changed(**fields) -> Row:
     return msgspec.structs.replace(ROW, **fields)
+
+
+def measured(known: KnownPose) -> Measured:
+    x, y, z = (100 * value for value in known.position_m)
+    return Measured(x, y, z, known.theta_x_deg, known.theta_y_deg)

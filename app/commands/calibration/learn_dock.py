@@ -93,7 +93,7 @@ def report(learned: LearnedDock, views: int) -> Iterator[str]:
         yield "The unevenness tells the lights apart: in such views the dock's roll is known over the whole turn."
     elif learned.is_uneven:
         yield (
-            f"The unevenness tells the dock's roll over the whole turn in {100 * learned.roll_share:.0f} % of such "
+            f"The unevenness gives the dock's roll over the whole turn in {100 * learned.roll_share:.0f} % of such "
             "views; in the others only modulo the lights' spacing."
         )
     if learned.sigma_focal is not None:

@@ -62,7 +62,7 @@ class Finding:
     more: dict[str, Any] = field(default_factory=dict)
 
     def with_text(self, text: str) -> Finding:
-        """Return the finding told otherwise."""
+        """Return the finding with another text."""
         return replace(self, text=one_line(text))
 
 

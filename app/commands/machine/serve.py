@@ -94,7 +94,7 @@ def _options(arguments: argparse.Namespace) -> Options:
     if folder is not None and not folder.is_dir():
         raise UserError(f"--folder {folder}: there is no such folder")
     if sessions.exists() and not sessions.is_dir():
-        raise UserError(f"--sessions {sessions}: is no folder")
+        raise UserError(f"--sessions {sessions}: is not a folder")
     return Options(
         allow_hosts=tuple(arguments.allow_host),
         folder=None if folder is None else folder.resolve(),

@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
         "image_topic": arguments.topic,
     }
     if dock is not None:
-        options_of(defaults)  # what is wrong is told here rather than in a log
+        options_of(defaults)  # what is wrong is reported here rather than in a log
     elif not arguments.managed and not any("dock_" in word for word in arguments.ros_args):
         raise UserError("ros: how large is the dock? Give --dock-diameter in metres")
     rclpy.init(args=["--ros-args", *arguments.ros_args] if arguments.ros_args else [])

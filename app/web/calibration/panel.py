@@ -45,7 +45,7 @@ _UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
 
 
 def board_of(squares: str, side_mm: float) -> Board:
-    """The board that was typed, as "10x7" and the side of a square in mm. Raises UserError where it is none."""
+    """The board that was typed, as "10x7" and the side of a square in mm. Raises UserError where it is not a board."""
     match = re.fullmatch(r"\s*(\d{1,2})\s*[xX×*]\s*(\d{1,2})\s*", squares)
     if match is None:
         raise UserError(f"The board is {squares[:20]!r}; it must be columns x rows, as 10x7.")
@@ -136,7 +136,7 @@ class CalibrationPanel(Panel):
         return board_of(self._squares.value, float(self._side.value))
 
     def _ready(self) -> Gathering:
-        """What is gathered; begun anew where the board that is typed is another."""
+        """What is gathered; begun anew where the board that is typed has changed."""
         board = self._board()
         if board != self._gathering.board:
             self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None

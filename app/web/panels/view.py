@@ -90,7 +90,7 @@ class PicturePanel(Panel):
         on_person(self._wishes.on_update, self._fulfil)
 
     def show(self, analysis: Analysis) -> None:
-        """Send the picture if it is another one, and put what was found in it."""
+        """Send the picture if it has changed, and put what was found in it."""
         last, self._analysis = self._analysis, analysis
         image, is_playing = analysis.view.image, self._is_playing()
         if image is not self._sent or not (self._is_exact or is_playing):

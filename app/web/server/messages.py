@@ -147,7 +147,7 @@ def check_message(
         message = decoder.decode(raw)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, OverflowError, MemoryError) as error:
         raise RefusedError(
-            f"a message of {len(raw)} bytes that is none of the page's ({one_line(str(error), _MOST_OF_ERROR)})"
+            f"a message of {len(raw)} bytes that is not one of the page's ({one_line(str(error), _MOST_OF_ERROR)})"
         ) from error
     if isinstance(message, ViewerCameraMessage):
         _check_viewpoint(message)
@@ -178,12 +178,12 @@ def why_not(control: Any, value: Any) -> str | None:
         options = property_of(control, "options")
         return None if isinstance(value, str) and value in options else "there is no such option"
     if isinstance(control, viser.GuiTextHandle):
-        return None if isinstance(value, str) else "it is no text"
+        return None if isinstance(value, str) else "it is not text"
     if isinstance(control, viser.GuiNumberHandle | viser.GuiSliderHandle):
         return _out_of_range(value, control.min, control.max, control.precision)
     if isinstance(control, viser.GuiVector2Handle):
         if not isinstance(value, list) or len(value) != 2:
-            return "it is no pair of numbers"
+            return "it is not a pair of numbers"
         lows, highs = control.min or (None, None), control.max or (None, None)
         parts = (_out_of_range(*part, control.precision) for part in zip(value, lows, highs, strict=True))
         return next((reason for reason in parts if reason is not None), None)
@@ -192,7 +192,7 @@ def why_not(control: Any, value: Any) -> str | None:
 
 def _out_of_range(value: Any, low: float | None, high: float | None, decimals: int) -> str | None:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        return "it is no number"
+        return "it is not a number"
     if not math.isfinite(value):
         return "it is not finite"
     rounding = 0.5 * 10.0**-decimals + 1e-9 * max(abs(low or 0), abs(high or 0))  # the page sends what it shows
@@ -212,7 +212,7 @@ def _check_viewpoint(message: ViewerCameraMessage) -> None:
 def _check_picture(payload: bytes) -> None:
     """A rendered picture is a PNG file whose first chunk has its size; an empty one says that it could not be drawn."""
     if payload and not (payload.startswith(_PNG) and payload[12:16] == b"IHDR"):
-        raise RefusedError("a rendered picture that is no PNG file")
+        raise RefusedError("a rendered picture that is not a PNG file")
     width, height = int.from_bytes(payload[16:20]), int.from_bytes(payload[20:24])
     if width * height > _MOST_PIXELS:
         raise RefusedError(f"a rendered picture of {width} x {height} pixels")

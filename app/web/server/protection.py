@@ -47,7 +47,7 @@ def check_names() -> None:
         raise UnprotectedError("requests cannot be checked before they are answered")
     changed = viser_private.what_changed()
     if changed is not None:
-        raise UnprotectedError(f"its {changed} is another")
+        raise UnprotectedError(f"its {changed} has changed")
 
 
 def check_parts(server: viser.ViserServer) -> None:
@@ -69,7 +69,7 @@ def check_running(server: viser.ViserServer, guard: Guard, gate: Gate) -> None:
     reachable = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(host, host)
     named = {"Host": f"localhost:{port}"}
     cookie = {"Cookie": f"{cookie_name(named['Host'])}={guard.token}"}
-    gate.journal.is_silent = True  # what is refused now is our own
+    gate.journal.is_silent = True  # these refusals are the check's own
     for way, headers in (("HTTP", {}), ("WebSocket", _UPGRADE)):
         if not _refuses(reachable, port, named | headers):
             raise UnprotectedError(f"a {way} request without the token is not refused")

@@ -1,4 +1,4 @@
-"""A cap on connections: who opens thousands and says nothing leaves room for the others."""
+"""A cap on connections, so that a client that opens thousands of idle ones leaves room for the others."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Sockets:
     """The connections of a server, of which those without a WebSocket, and those with one, are limited in number.
 
     Of more than ``MOST_WAITING`` that have not shown a token yet, or had their answer and stay, the oldest is cut off,
-    so that who comes next is still answered. ``journal`` is told, and also of each connection closed for bad frames.
+    so that the next one is still answered. ``journal`` records that, and also each connection closed for bad frames.
     """
 
     def __init__(self, journal: Journal) -> None:

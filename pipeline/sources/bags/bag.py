@@ -136,7 +136,7 @@ class Bag(Frames):
                 self._tell(f"{self.source}: its pictures have no time stamps; the times of the recording are taken")
             return [place.time_ns for place in self._places]
         if first_ns < _LEAST_UNIX_NS:
-            begin = f"its time stamps begin at {first_ns / 1e9:.3f} s, which is no time of day"
+            begin = f"its time stamps begin at {first_ns / 1e9:.3f} s, which is not a time of day"
             self._tell(f"{self.source}: {begin}; times are counted from the first frame alone")
         # One that cannot be read, or has none, has that of the picture before.
         return list(accumulate(stamps_ns, lambda last, each: each or last, initial=first_ns))[1:]
@@ -207,7 +207,7 @@ def deserialised(data: bytes, topic: Topic) -> Any:
         if topic.encoding == "ros1":
             return store.deserialize_ros1(data, topic.kind)
         return store.deserialize_cdr(data, topic.kind)
-    except Exception as error:  # what damaged bytes raise is not told
+    except Exception as error:  # which errors damaged bytes raise is not documented
         raise SourceError(f"the message is damaged ({len(data)} bytes)") from error
 
 

@@ -44,7 +44,7 @@ class McapFile(Storage):
         self._scanned: list[Place] = []
         try:
             if self._file.read(8) != _MAGIC:
-                raise SourceError("is no MCAP file")
+                raise SourceError("is not an MCAP file")
             self._length = self._file.seek(0, os.SEEK_END)
             if not self._read_index():
                 self._scan()

@@ -34,7 +34,7 @@ class Ros1File(Storage):
         self._found: list[Place] = []
         try:
             if self._file.read(len(_MAGIC)) != _MAGIC:
-                raise SourceError("is no bag of ROS 1 in format 2.0")
+                raise SourceError("is not a bag of ROS 1 in format 2.0")
             self._length = self._file.seek(0, os.SEEK_END)
             try:
                 self._check_index()

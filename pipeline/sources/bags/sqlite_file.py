@@ -25,7 +25,7 @@ class SqliteFile(Storage):
         super().__init__()
         with path.open("rb") as file:
             if file.read(16) != b"SQLite format 3\0":
-                raise SourceError("is no SQLite database")
+                raise SourceError("is not an SQLite database")
         self._number, self._expand, self._bytes = number, expand, path.stat().st_size
         self._address = f"{path.resolve().as_uri()}?mode=ro"
         self._database = self._connected("")
@@ -41,7 +41,7 @@ class SqliteFile(Storage):
                 self._read_all()
         except sqlite3.Error as error:
             self._database.close()
-            raise SourceError(f"is no bag of ROS 2, or is cut short before its first message ({error})") from error
+            raise SourceError(f"is not a bag of ROS 2, or is cut short before its first message ({error})") from error
         except BaseException:
             self._database.close()
             raise
@@ -87,15 +87,17 @@ class SqliteFile(Storage):
             kind, page = next(self._rows(query, name), ("missing", 0))
             if kind != "table" or not page:
                 there = "missing" if kind == "missing" else f"a {'virtual table' if kind == 'table' else kind}"
-                raise SourceError(f"is no bag of ROS 2: its table {name!r} is {there}")
+                raise SourceError(f"is not a bag of ROS 2: its table {name!r} is {there}")
             for _, column, *_, hidden in self._rows(f"PRAGMA table_xinfo({name})"):
                 if hidden in _GENERATED:
-                    raise SourceError(f"is no bag of ROS 2: the column {column!r} of its table {name!r} is generated")
+                    raise SourceError(
+                        f"is not a bag of ROS 2: the column {column!r} of its table {name!r} is generated"
+                    )
 
     def _read_topics(self) -> None:
         for key, *words in self._rows("SELECT id, name, type, serialization_format FROM topics NOT INDEXED"):
             if not isinstance(key, int) or not all(isinstance(word, str) for word in words):
-                raise SourceError(f"the row {shown((key, *words))} of its table 'topics' is no topic")
+                raise SourceError(f"the row {shown((key, *words))} of its table 'topics' is not a topic")
             if len(self.topics) == _MOST_TOPICS or key in self.topics:
                 raise SourceError(f"its table 'topics' is damaged: it has over {len(self.topics)} rows, or one twice")
             name, kind, encoding = words
@@ -119,7 +121,7 @@ class SqliteFile(Storage):
             if not self.is_cut_short:
                 raise
         if len(rows) > self._bytes:
-            raise SourceError("is no bag of ROS 2: it has more messages than bytes")
+            raise SourceError("is not a bag of ROS 2: it has more messages than bytes")
         while self.is_cut_short and rows and not self._is_there(rows[-1]):
             rows.pop()
         return rows
@@ -138,5 +140,5 @@ class SqliteFile(Storage):
         if row is None:
             raise ValueError("it is not there")
         if not isinstance(row[0], bytes):
-            raise ValueError(f"its data are {shown(row[0])}, no bytes")
+            raise ValueError(f"its data are {shown(row[0])}, not bytes")
         return row[0] if self._expand is None else self._expand(row[0])

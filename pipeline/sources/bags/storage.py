@@ -61,7 +61,7 @@ class Storage(abc.ABC):
 
     @abc.abstractmethod
     def _read(self, place: Place) -> bytes:
-        """As :meth:`read`; only one thread is in it, and what goes wrong is told by the caller."""
+        """As :meth:`read`; only one thread is in it, and what goes wrong is reported by the caller."""
 
     @abc.abstractmethod
     def close(self) -> None:

@@ -83,7 +83,7 @@ def test_an_unplugged_camera_is_told_and_what_was_done_is_kept(pictures, words, 
     assert run("0", words, lost) == 130
     told = capsys.readouterr().err.splitlines()
     assert told.count("dockpose: camera 0: no more frames come; it is tried again after 0.5 s") == 1
-    assert sum("camera 0: there is none" in line for line in told) >= 1
+    assert sum("camera 0: no camera has that number" in line for line in told) >= 1
     assert told[-1].endswith("whose results are kept") or told[-2].endswith("whose results are kept")
     lines = lines_kept(tmp_path)
     assert f"dockpose: stopped after {len(lines)} frame" in "\n".join(told)

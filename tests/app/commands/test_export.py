@@ -12,11 +12,13 @@ from dockpose.app.commands.export import export
 from dockpose.app.commands.replay import replay_session
 from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.errors import UserError
-from dockpose.app.experiment import Measured, Session
+from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.inputs.samples import load_sample, sample_path
 from dockpose.camera.image import ImageError
 from dockpose.files.yaml_file import FileError
+
+from tests.support.rows import measured
 
 NAMES = ("plain", "tilted", "flat_port")
 NASTY = "<script>alert(1)</script>&\"'"
@@ -29,7 +31,7 @@ def folder(tmp_path):
         for name, method in zip(NAMES, ("hats", "otsu", "hats"), strict=True):
             sample = load_sample(name)
             found = estimate(sample.image, sample.camera, sample.dock, Settings(method=method))
-            session.take(sample.image, found, f"{name} {NASTY}", Measured.of_pose(sample.truth), NASTY)
+            session.take(sample.image, found, f"{name} {NASTY}", measured(sample.truth), NASTY)
     return tmp_path / "tank"
 
 
@@ -117,7 +119,7 @@ def test_what_cannot_be_exported_is_said(tmp_path, folder):
         export(folder, None, None, tmp_path / "a.docx")
     with pytest.raises(UserError, match="--layers has 'lamps'"):
         export(folder, None, None, tmp_path / "a.svg", layers="lamps")
-    with pytest.raises(UserError, match="no session"):
+    with pytest.raises(UserError, match="not a session"):
         export(tmp_path, None, None, tmp_path / "out")
     with pytest.raises(ImageError, match="cannot be read"):
         export(tmp_path / "gone.png", None, None, tmp_path / "out")
@@ -155,7 +157,7 @@ def test_replaying_tells_frames_that_cannot_be_read(folder, capsys):
     assert "row 1" in captured.err
     assert "wobble" in captured.err
     assert "1 of 3 rows give the same numbers, 2 cannot be read." in captured.out
-    with pytest.raises(UserError, match="no session"):
+    with pytest.raises(UserError, match="not a session"):
         replay_session(folder / "frames")
 
 

@@ -147,7 +147,7 @@ def test_pipe_in_place_of_a_file_is_refused(tmp_path, name, capsys):
     os.mkfifo(tmp_path / name)
     yaml = PLAIN.replace(".png", ".yaml")
     assert main(["estimate", str(tmp_path / name), "--camera", yaml, "--dock-diameter", "0.3"]) == 1
-    assert f"{name}: is no regular file" in capsys.readouterr().err
+    assert f"{name}: is not a regular file" in capsys.readouterr().err
 
 
 def test_name_that_is_no_text_is_spelt_out_everywhere(tmp_path, capsys):

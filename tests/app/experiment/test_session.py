@@ -15,7 +15,6 @@ import yaml
 from dockpose import Camera, Settings, estimate
 from dockpose.app.experiment import Measured, Row, Session, SessionError, read_session
 from dockpose.files.yaml_file import FileError
-from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -137,12 +136,6 @@ def test_angles_differ_by_the_shorter_way_round():
     assert msgspec.structs.replace(row, measured_z_cm=60.0, distance_cm=61.0).range_cm == 61
 
 
-def test_measured_of_a_pose_of_the_page():
-    known = KnownPose((0.01, -0.02, 1.5), 3.0, 4.0)
-    assert Measured.of_pose(known) == Measured(1.0, -2.0, 150.0, 3.0, 4.0)
-    assert Measured.of_pose(None) == Measured()
-
-
 @given(source=st.text(max_size=60), notes=st.text(max_size=60))
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_text_is_read_back_by_pandas_and_by_us(session, source, notes):
@@ -223,7 +216,7 @@ def test_a_change_by_another_program_is_not_overwritten(session):
 
 
 def test_folders_that_are_no_sessions(tmp_path):
-    with pytest.raises(SessionError, match=r"no session; it has no file session\.yaml"):
+    with pytest.raises(SessionError, match=r"not a session; it has no file session\.yaml"):
         Session.open(tmp_path)
     (tmp_path / "thesis.tex").write_text("x")
     with pytest.raises(SessionError, match="not empty"):

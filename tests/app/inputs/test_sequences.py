@@ -234,7 +234,7 @@ def test_a_bag_that_a_browser_sent_brings_its_pictures_and_camera(tmp_path):
         assert frames.camera == Camera(700, 700, 9.5, 4.5, 20, 10, (0.0,) * 5)
     assert told == ["tank.mcap: the camera is that of the bag's topic /camera/camera_info"]
     source.discard()
-    with pytest.raises(UserError, match=r"^broken\.mcap: is no MCAP file"):
+    with pytest.raises(UserError, match=r"^broken\.mcap: is not an MCAP file"):
         sent(b"nothing", "broken.mcap").open(told.append)
 
 

@@ -170,7 +170,7 @@ def test_alpha_is_applied_exactly_in_strips(kind):
 def test_a_pipe_or_a_device_is_no_picture(tmp_path):
     os.mkfifo(tmp_path / "pipe.png")
     for path in (tmp_path / "pipe.png", "/dev/zero"):
-        with pytest.raises(ImageError, match="is no regular file"):
+        with pytest.raises(ImageError, match="is not a regular file"):
             read(path)
 
 

@@ -33,7 +33,7 @@ def test_glass_cannot_be_told_from_the_gap_and_is_left_as_given():
 
 def test_far_boards_do_not_tell_the_gap():
     far = replace(TRUE, fx=3000.0, fy=3000.0)
-    with pytest.raises(CalibrationError, match="cannot tell the port's air gap"):
+    with pytest.raises(CalibrationError, match="cannot determine the port's air gap"):
         fit_port(sightings(replace(far, port=FlatPort(0.03, 0.01)), 0, count=3, ranges_m=(4, 5)), far)
 
 
@@ -43,5 +43,5 @@ def test_pictures_in_air_have_no_port():
 
 
 def test_too_few_boards_are_refused():
-    with pytest.raises(CalibrationError, match="2 boards do not tell a port"):
+    with pytest.raises(CalibrationError, match="2 boards do not determine a port"):
         fit_port(sightings(TRUE, 0, count=2), TRUE)

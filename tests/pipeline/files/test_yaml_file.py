@@ -71,7 +71,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path):
 def test_a_pipe_and_a_device_are_no_files(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", "/dev/zero", tmp_path):
-        with pytest.raises(FileError, match=r"no regular file|directory|denied"):
+        with pytest.raises(FileError, match=r"not a regular file|directory|denied"):
             read_small(path, 100)
 
 

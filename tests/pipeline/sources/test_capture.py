@@ -152,5 +152,5 @@ def test_a_camera_without_stamps_has_the_times_of_arrival(monkeypatch):
 
 def test_a_camera_that_is_not_there_is_told(monkeypatch):
     monkeypatch.setattr(cv2, "VideoCapture", V4l2Camera.make(GREY, is_there=False))
-    with pytest.raises(SourceError, match="camera 5: there is none of that number, or another program has it"):
+    with pytest.raises(SourceError, match="camera 5: no camera has that number, or another program uses it"):
         open_frames("/dev/video5")

@@ -170,7 +170,7 @@ def test_what_gives_no_frames_is_told_in_a_sentence_that_names_it(tmp_path, name
 
 
 def test_a_camera_that_is_not_there_is_told(capfd):
-    with pytest.raises(SourceError, match="camera 97: there is none"):
+    with pytest.raises(SourceError, match="camera 97: no camera has that number"):
         open_frames("97")
     assert capfd.readouterr() == ("", "")
 
@@ -233,7 +233,12 @@ class FakeCapture:
 
 def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so():
     first, second = FakeCapture([0, 1, None, 2]), FakeCapture([3] * 1000)
-    answers = [first, SourceError("camera 0: there is none"), SourceError("camera 0: there is none"), second]
+    answers = [
+        first,
+        SourceError("camera 0: no camera has that number"),
+        SourceError("camera 0: no camera has that number"),
+        second,
+    ]
     asked_s = []
 
     def connect():
@@ -257,8 +262,8 @@ def test_a_camera_that_goes_away_is_tried_again_with_growing_pauses_and_said_so(
     assert [text.split(": ", 1)[1][:20] for text in told] == [
         "1 frame was corrupt ",
         "no more frames come;",
-        "there is none; it is",
-        "there is none; it is",
+        "no camera has that n",
+        "no camera has that n",
         told[-1].split(": ", 1)[1][:20],
     ]
     assert "after 0.05 s" in told[1]

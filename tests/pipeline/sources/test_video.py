@@ -381,7 +381,7 @@ def test_raw_videos_come_in_order_by_their_rate_or_that_which_is_given(tmp_path,
         found = list(frames)
     assert order_by_brightness(found)
     assert [frame.time_s for frame in found] == pytest.approx(np.arange(20) / 25)
-    assert [("tells no frame rate; 25 frames" in line) for line in told] == ([True] if told_hz is None else [])
+    assert [("gives no frame rate; 25 frames" in line) for line in told] == ([True] if told_hz is None else [])
     with open_frames(str(path), told.append, rate_hz=10.0) as frames:
         times_s = [frame.time_s for frame in frames]
     assert times_s == pytest.approx(np.arange(20) / (25 if name == "a.avi" else 10))

@@ -18,7 +18,7 @@ from dockpose.app.web.sequence import NONE_CHOSEN, SequenceController
 from dockpose.app.web.widgets import Panel, on_click, on_person
 from dockpose.sources import Frames, Live
 
-SURE = 0.999  # beyond it no more digits are told
+SURE = 0.999  # beyond it no more digits are shown
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
 _SENT_AGAIN = 20  # frames before the present one that are sent with it, should a browser have missed some
 _MOST_POINTS = 4000  # of a course as a whole
@@ -27,7 +27,7 @@ _TIME, _Z, _CHANCE, _IS_LOST = (COLUMNS.index(name) for name in ("time_s", "z_m"
 
 
 class SequencePanel(Panel):
-    """Choice of the sequence, its speed, and words; the time line is told the rest."""
+    """Choice of the sequence, its speed, and words; the time line is sent the rest."""
 
     def __init__(
         self,

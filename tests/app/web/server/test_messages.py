@@ -168,7 +168,7 @@ def test_forms(gui, controls):
 def test_only_parts_of_files_and_pictures_are_large(gui):
     part = messages.FileTransferPart("a", "b", 0, bytes(LARGEST_BYTES))
     assert len(check(gui, packed(part)).content) == LARGEST_BYTES
-    with pytest.raises(RefusedError, match="none of the page"):
+    with pytest.raises(RefusedError, match="not one of the page"):
         check(gui, packed(messages.FileTransferPart("a", "b", 0, bytes(5 * 2**20))))
     with pytest.raises(RefusedError):
         check(gui, packed(messages.FileTransferStartUpload("a", "b", "n" * LARGEST_BYTES, "", 1, 1)))

@@ -243,7 +243,7 @@ def test_stamps_that_are_no_time_of_day_give_none(tmp_path):
         found = list(bag)
     assert [frame.time_s for frame in found] == [0.0, 0.1, 0.2]
     assert [frame.time_unix_s for frame in found] == [None] * 3
-    assert "its time stamps begin at 12.000 s, which is no time of day" in told[0]
+    assert "its time stamps begin at 12.000 s, which is not a time of day" in told[0]
 
 
 @pytest.mark.parametrize("store", [ROS1, ROS2], ids=["ROS 1", "ROS 2"])
@@ -273,10 +273,10 @@ def test_a_camera_elsewhere_or_not_calibrated_is_not_taken(tmp_path):
     ("name", "content", "message"),
     [
         ("a.mcap", b"", "the file is empty"),
-        ("a.mcap", b"nothing of the kind", "is no MCAP file"),
-        ("a.bag", b"#ROSBAG V1.2\n", "is no bag of ROS 1"),
-        ("a.db3", b"nothing of the kind", "is no SQLite database"),
-        ("a.db3", b"SQLite format 3\0" + bytes(84), "is no bag of ROS 2"),
+        ("a.mcap", b"nothing of the kind", "is not an MCAP file"),
+        ("a.bag", b"#ROSBAG V1.2\n", "is not a bag of ROS 1"),
+        ("a.db3", b"nothing of the kind", "is not an SQLite database"),
+        ("a.db3", b"SQLite format 3\0" + bytes(84), "is not a bag of ROS 2"),
     ],
 )
 def test_files_that_are_none_are_refused_by_name(tmp_path, name, content, message):

@@ -122,8 +122,8 @@ def test_what_is_no_bytes_in_a_database_is_left_out(tmp_path):
         connection.commit()
     with Bag(str(path), told.append) as bag:
         assert [frame.index for frame in bag] == [0, 3]
-    assert "its data are 'words', no bytes" in told[0]
-    assert "its data are 3.5, no bytes" in told[1]
+    assert "its data are 'words', not bytes" in told[0]
+    assert "its data are 3.5, not bytes" in told[1]
 
 
 @pytest.mark.parametrize("compression", COMPRESS)

@@ -125,7 +125,7 @@ def estimate(
     height, width = whole.shape[:2]
     scaled = camera.for_size(width, height)
     if hidden is not None:
-        hidden = hidden.reshape(*grey.shape, -1).any(axis=2)
+        hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
     grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
     picture = _Picture(image, grey, histogram_of(grey, counted), part, width)
     if counted is not None and not counted.any():

@@ -95,7 +95,8 @@ def refine(
         lights, free_m, numbers = np.zeros((len(rotations), points, 3)), radius_m, points
     else:
         lights, free_m, numbers = _on_circle(angles_rad, radius_m, offsets_m), 0.0, 2 * points
-    return Fit(*_minimised(rotations, positions_m, lights, float(free_m), *rays), numbers, points)
+    turns, places_m, squares, covariances = _minimised(rotations, positions_m, lights, float(free_m), *rays)
+    return Fit(turns, places_m, squares, covariances, numbers, points)
 
 
 def squares_at(

@@ -14,6 +14,7 @@ def changed(**fields) -> Row:
     return msgspec.structs.replace(ROW, **fields)
 
 
-def measured(known: KnownPose) -> Measured:
+def measured(known: KnownPose | None) -> Measured:
+    assert known is not None
     x, y, z = (100 * value for value in known.position_m)
     return Measured(x, y, z, known.theta_x_deg, known.theta_y_deg)

@@ -188,8 +188,10 @@ def test_a_leap_and_another_dock_begin_a_new_track(follower, view):
     for index in range(3):
         view, analysis = read(follower, view, index)
     view, analysis = read(follower, view, 10)
+    assert analysis.tracked_frame is not None
     assert analysis.tracked_frame.tracked.track.age == 1
     view, analysis = read(follower, put(view, "diameter_cm", 40), 11)
+    assert analysis.tracked_frame is not None
     assert analysis.tracked_frame.tracked.track.age == 1
     assert analysis.estimate.selected.position_m[2] == pytest.approx((1.2 - 0.2 * 11 / 19) * 40 / 30, abs=0.02)
     view, analysis = read(follower, view, 12)
@@ -206,6 +208,7 @@ def test_text_that_stays_put_is_masked_and_remains_so_after_a_leap(view):
     assert [sentence.split(": ")[1][:26] for sentence in told] == ["something bright stays put"]
     assert not view.settings.masks
     _, analysis = read(follower, view, 30)
+    assert analysis.tracked_frame is not None
     assert analysis.tracked_frame.tracked.track.age == 1
     assert analysis.estimate.settings.masks
     _, analysis = read(follower, put(view, "diameter_cm", 40), 31)

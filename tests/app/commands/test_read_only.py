@@ -90,7 +90,7 @@ def read_only(monkeypatch):
 
 # What the commands begin with once they know where results go.
 WORK = (
-    *("commands.estimate.estimate", "commands.estimate_sequence.search_of", "commands.compare.compare"),
+    *("commands.estimate.estimate", "processing.following.Following.see", "commands.compare.compare"),
     *("commands.simulate.film", "commands.export._files", "commands.calibration.calibrate.gathered"),
     *("commands.calibration.learn_dock.dock_views", "commands.paper.budget._rows"),
     *("processing.study.workers", "export.reproduction.report.workers"),

@@ -159,7 +159,7 @@ def read_only(unpacked, tmp_path):
     """An installation beside whose files nothing can be kept; for root too, since a file stands in each one's way."""
     site = tmp_path / "site"
     shutil.copytree(unpacked, site, ignore=shutil.ignore_patterns("__pycache__"))
-    for folder in ("lights", "thresholds"):
+    for folder in ("lights", "pixels", "thresholds"):
         (site / "dockpose" / folder / "__pycache__").write_text("")
     return site
 

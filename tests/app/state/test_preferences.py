@@ -98,7 +98,7 @@ def test_app_starts_with_the_last_settings(tmp_path):
     options = Options(remember_in=tmp_path)
     app = App.build(options=options)
     app.change(lambda view: with_method(view, "otsu", 0))
-    assert app.wait_until_idle(10)
+    assert app.wait_until_idle(120)
     app.stop()
     app = App.build(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options)
     try:

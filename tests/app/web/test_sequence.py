@@ -45,7 +45,7 @@ class Sent:
 @pytest.fixture
 def app():
     running = App.build(port=0)
-    assert running.wait_until_idle(30)
+    assert running.wait_until_idle(120)
     yield running
     running.stop()
 
@@ -54,7 +54,7 @@ def played(app, monkeypatch):
     """What was found in each frame, and what was sent while a course was played."""
     app._sequence.choose("simulated sweep", None)
     player, found = app._sequence.player, {}
-    while player.index < 0 or not app.wait_until_idle(10):
+    while player.index < 0 or not app.wait_until_idle(120):
         time.sleep(0.01)
     read = app._sequence.follower.read
 
@@ -67,9 +67,9 @@ def played(app, monkeypatch):
     app._sequence.play(True)
     while player.index < FRAMES:
         time.sleep(0.01)  # or this loop takes the time of the player's
-        assert app.wait_until_idle(10)
+        assert app.wait_until_idle(120)
     app._sequence.play(False)
-    assert app.wait_until_idle(10)
+    assert app.wait_until_idle(120)
     return found, sent
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 from dockpose.app.errors import UserError
@@ -46,7 +47,21 @@ def pictures_in(root: Path, folder: str) -> list[str]:
 def videos_below(root: Path) -> list[str]:
     """Names, relative to the root, of the videos, bags and pictures of several pages in it and below it."""
     names = _files_in(root, folders_below(root), (*VIDEO_ENDINGS, *BAG_ENDINGS, *_OF_PAGES))
-    return [name for name in names if not name.lower().endswith(_OF_PAGES) or kind_of(str(root / name)) is Kind.PAGES]
+    return [name for name in names if not name.lower().endswith(_OF_PAGES) or _has_pages(root / name)]
+
+
+def _has_pages(path: Path) -> bool:
+    try:
+        about = path.stat()
+    except OSError:  # gone meanwhile
+        return False
+    return _looked_at(str(path), about.st_mtime_ns, about.st_size)
+
+
+@lru_cache(maxsize=_MOST_FILES)
+def _looked_at(path: str, _mtime_ns: int, _size: int) -> bool:
+    """Whether a file, as it was then, has several pages; the page lists a folder often, and each look opens a file."""
+    return kind_of(path) is Kind.PAGES
 
 
 def _files_in(root: Path, folders: list[str], endings: tuple[str, ...]) -> list[str]:

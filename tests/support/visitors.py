@@ -31,7 +31,7 @@ def cookie_of(address):
     return f"dockpose_{parts.port}={parse_qs(parts.query)['token'][0]}"
 
 
-def asked(port, request, timeout_s=5.0, source="127.0.0.1"):
+def asked(port, request, timeout_s=60.0, source="127.0.0.1"):
     """The first line of the answer to bytes that need not be a request; empty where it is closed without one."""
     with contextlib.closing(socket.create_connection(("127.0.0.1", port), timeout_s, (source, 0))) as raw:
         raw.sendall(request)
@@ -95,7 +95,7 @@ class Visitor:
     def is_open(self):
         return self.socket.protocol.state.name == "OPEN"
 
-    def until(self, condition, timeout_s=10.0):
+    def until(self, condition, timeout_s=60.0):
         """Wait until something is so; return whether it is."""
         end_s = time.monotonic() + timeout_s
         with self.changed:

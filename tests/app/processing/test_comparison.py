@@ -95,7 +95,7 @@ def test_task_turns_others_away_and_can_be_cancelled():
 
     def work(progress):
         for _ in progress.over([1, 2]):
-            may_go.wait(5)
+            may_go.wait(60)
 
     assert ends.task.start(work)
     assert not ends.task.start(work)

@@ -46,7 +46,7 @@ class Screen:
         self.may_go.set()
 
     def show(self, frame):
-        self.may_go.wait(5)
+        self.may_go.wait(60)
         self.shown.append(frame.index)
 
     def end(self):
@@ -54,7 +54,7 @@ class Screen:
 
 
 def until(check):
-    end = time.monotonic() + 5
+    end = time.monotonic() + 60
     while not check():
         assert time.monotonic() < end
         time.sleep(0.002)

@@ -57,7 +57,7 @@ def held(app):
     return sum(one.held_bytes for one in app._uploads._clients.values())
 
 
-def until(condition, timeout_s=5.0):
+def until(condition, timeout_s=60.0):
     end_s = time.monotonic() + timeout_s
     while not condition() and time.monotonic() < end_s:
         time.sleep(0.02)
@@ -65,7 +65,7 @@ def until(condition, timeout_s=5.0):
 
 
 def told(page, words):
-    return page.until(lambda page: any(words in notice["body"] for notice in page.notices), 5)
+    return page.until(lambda page: any(words in notice["body"] for notice in page.notices))
 
 
 def test_a_picture_arrives_and_is_forgotten_here(app, page):
@@ -100,11 +100,11 @@ def test_a_file_that_is_too_large_or_lies_is_not_begun(app, page, size, parts, w
     assert held(app) == 0
 
 
-def test_more_or_less_than_was_said_is_given_up(app, page):
+def test_more_or_less_than_was_said_is_given_up(app, page, monkeypatch):
+    monkeypatch.setattr(uploads, "_BETWEEN_NOTICES_S", 0.0)
     start(page, "more.png", 10, 1, "m")
     part(page, b"x" * 11, "m")
     assert told(page, "more came than")
-    time.sleep(1.1)  # between two notices
     start(page, "less.png", 10, 1, "s")
     part(page, b"x" * 9, "s")
     assert told(page, "less came than")
@@ -116,8 +116,8 @@ def test_twenty_thousand_files_of_no_bytes_that_never_come(app, page):
     for number in range(2_000):
         start(page, "n" * 900, 0, 1, f"{number}")
     with Visitor(app.address) as other:
-        assert other.is_replayed.wait(5)
-        assert other.until(lambda page: BUTTON in page.buttons, 5)
+        assert other.is_replayed.wait(60)
+        assert other.until(lambda page: BUTTON in page.buttons)
     assert held(app) == 0
     assert all(len(one.underway) == 0 for one in app._uploads._clients.values())
 
@@ -140,7 +140,7 @@ def test_the_memory_of_a_browser_that_leaves_is_free_again(app):
         assert until(lambda: tracemalloc.get_traced_memory()[0] - before > 2 * 2**20)
         visitor.send_raw(b"\xc1")
     assert until(lambda: held(app) == 0)
-    freed = until(lambda: tracemalloc.get_traced_memory()[0] - before < 2**20, 8)
+    freed = until(lambda: tracemalloc.get_traced_memory()[0] - before < 2**20)
     tracemalloc.stop()
     assert freed
 

@@ -210,8 +210,9 @@ def run_camera(monkeypatch, pictures, *words, lines=0, **more):
     """
 
     def at_end():
-        camera.is_unplugged = True  # or a busy machine opens it anew before it comes to the signal
-        signal.raise_signal(signal.SIGINT)
+        if not camera.is_unplugged:  # each further try to read is another end, which needs no second signal
+            camera.is_unplugged = True  # or a busy machine opens it anew before it comes to the signal
+            signal.raise_signal(signal.SIGINT)
 
     camera = V4l2Camera.make(
         pictures,

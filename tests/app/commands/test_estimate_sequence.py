@@ -5,6 +5,7 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 import time
 from functools import partial
 
@@ -212,7 +213,7 @@ def run_camera(monkeypatch, pictures, *words, lines=0, **more):
     def at_end():
         if not camera.is_unplugged:  # each further try to read is another end, which needs no second signal
             camera.is_unplugged = True  # or a busy machine opens it anew before it comes to the signal
-            signal.raise_signal(signal.SIGINT)
+            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)  # which may be waiting for a frame
 
     camera = V4l2Camera.make(
         pictures,

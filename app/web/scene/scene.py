@@ -131,6 +131,7 @@ class Scene3D:
         scene.set_up_direction("-y")
         scene.set_global_visibility(False)  # to begin with: see open_to
         scene.configure_default_lights(cast_shadow=False)  # shadows would take half the drawing time
+        scene.configure_environment_map(None)  # nothing reflects it, and software takes seconds
         self._grid = scene.add_grid(
             "/grid", plane="xz", cell_color=_GREY, cell_thickness=0.5, section_color=_GREY, fade_strength=0.5
         )

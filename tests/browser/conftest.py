@@ -16,6 +16,7 @@ ARGUMENTS = [
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",  # as where there is no graphics card: only the scene is drawn by SwiftShader
 ]
 EXPECTED_CONSOLE = (
     "Software WebGL",  # a machine without a graphics card says so

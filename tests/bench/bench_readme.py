@@ -1,0 +1,82 @@
+"""The README's figures, measured again: those of the study by fewer scenes, whose intervals must meet the README's."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import pytest
+from dockpose.app.cli import main
+from dockpose.study.methods import PRODUCT
+from dockpose.study.summary import Summary, summary_of
+from dockpose.study.table import columns_of
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENES, SEED = 400, 7  # other scenes than those of `make report`
+CHANCE = 1.3  # by how much a quantile of few scenes may exceed that of many
+
+
+def figures(row: str) -> list[float]:
+    """The numbers of the README's figure in the row that begins with these words."""
+    (line,) = [line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if line.startswith(row)]
+    return [float(number) for number in re.findall(r"\d+(?:\.\d+)?", line.split("|")[2])]
+
+
+@pytest.fixture(scope="module")
+def summary(tmp_path_factory: pytest.TempPathFactory) -> Summary:
+    folder = tmp_path_factory.mktemp("study")
+    assert main(["study", "--scenes", str(SCENES), "--seed", str(SEED), "--out", str(folder)]) == 0
+    return summary_of(columns_of((folder / "study.csv").read_text(encoding="utf-8")))
+
+
+def meets(row: str, share: dict[str, float], said: list[float]) -> None:
+    """Assert that two intervals of a share have something in common; ``said`` are the README's, in per cent."""
+    low, high = 100 * share["low"], 100 * share["high"]
+    print(f"\n{row}: README {said[0]:g} to {said[-1]:g} %, here {low:.1f} to {high:.1f} % of {share['count']}")
+    assert low <= said[-1]
+    assert high >= said[0]
+
+
+def test_shares_of_the_study(summary: Summary):
+    product = summary["methods"][PRODUCT]
+    found, right, none = "| docks found with the right", "| reported docks that are right", "| docks reported where there"
+    meets(found, product["success"], figures(found)[2:])
+    meets(right, product["right_of_reported"], figures(right)[1:])
+    meets(none, product["false_dock_without"], figures(none)[2:])
+    held = "| 95 % intervals that hold"
+    for name, share in summary["coverage"]["all"].items():
+        meets(f"{held} {name}", share, figures(held))
+
+
+@pytest.mark.parametrize("label", ["2 to 4", "12 to 20"])
+def test_nine_in_ten_errors_are_below_what_is_said(summary: Summary, label: str):
+    factor = summary["factors"]["range_diameters"]
+    result = factor["methods"][PRODUCT][factor["bins"].index(label)]
+    share, angle = figures(f"| error, {label} diameters away")
+    print(f"\n{label}: {100 * result['position_error_share_90']:.3f} % ({share}), {result['angle_error_deg_90']:.3f} deg")
+    assert 100 * result["position_error_share_90"] <= CHANCE * share
+    assert result["angle_error_deg_90"] <= CHANCE * angle
+
+
+def test_the_tank_and_the_approaches(tmp_path: Path):
+    """From the seed of `make report`, so that each digit is the same."""
+    assert main(["reproduce", "--only", "error_budget", "--only", "table_1", "--out", str(tmp_path)]) == 0
+    rows = {row[0]: [float(cell) for cell in row[1:]] for row in table(tmp_path, "error_budget")}
+    for row, of in (
+        ("| the paper's 12 tank poses, exact camera", "noise and JPEG"),
+        ("| the same, camera and ring a little off", "all together, without ignored distortion"),
+        ("| the paper's own method, real tank", "the paper"),
+    ):
+        print(f"\n{row}: README {figures(row)}, here {rows[of]}")
+        for said, measured in zip(figures(row), rows[of], strict=True):
+            digits = len(f"{said:g}".partition(".")[2])
+            assert said == pytest.approx(measured, abs=0.5001 * 10**-digits)
+    steered = next(row for row in table(tmp_path, "table_1") if row[0] == "tracker")
+    print(steered)
+
+
+def table(folder: Path, name: str) -> list[list[str]]:
+    """The rows of a table below its head."""
+    with next(folder.rglob(f"{name}.csv")).open(encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))[1:]

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 from dockpose.camera.board import Sighting
 from dockpose.camera.camera import Camera
-from scipy.optimize import least_squares
 
 STEP = 1e-6  # of the numeric derivatives: metres, radians, or a share of the focal length
 _SMALLEST = 1e-100  # length of a derivative; 0 at a limit
@@ -57,6 +56,8 @@ def _off_px(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
 
 def settled_pose(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
     """The pose (6,) of a board with the least reprojection error, from a start near it."""
+    from scipy.optimize import least_squares  # takes half a second to import, which only calibration needs
+
     return least_squares(lambda each: _off_px(camera, sighting, each), pose, method="lm").x
 
 
@@ -65,6 +66,8 @@ def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> 
 
     Kaufman 1975, "A variable projection method for solving separable nonlinear least squares problems".
     """
+    from scipy.optimize import least_squares
+
     start = poses.copy()
 
     @lru_cache(maxsize=1)

@@ -17,7 +17,6 @@ from dockpose.pose.refine import light_rays, refine
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import deviations
 from dockpose.study.judge import nearest, signed_errors
-from scipy.optimize import brentq
 from scipy.special import ndtr
 
 USUAL_NOISE_PX = 0.3  # of a light's centre along each axis; 0.1 for bright, sharp lights, 1 in turbid water
@@ -156,6 +155,8 @@ def farthest_told_m(
 
 def _crossing(rises: Callable[[float], float], camera: Camera, dock: Dock) -> float:
     """Range where a function of its logarithm becomes positive, between 0 and where lights can be seen one by one."""
+    from scipy.optimize import brentq  # takes half a second to import
+
     low, high = math.log(nearest_m(camera, dock)), math.log(farthest_apart_m(camera, dock))
     if low >= high or rises(low) > 0:
         return 0.0

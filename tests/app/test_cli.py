@@ -78,6 +78,6 @@ def test_a_mistyped_command_is_told_once():
 def test_a_command_starts_without_what_only_some_need():
     """Each of these takes a third of a second and more to load, which every command would take longer to start."""
     code = "import sys, dockpose.app.cli; print([name for name in sys.argv[1:] if name in sys.modules])"
-    slow = ["scipy.stats", "matplotlib", "viser", "pandas", "rerun", "distributed"]
+    slow = ["scipy.stats", "scipy.optimize", "matplotlib", "viser", "pandas", "rerun", "distributed"]
     done = subprocess.run([sys.executable, "-c", code, *slow], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout == "[]\n"

@@ -13,7 +13,7 @@ ADDRESS := --host 127.0.0.1 --port 8080
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).py)
 
-.PHONY: licences release try-release run report test test-page test-busy test-oldest test-pythons resolve lint bench fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: licences release try-release run report test test-page test-busy test-oldest test-pythons resolve lint bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -57,6 +57,11 @@ lint: $(VENV)/.test $(VENV)/.lint
 
 bench: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py' -o faulthandler_timeout=0
+
+# The figures of the README and the docs, measured again: a quarter of an hour.
+FIGURES := $(foreach part,readme variety speed limits choice,tests/bench/bench_$(part).py)
+bench-readme: $(VENV)/.test
+	$(BIN)/python -m pytest $(FIGURES) -s -o python_files='bench_*.py' -o faulthandler_timeout=0
 
 # A million inputs that nobody would make on purpose; atheris has no wheel for every Python.
 fuzz: $(VENV)/.test

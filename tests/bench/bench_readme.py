@@ -40,7 +40,11 @@ def meets(row: str, share: dict[str, float], said: list[float]) -> None:
 
 def test_shares_of_the_study(summary: Summary):
     product = summary["methods"][PRODUCT]
-    found, right, none = "| docks found with the right", "| reported docks that are right", "| docks reported where there"
+    found, right, none = (
+        "| docks found with the right",
+        "| reported docks that are right",
+        "| docks reported where there",
+    )
     meets(found, product["success"], figures(found)[2:])
     meets(right, product["right_of_reported"], figures(right)[1:])
     meets(none, product["false_dock_without"], figures(none)[2:])
@@ -54,7 +58,9 @@ def test_nine_in_ten_errors_are_below_what_is_said(summary: Summary, label: str)
     factor = summary["factors"]["range_diameters"]
     result = factor["methods"][PRODUCT][factor["bins"].index(label)]
     share, angle = figures(f"| error, {label} diameters away")
-    print(f"\n{label}: {100 * result['position_error_share_90']:.3f} % ({share}), {result['angle_error_deg_90']:.3f} deg")
+    print(
+        f"\n{label}: {100 * result['position_error_share_90']:.3f} % ({share}), {result['angle_error_deg_90']:.3f} deg"
+    )
     assert 100 * result["position_error_share_90"] <= CHANCE * share
     assert result["angle_error_deg_90"] <= CHANCE * angle
 

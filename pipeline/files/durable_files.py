@@ -26,10 +26,9 @@ _TEMPORARY = re.compile(rf"\..*\.(\d+)-\d+{re.escape(TEMPORARY_ENDING)}", re.DOT
 def write_whole(path: Path, data: bytes) -> None:
     """Write a file under a temporary name, flush it to the disk, and only then give it its name.
 
-    An existing file is replaced in one step; :func:`sync_folder` then makes the new name durable. Raises OSError where
-    that fails, after removing the temporary file; an existing file is unchanged then. What is not a regular file, as
-    ``/dev/stdout``, is written to as it is, and a link leads to the file that is replaced. The temporary name is this
-    thread's own; what killed programs left in the folder is removed before the first file.
+    An existing file is replaced in one step, or unchanged where that raises OSError; :func:`sync_folder` then makes the
+    new name durable. What is not a regular file, as ``/dev/stdout``, is written to as it is, and a link leads to the
+    file that is replaced. What killed programs left in the folder is removed before the first file.
     """
     if path.is_symlink():
         path = path.resolve()

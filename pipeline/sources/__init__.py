@@ -1,5 +1,7 @@
 """Sources of frames with times: picture files, videos, bags, cameras, streams and simulated courses.
 
+Public are ``open_frames``, ``Frame``, ``Frames`` and ``SourceError``; the other names serve the program.
+
 May import `dockpose.estimate` and `dockpose.simulate`, since simulated courses can be steered by an estimator.
 """
 

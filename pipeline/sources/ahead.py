@@ -12,23 +12,7 @@ _END = object()
 
 
 def read_ahead(items: Iterable[Item], at_most: int = 4) -> Iterator[Item]:
-    """Yield the items in order, fetched by a thread that runs ahead.
-
-    Decoding releases Python's global lock, so it takes no time from the loop that processes the frames. An exception
-    from ``items`` is raised where its item was due. The thread ends with the iterator.
-
-    Parameters
-    ----------
-    items : iterable
-        Iterated in the other thread.
-    at_most : int
-        Number of items that may wait, which bounds the memory.
-
-    Yields
-    ------
-    item
-        The items, in order.
-    """
+    """Yield the items in order, fetched by a thread that is up to ``at_most`` ahead; its errors come in turn."""
     waiting: queue.Queue[tuple[object, BaseException | None]] = queue.Queue(maxsize=at_most)
     stop = threading.Event()
 

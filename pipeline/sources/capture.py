@@ -34,29 +34,14 @@ _SAME_RATE = 0.02  # 29.97 is as good as 30
 
 @dataclass(frozen=True)
 class Wishes:
-    """What a camera is asked for; None leaves it as it is.
-
-    Attributes
-    ----------
-    width, height : int or None, pixels
-        Of the picture.
-    exposure : float or None
-        In the camera's own unit: 0.1 ms with Video4Linux, powers of two of a second on Windows. It ends automatic
-        exposure.
-    gain : float or None
-        In the camera's own unit.
-    rate_hz : float or None, hertz
-        Frames in a second.
-    format : str or None
-        Of the pixels, by its four letters (FOURCC), as MJPG, YUYV, GREY or Y16.
-    """
+    """What a camera is asked for; None leaves it as it is."""
 
     width: int | None = None
     height: int | None = None
-    exposure: float | None = None
-    gain: float | None = None
+    exposure: float | None = None  # in its own unit: 0.1 ms with Video4Linux, powers of two of a second on Windows
+    gain: float | None = None  # in its own unit
     rate_hz: float | None = None
-    format: str | None = None
+    format: str | None = None  # of the pixels, by its four letters (FOURCC), as MJPG, YUYV, GREY or Y16
 
 
 NO_WISHES = Wishes()
@@ -68,51 +53,42 @@ class Capture(Protocol):
     @property
     def time_s(self) -> float | None:
         """Time of the frame that was grabbed last by the source's own clock, in seconds; None where it has none."""
-        ...
 
     @property
     def about(self) -> str:
         """What it gives, in words, as "1280 x 720 MJPG at 30 frames/s"; empty where it does not say."""
-        ...
 
     @property
     def packets(self) -> tuple[av.Packet, ...]:
         """The frame that was grabbed last as it was sent, and what was sent with it; empty where that is not known."""
-        ...
 
     @property
     def unix_at_zero_s(self) -> float | None:
         """Time of day at the zero of ``time_s`` by the sender, in seconds since 1970 (UTC); None where unknown."""
-        ...
 
     @property
     def shown(self) -> Callable[[], np.ndarray] | None:
         """Returns the frame that was grabbed last as it is shown, where only its brightness was retrieved."""
-        ...
 
     def ask(self, wishes: Wishes) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused."""
-        ...
 
     def grab(self) -> bool:
         """Wait for the next frame; False if there is none or it is corrupt."""
-        ...
 
     def retrieve(self) -> tuple[bool, np.ndarray | None]:
         """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
-        ...
 
     def release(self) -> None:
         """Release the device or the connection."""
-        ...
 
 
 class Camera:
     """A camera of this machine, by its number, with whichever backend the system has; check ``is_open``.
 
     With Video4Linux, grey formats keep all their levels (GREY is uint8, Y10 to Y16 are uint16), and of Motion JPEG the
-    data are there as they were sent; other pictures are BGR, uint8. Of what is done here with a camera, nothing was
-    tried with a real one, but with one that answers as OpenCV's source says that Video4Linux does.
+    data are there as they were sent; other pictures are BGR, uint8. This was tried with no real camera, but with one
+    that answers as OpenCV's source says that Video4Linux does.
     """
 
     unix_at_zero_s = None
@@ -132,10 +108,7 @@ class Camera:
 
     @property
     def time_s(self) -> float | None:
-        """When the driver had the frame that was grabbed last, by its own clock, in seconds; None if it does not say.
-
-        Video4Linux gives the time of the system's monotonic clock.
-        """
+        """When the driver had the last frame, by its clock (Video4Linux: monotonic), in seconds; None if unknown."""
         stamp_ms = self._capture.get(cv2.CAP_PROP_POS_MSEC)
         return stamp_ms / 1000 if stamp_ms > 0 else None
 

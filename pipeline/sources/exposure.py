@@ -33,36 +33,19 @@ _EVERY, _AGREEING = 5, 4  # frames between two looks, and looks in a row that ag
 
 @dataclass(frozen=True)
 class ExposureHint:
-    """What to do about the exposure.
+    """What to do about the exposure."""
 
-    Attributes
-    ----------
-    verdict : {"saturated", "drowned", "dark", "good", "unknown"}
-        The last two where nothing is to be done, and where no ring of lights was found that would tell.
-    sentence : str
-        What is wrong and what to do; empty where nothing is, or nothing is known.
-    """
-
-    verdict: Verdict
-    sentence: str = ""
+    verdict: Verdict  # the last two: nothing is to be done, and no ring of lights was found that would tell
+    sentence: str = ""  # what is wrong and what to do
 
 
 def exposure_hint(image: np.ndarray, found: Estimate) -> ExposureHint:
-    """Judge the exposure by the lights of a dock that was found.
+    """Judge the exposure of a picture (H, W) or (H, W, 3) by the lights of the dock that was found in it.
 
-    Parameters
-    ----------
-    image : (H, W) or (H, W, 3) array, uint8 or uint16
-        The picture. Of a colour picture the brightest channel counts, which is cut off first.
-    found : Estimate
-        What was found in it.
-
-    Returns
-    -------
-    ExposureHint
-        "saturated" where at least half of the lights are cut off at the top of the scale, so that their levels no
-        longer tell where their middle is; "drowned" where at least half of them hardly stand out of the noise. Without
-        a dock, "saturated" where a twentieth of the picture is, and "dark" where it uses a quarter of the scale.
+    "saturated" where at least half of the lights are cut off at the top of the scale, so that their levels no longer
+    tell where their middle is; "drowned" where at least half of them hardly stand out of the noise. Without a dock,
+    "saturated" where a twentieth of the picture is, and "dark" where it uses a quarter of the scale. Of colours the
+    brightest channel counts, which is cut off first.
     """
     scale = (1 << (8 * image.dtype.itemsize if found.status != "ok" else significant_bits(image))) - 1
     top = _TOP_SHARE * scale
@@ -99,19 +82,13 @@ def _without_dock(image: np.ndarray, scale: int, top: float) -> ExposureHint:
 
 
 class ExposureWatch:
-    """Judges the exposure over the frames of a live source; says the same only once.
-
-    Attributes
-    ----------
-    hint : ExposureHint
-        What holds for the latest frames.
-    """
+    """Judges the exposure over the frames of a live source; says the same only once."""
 
     def __init__(self) -> None:
         self._looks: deque[ExposureHint] = deque(maxlen=_AGREEING)
         self._frames = 0
         self._said: set[Verdict] = set()
-        self.hint = ExposureHint("unknown")
+        self.hint = ExposureHint("unknown")  # of the latest frames
 
     def see(self, frame: Frame, found: Estimate) -> str:
         """Look at a frame now and then; return a sentence where there is something new to say, else nothing."""

@@ -15,6 +15,8 @@ from dockpose.camera.image import orientation_sentence, turned
 from dockpose.checks import InputError, check_turn
 from dockpose.dock import Dock
 
+__all__ = ["Frame", "Frames", "SourceError"]
+
 Tell = Callable[[str], None]
 Source = TypeVar("Source", bound="Frames")
 

@@ -19,57 +19,21 @@ _FAILURES = 5  # consecutive failures, such as corrupt frames, after which a sou
 
 @dataclass(frozen=True, eq=False)
 class Arrival:
-    """A frame of a live source as it came, whether or not somebody has the time for it.
-
-    Attributes
-    ----------
-    frame : Frame
-        What came.
-    packets : tuple of av.Packet
-        The same as it was sent, and what was sent with it; empty where that is not known, as for cameras.
-    shift_s : float or None, seconds
-        What is to be added to the packets' own times to make them times of frames; None where they have no times.
-    """
+    """A frame of a live source as it came, whether or not somebody has the time for it."""
 
     frame: Frame
-    packets: tuple[av.Packet, ...] = ()
-    shift_s: float | None = None
+    packets: tuple[av.Packet, ...] = ()  # the same as it was sent, and what was sent with it; of a camera none
+    shift_s: float | None = None  # makes the packets' own times those of frames; None where they have none
 
 
 class Live(Frames):
-    """Frames as they arrive; a slow consumer gets the newest.
+    """Frames as they arrive; a slow consumer gets the newest, until the source is closed.
 
     The index counts the frames that arrived, so the numbers of dropped ones are left out. Times are in seconds since
     the first frame, by the source's own clock where it has one, and by the time of arrival elsewhere. The time of day
     is that of the first frame, by the sender where it tells one and else of its arrival, and goes on by the same clock
-    as the times, so that a clock that is set meanwhile tears no gap. Iteration ends when the source is closed.
-
-    Parameters
-    ----------
-    source : str
-        Display name.
-    connect : callable
-        Opens the source; raises SourceError if it does not answer.
-    tell : callable, optional
-        Called with a sentence, in the reading thread, when the source is lost or back and for corrupt frames.
-    wishes : Wishes
-        What it is asked for, each time that it is opened.
-    first_pause_s, longest_pause_s : float, seconds
-        Pause before the first attempt to reconnect, and the longest; each is twice the one before.
-
-    Attributes
-    ----------
-    about : str
-        What the source says that it gives, in words; empty where it does not.
-    on_arrival : callable or None
-        Called in the reading thread with each frame that comes, dropped or not; must not take time.
-    wishes : Wishes
-        What it was asked for last; see :meth:`ask`.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be opened at first; in iteration, if reading fails in a way that trying again does not mend.
+    as the times, so that a clock that is set meanwhile tears no gap. ``connect`` opens the source or raises
+    SourceError; each pause before it is tried again is twice the one before. The reading thread calls ``tell``.
     """
 
     is_live = True
@@ -95,9 +59,9 @@ class Live(Frames):
         self._began_s = 0.0
         self._began_unix_s, self._is_dated = 0.0, False  # by the sender
         self._ahead_s: float | None = None  # of our clock over the source's, since it was connected
-        self.about = ""
-        self.on_arrival: Callable[[Arrival], None] | None = None
-        self.wishes = wishes
+        self.about = ""  # what the source says that it gives, in words
+        self.on_arrival: Callable[[Arrival], None] | None = None  # hears of each frame that comes, at once
+        self.wishes = wishes  # what it was asked for last
         self._asked: Wishes | None = None  # anew, while the source is open
         self._refused: tuple[str, ...] = ()
         self._first: Capture | None = connect()

@@ -42,23 +42,6 @@ def kind_of(source: str) -> Kind:
     YAML, else a picture, or the pages of one; a folder that rosbag2 wrote is a bag. Otherwise digits alone are a
     camera's number, as is a device like ``/dev/video0``, and a text that begins like an address (``rtsp://``,
     ``http://``) is a stream.
-
-    Parameters
-    ----------
-    source : str
-        Path, glob, number or address.
-
-    Returns
-    -------
-    Kind
-        What it names.
-
-    Examples
-    --------
-    >>> kind_of("0"), kind_of("rtsp://auv.local/front")
-    (<Kind.CAMERA: 'camera'>, <Kind.STREAM: 'stream'>)
-    >>> kind_of("tank-*.png")
-    <Kind.GLOB: 'glob'>
     """
     path = Path(source)
     try:
@@ -85,23 +68,7 @@ def kind_of(source: str) -> Kind:
 
 
 def camera_number(source: str) -> int | None:
-    """Number of the camera that a text names: "0", "/dev/video0", or a link to one, as in /dev/v4l/by-id; else None.
-
-    Parameters
-    ----------
-    source : str
-        What was typed.
-
-    Returns
-    -------
-    int or None
-        The camera's number; None where the text names none.
-
-    Examples
-    --------
-    >>> camera_number("3"), camera_number("/dev/video0"), camera_number("tank.png")
-    (3, 0, None)
-    """
+    """Number of the camera that a text names: "0", "/dev/video0", or a link to one, as in /dev/v4l/by-id; else None."""
     device = str(Path(source).resolve()) if source.startswith("/dev/") else source
     match = _CAMERA.fullmatch(device)
     return None if match is None else int(match[1])

@@ -36,19 +36,7 @@ _WITH_EXIF = (b"\xff\xd8", b"II*\0", b"MM\0*", b"RIFF")  # the first bytes of JP
 
 
 class Pictures(Frames):
-    """Picture files in the given order, each read when it is due.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        The files.
-    source : str
-        Display name of them all.
-    rate_hz : float, hertz, optional
-        Frames per second, where they are a sequence; None where they are not, and have no times.
-    tell : callable, optional
-        Called with a sentence for each file that cannot be read, which is skipped.
-    """
+    """Picture files in the given order, each read when it is due; without a rate they have no times."""
 
     def __init__(
         self, paths: Sequence[Path], source: str, rate_hz: float | None = None, tell: Tell | None = None
@@ -208,25 +196,10 @@ def taken_unix_s(data: bytes) -> float | None:
 
 
 def list_pictures(source: str) -> list[Path]:
-    """List the picture files that a text stands for.
+    """List the picture files that a text stands for, in numeric order (frame2 before frame10).
 
-    A folder stands for its pictures, and a glob for the files it matches, both in numeric order (frame2 before
-    frame10). Anything else stands for itself, whether it exists or not.
-
-    Parameters
-    ----------
-    source : str
-        Path or glob.
-
-    Returns
-    -------
-    list of Path
-        The files.
-
-    Raises
-    ------
-    SourceError
-        If a folder has no pictures, or a glob matches nothing.
+    They are those of a folder, or those that a glob matches; SourceError where there are none. Anything else stands for
+    itself, whether it exists or not.
     """
     path = Path(source)
     if path.is_dir():
@@ -243,17 +216,6 @@ def list_pictures(source: str) -> list[Path]:
 
 
 def numeric(path: Path) -> list[tuple[int, int, str]]:
-    """Sort key that compares runs of digits as numbers.
-
-    Parameters
-    ----------
-    path : Path
-        To be sorted.
-
-    Returns
-    -------
-    list of (int, int, str)
-        An entry for each run of digits and each text between them.
-    """
+    """Sort key that compares runs of digits as numbers."""
     pieces = re.split(r"(\d+)", str(path))
     return [(1, int(piece), piece) if piece.isdecimal() else (0, 0, piece) for piece in pieces]

@@ -13,24 +13,7 @@ from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 
 class Simulated(Frames):
-    """Frames of a simulated sequence, each rendered when it is due.
-
-    Parameters
-    ----------
-    sequence : FilmPlan
-        What to render.
-    source : str
-        Display name.
-    tell : callable, optional
-        Unused, since a simulated frame is never corrupt.
-    observe : callable, optional
-        Estimates poses to steer a closed loop; by default :func:`dockpose.estimate`.
-
-    Raises
-    ------
-    SourceError
-        On iteration, if a pose on the way cannot be rendered.
-    """
+    """Frames of a simulated sequence, each rendered when it is due; ``observe`` steers a closed loop."""
 
     def __init__(
         self, sequence: FilmPlan, source: str, tell: Tell | None = None, observe: Observe | None = None

@@ -24,32 +24,13 @@ _FAILURES = 1000  # damaged packets in a row after which a file is given up
 
 
 class Video(Frames):
-    """Frames of a video file, identified by their time stamps, or else by their packets.
+    """Frames of a video file or of one on a server, identified by their time stamps, or else by their packets.
 
     A frame's index is the rank of its time stamp among those of all the file's packets, which are read on opening
     without decoding (some microseconds each). So a corrupt frame leaves its index out, and a frame has the same index
     and the same time whether it was reached from the beginning or by seeking. Times are those of the file, constant
     rate or not, from its first frame on; where its clock runs back, as in files that were joined, they go on from the
-    frame before. The time of day is known as :func:`began_unix_s` says.
-
-    Parameters
-    ----------
-    source : str
-        Path, or address of a file on a server.
-    tell : callable, optional
-        Called with a sentence for corrupt frames, and on opening a video that is cut short, whose clock jumps or that
-        gives no rate.
-    scan : bool
-        Read the packets' time stamps on opening. Otherwise frames are counted, and only reached from the beginning.
-    grey : bool
-        Give the brightness alone as a frame's image, which saves computing colours until they are shown.
-    rate_hz : float, hertz, optional
-        Frame rate of a file whose frames have no times, such as raw H.264; None for what it tells, or else 25.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be opened or is not a video.
+    frame before. ``rate_hz`` is for files whose frames have no times. Without ``scan``, frames are only counted.
     """
 
     def __init__(
@@ -184,13 +165,6 @@ def began_unix_s(container: str, creation_time: str | None) -> float | None:
     MP4 files, and programs that convert a file write the time of that, all of them in whole seconds. So only Matroska's
     date (DateUTC) is believed, and only where it has a fraction of a second, as recorders write it that are at work
     while it happens, when they begin.
-
-    Examples
-    --------
-    >>> began_unix_s("matroska,webm", "1970-01-01T00:00:00.500000Z"), began_unix_s("mov,mp4", None)
-    (None, None)
-    >>> began_unix_s("matroska,webm", "2001-09-09T01:46:40.250000Z")
-    1000000000.25
     """
     if creation_time is None or "matroska" not in container.split(","):
         return None

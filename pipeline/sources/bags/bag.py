@@ -24,28 +24,8 @@ _DECIMALS = 9
 class Bag(Frames):
     """The pictures of one topic of a bag of ROS 1 or ROS 2, each read when it is due.
 
-    Parameters
-    ----------
-    source : str
-        Path of an .mcap, .db3 or .bag file, or of a folder as rosbag2 writes it.
-    tell : callable, optional
-        Called with a sentence for messages that cannot be read, and on opening a bag that is damaged or cut short, or
-        whose time stamps are none or run back.
-    topic : str, optional
-        Name of the topic; None for the only one with pictures.
-
-    Attributes
-    ----------
-    topic : str
-        Name of the topic.
-    camera_topic : str or None
-        Topic from which the camera was taken; None where the bag has none for these pictures.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be read, is no bag, has no such topic, or several where none is named; or if the packages that read
-        bags are missing.
+    Without ``topic``, of the only one that has pictures. ``tell`` hears of messages that cannot be read, and on opening
+    of a bag that is damaged or cut short, or whose time stamps are none or run back.
     """
 
     def __init__(self, source: str, tell: Tell | None = None, topic: str | None = None) -> None:
@@ -64,7 +44,7 @@ class Bag(Frames):
             self._tell_back(back)
             if self._stamps_ns[0] != self._stamps_ns[-1]:
                 self.rate_hz = (self.count - 1) * 1e9 / self._times_ns[-1]
-            self.camera, self.camera_topic = self._camera()
+            self.camera, self.camera_topic = self._camera()  # and where it is from; None where there is none
         except BaseException as error:
             self._files.close()
             if isinstance(error, SourceError) and not str(error).startswith(source):

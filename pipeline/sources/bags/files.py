@@ -11,7 +11,7 @@ from dockpose.files.yaml_file import FileError, read_yaml
 from dockpose.sources.bags.mcap_file import McapFile
 from dockpose.sources.bags.ros1_file import Ros1File
 from dockpose.sources.bags.sqlite_file import SqliteFile
-from dockpose.sources.bags.storage import MOST_BYTES, NEEDS, Storage, expanded
+from dockpose.sources.bags.storage import MOST_BYTES, Storage, expanded
 from dockpose.sources.frames import SourceError
 from dockpose.sources.names import check_regular, is_rosbag2_file
 from dockpose.sources.pictures import numeric
@@ -34,7 +34,8 @@ class BagFiles:
             import mcap.records  # noqa: F401
             import rosbags.typesys  # noqa: F401
         except ImportError as error:
-            raise SourceError(f"{source}: {NEEDS}") from error
+            needed = "needs the packages that read bags: pip install 'dockpose[ros]'"
+            raise SourceError(f"{source}: {needed}") from error
         try:
             if path.is_dir():
                 self._open_folder(path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import repeat
 from pathlib import Path
@@ -22,11 +22,11 @@ class SqliteFile(Storage):
     """A database as rosbag2 writes it, with the tables "topics" and "messages"."""
 
     def __init__(self, path: Path, number: int = 0, expand: Callable[[bytes], bytes] | None = None) -> None:
-        super().__init__()
+        super().__init__(number)
         with path.open("rb") as file:
             if file.read(16) != b"SQLite format 3\0":
                 raise SourceError("is not an SQLite database")
-        self._number, self._expand, self._bytes = number, expand, path.stat().st_size
+        self._expand, self._bytes = expand, path.stat().st_size
         self._address = f"{path.resolve().as_uri()}?mode=ro"
         self._database = self._connected("")
         try:
@@ -45,10 +45,6 @@ class SqliteFile(Storage):
         except BaseException:
             self._database.close()
             raise
-
-    def places(self, topics: Collection[int]) -> list[Place]:
-        """Where the messages of some topics lie, in the order in which they were recorded."""
-        return [place for place in self._places if place.topic in topics]
 
     def close(self) -> None:
         """Release the file."""

@@ -1,13 +1,18 @@
-"""What all kinds of bag files have in common: topics, and where each message lies."""
+"""What all kinds of bag files have in common: topics, where each message lies, and chunks of records."""
 
 from __future__ import annotations
 
 import abc
 import bz2
+import contextlib
+import io
+import os
+import struct
 import threading
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
 
 from dockpose.sources.frames import SourceError
 
@@ -15,8 +20,8 @@ from dockpose.sources.frames import SourceError
 # picture of 16 bits and 40 megapixels has 240 MB.
 MOST_BYTES = 256_000_000
 MOST_RECORDS = 500_000  # of a chunk that is gone through record by record; a MB holds at most some ten thousand
-
-NEEDS = "needs the packages that read bags: pip install 'dockpose[ros]'"
+# What Python raises for numbers that lead beyond the file, and for text that is none.
+DAMAGE = (ValueError, struct.error, OverflowError, MemoryError, OSError, LookupError, EOFError, RuntimeError)
 
 
 @dataclass(frozen=True)
@@ -34,29 +39,31 @@ class Place(NamedTuple):
     time_ns: int  # when it was recorded, by the clock of the recording machine
     topic: int  # key of its topic
     file: int  # which file of the bag
-    chunk: int  # where its chunk begins in the file
+    chunk: int  # where its chunk begins in the file; -1 outside of chunks
     offset: int  # where it begins in the chunk or the file, or its number in a database
 
 
 class Storage(abc.ABC):
     """One file of a bag, of which messages are read one by one, from any thread."""
 
-    def __init__(self) -> None:
+    def __init__(self, number: int) -> None:
         self.topics: dict[int, Topic] = {}
         self.is_cut_short = False
         self.faults: list[str] = []
+        self._number = number
+        self._places: list[Place] = []
         self._lock = threading.Lock()
 
-    @abc.abstractmethod
     def places(self, topics: Collection[int]) -> list[Place]:
         """Where the messages of some topics lie, in the order in which they were recorded."""
+        return [place for place in self._places if place.topic in topics]
 
     def read(self, place: Place) -> bytes:
         """Return a message's bytes."""
         with self._lock:
             try:
                 return self._read(place)
-            except (OSError, ValueError, EOFError, KeyError, RuntimeError) as error:
+            except DAMAGE as error:
                 raise SourceError(f"a message cannot be read ({error})") from error
 
     @abc.abstractmethod
@@ -66,6 +73,120 @@ class Storage(abc.ABC):
     @abc.abstractmethod
     def close(self) -> None:
         """Release the file."""
+
+
+class Record(NamedTuple):
+    """A record of a file or chunk, as far as it is there."""
+
+    kind: int
+    at: int  # where it begins
+    start: int  # where its data begin
+    length: int  # of its data
+    is_whole: bool
+    header: dict[str, bytes]  # names and values, which ROS 1 has
+
+    def data(self, stream: BinaryIO) -> bytes:
+        """What is in it."""
+        stream.seek(self.start)
+        return stream.read(self.length)
+
+
+class ChunkedFile(Storage):
+    """A file of records, of which chunks hold others; read by its index, or else record by record.
+
+    Both libraries that read such bags end at the first chunk that is damaged or cut short, and expand any size.
+    """
+
+    _magic: bytes
+    _refusal: str
+    _chunk_kind: int
+
+    def __init__(self, path: Path, number: int) -> None:
+        super().__init__(number)
+        self._file: BinaryIO = path.open("rb")
+        self._kept: tuple[int, bytes] = (-1, b"")
+        try:
+            if self._file.read(len(self._magic)) != self._magic:
+                raise SourceError(self._refusal)
+            self._length = self._file.seek(0, os.SEEK_END)
+            if not self._read_index(path):
+                self.is_cut_short = True
+                self._scan()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def close(self) -> None:
+        """Release the file."""
+        self._file.close()
+
+    @abc.abstractmethod
+    def _read_index(self, path: Path) -> bool:
+        """Take topics and places from the index; False where it is not there or not whole."""
+
+    @abc.abstractmethod
+    def _records(self, stream: BinaryIO, start: int, end: int) -> Iterator[Record]:
+        """The records of a file or chunk from one of them on."""
+
+    @abc.abstractmethod
+    def _expanded(self, record: Record) -> bytes:
+        """The records of a chunk; of one that breaks off, the beginning. Raises ValueError where it is damaged."""
+
+    @abc.abstractmethod
+    def _see(self, record: Record, stream: BinaryIO, chunk: int) -> None:
+        """Note a record, if it is of concern."""
+
+    def _end(self, record: Record) -> bool:
+        """Whether what follows is no data any more."""
+        return False
+
+    def _records_from(self, place: Place) -> Iterator[tuple[BinaryIO, Record]]:
+        """The record there and those that follow it, each with what it lies in."""
+        stream, end = self._file, self._length
+        if place.chunk >= 0:
+            if self._kept[0] != place.chunk:
+                chunk = next(self._records(self._file, place.chunk, self._length), None)
+                if chunk is None:
+                    raise ValueError("its index leads beyond its end")
+                self._kept = (place.chunk, self._content(chunk))
+            stream, end = io.BytesIO(self._kept[1]), len(self._kept[1])
+        for record in self._records(stream, place.offset, end):
+            yield stream, record
+
+    def _content(self, record: Record) -> bytes:
+        try:
+            return self._expanded(record)
+        except DAMAGE as error:
+            raise ValueError(f"at byte {record.at}, {error}") from error
+
+    def _scan(self) -> None:
+        """Go through the whole file, as far as it is there."""
+        for record in self._records(self._file, len(self._magic), self._length):
+            if self._end(record):
+                return
+            if record.kind == self._chunk_kind:
+                self._scan_chunk(record)
+            else:
+                self._try_to_see(record, self._file, -1)
+
+    def _scan_chunk(self, record: Record) -> None:
+        try:
+            content = self._content(record)
+        except ValueError as error:  # others follow
+            self.faults.append(f"{error}; what is in it is left out")
+            return
+        chunk = io.BytesIO(content)
+        for count, inner in enumerate(self._records(chunk, 0, len(content))):
+            if count == MOST_RECORDS:
+                what = f"the chunk at byte {record.at} has over {count} records"
+                self.faults.append(f"{what}; those behind are left out")
+                return
+            self._try_to_see(inner, chunk, record.at)
+
+    def _try_to_see(self, record: Record, stream: BinaryIO, chunk: int) -> None:
+        if record.is_whole:
+            with contextlib.suppress(*DAMAGE):  # others follow
+                self._see(record, stream, chunk)
 
 
 def kind_of_message(name: str) -> str:

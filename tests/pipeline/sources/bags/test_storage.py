@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 import zstandard
 from dockpose.sources import Bag, SourceError
-from dockpose.sources.bags import files, mcap_file, storage
+from dockpose.sources.bags import files, storage
 from dockpose.sources.bags.storage import expanded
 from mcap.writer import CompressionType, IndexType
 
@@ -219,7 +219,7 @@ def with_chunk(path, data, size, compression=b"zstd", checksum=0):
 
 
 def test_a_chunk_that_is_a_bomb_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(mcap_file, "MOST_RECORDS", 1000)
+    monkeypatch.setattr(storage, "MOST_RECORDS", 1000)
     packed = COMPRESS["zstd"](bytes(1000))
     message = refused(with_chunk(tmp_path / "a.mcap", packed, 3_000_000_000))
     assert "at byte 8, a chunk of 3000 MB is larger than the 256 MB that are read" in message

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 import os
 from array import array
@@ -21,7 +20,7 @@ from dockpose.sources.frames import SourceError
 _LENIENT: dict[str, Any] = {"metadata_errors": "ignore"} if int(av.__version__.split(".")[0]) < 19 else {}
 
 
-def opened(source: str | BinaryIO | io.RawIOBase, **options: Any) -> InputContainer:
+def opened(source: str, **options: Any) -> InputContainer:
     """Open what is to be read, with options of ``av.open``, whatever bytes its texts are."""
     return av.open(source, "r", **options, **_LENIENT)
 
@@ -139,11 +138,14 @@ def video_in(source: str) -> tuple[InputContainer, bool]:
 
 
 def _opened_cut_short(source: str) -> InputContainer | None:
-    """Open an MP4 of which the end is missing; None where that does not help."""
-    if not (source.lower().endswith(_BOXES) and Path(source).is_file()):
+    """Open an MP4 without the box that it breaks off in, unless that holds frames; None where that does not help."""
+    path = Path(source)
+    if not (source.lower().endswith(_BOXES) and path.is_file()):
         return None
     try:
-        return opened(WholeBoxes(Path(source)))
+        with path.open("rb") as file:
+            end, _ = _boxes(file)
+        return opened(f"subfile,,start,0,end,{end},,:{path.resolve()}")
     except (FFmpegError, OSError, ValueError):
         return None
 
@@ -169,48 +171,6 @@ def why_not(source: str) -> str:
     return f"{source}: is not a video, or one of a format that is not read; convert it to MP4 or MKV"
 
 
-class WholeBoxes(io.RawIOBase):
-    """An MP4 file without the box that it breaks off in, unless that holds frames.
-
-    An MP4 is a row of boxes, each of which begins with its size and its kind (ISO 14496-12, section 4.2). Frames lie in
-    boxes of the kind "mdat", of which FFmpeg reads what is there.
-    """
-
-    def __init__(self, path: Path) -> None:
-        super().__init__()
-        self._file: BinaryIO = path.open("rb")
-        self._end, _ = _boxes(self._file)
-        self._file.seek(0)
-
-    def readable(self) -> bool:
-        """Yes."""
-        return True
-
-    def seekable(self) -> bool:
-        """Yes."""
-        return True
-
-    def read(self, size: int = -1) -> bytes:
-        """Return the next bytes."""
-        left = max(0, self._end - self._file.tell())
-        return self._file.read(left if size < 0 else min(size, left))
-
-    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go to a place; the end is that of the whole boxes."""
-        if whence == os.SEEK_END:
-            return self._file.seek(self._end + offset)
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        """Return the place."""
-        return self._file.tell()
-
-    def close(self) -> None:
-        """Release the file."""
-        self._file.close()
-        super().close()
-
-
 def breaks_off(path: Path) -> bool:
     """Whether the last box of an MP4 file is not there as a whole. Raises OSError if the file cannot be read."""
     with path.open("rb") as file:
@@ -218,7 +178,11 @@ def breaks_off(path: Path) -> bool:
 
 
 def _boxes(file: BinaryIO) -> tuple[int, bool]:
-    """Where the last whole box ends, or the file where that is within frames; and whether the file breaks off."""
+    """Where the last whole box ends, or the file where that is within frames; and whether the file breaks off.
+
+    An MP4 is a row of boxes, each of which begins with its size and its kind (ISO 14496-12, section 4.2). Frames lie in
+    boxes of the kind "mdat", of which FFmpeg reads what is there.
+    """
     length = file.seek(0, os.SEEK_END)
     end, last = 0, b""
     for kind, start, size in _each_box(file):

@@ -165,6 +165,25 @@ class Frames(abc.ABC):
         self._tell(text)
 
 
+class Indexed(Frames):
+    """A recording of which each frame is read by its number; ``count`` is known."""
+
+    def __iter__(self) -> Iterator[Frame]:
+        return self.between(0, self.count or 0)
+
+    def between(self, start: int, stop: int) -> Iterator[Frame]:
+        """Yield the frames with ``start`` <= index < ``stop``; those that cannot be read are skipped."""
+        for index in range(max(0, start), min(stop, self.count or 0)):
+            try:
+                yield self._turned(self._frame(index))
+            except ValueError as error:
+                self._skip(str(error))
+
+    @abc.abstractmethod
+    def _frame(self, index: int) -> Frame:
+        """Read a frame. Raises ValueError, whose text names the source, where that cannot be done."""
+
+
 def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:
     """Times since the first of N time stamps, each larger than the last, in their unit; and where the stamps run back.
 

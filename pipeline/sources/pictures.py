@@ -8,14 +8,14 @@ import io
 import itertools
 import mmap
 import re
+import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 from dockpose.camera.image import (
-    ImageError,
     check_size,
     decode,
     decode_page,
@@ -27,7 +27,7 @@ from dockpose.camera.image import (
 )
 from dockpose.camera.tiff import is_tiff
 from dockpose.checks import as_text
-from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.frames import Frame, Indexed, SourceError, Tell
 from PIL import ExifTags, Image
 
 PICTURE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp", ".pgm", ".ppm")
@@ -35,7 +35,7 @@ _MAX_FRAMES = 100_000
 _WITH_EXIF = (b"\xff\xd8", b"II*\0", b"MM\0*", b"RIFF")  # the first bytes of JPEG, TIFF and WebP
 
 
-class Pictures(Frames):
+class Pictures(Indexed):
     """Picture files in the given order, each read when it is due; without a rate they have no times."""
 
     def __init__(
@@ -46,24 +46,15 @@ class Pictures(Frames):
         self.rate_hz = rate_hz
         self.count = len(self.paths)
 
-    def __iter__(self) -> Iterator[Frame]:
-        return self.between(0, len(self.paths))
-
-    def between(self, start: int, stop: int) -> Iterator[Frame]:
-        """Yield the pictures with ``start`` <= index < ``stop``."""
-        for index in range(max(0, start), min(stop, len(self.paths))):
-            path = self.paths[index]
-            try:
-                image, sha256, taken_s, tag = read_tagged(path)
-            except ImageError as error:
-                self._skip(str(error))
-                continue
-            self._tell_orientation(tag, str(path))
-            time_s = None if self.rate_hz is None else index / self.rate_hz
-            yield self._turned(Frame(image, index, time_s, as_text(str(path)), sha256, time_unix_s=taken_s))
+    def _frame(self, index: int) -> Frame:
+        path = self.paths[index]
+        image, sha256, taken_s, tag = read_tagged(path)
+        self._tell_orientation(tag, str(path))
+        time_s = None if self.rate_hz is None else index / self.rate_hz
+        return Frame(image, index, time_s, as_text(str(path)), sha256, time_unix_s=taken_s)
 
 
-class Pages(Frames):
+class Pages(Indexed):
     """The pages of a TIFF, or the frames of an animated GIF, WebP or PNG, each decoded when it is due."""
 
     def __init__(self, path: Path, source: str, rate_hz: float | None = None, tell: Tell | None = None) -> None:
@@ -78,54 +69,37 @@ class Pages(Frames):
             raise
         except Exception as error:  # Pillow's readers raise many kinds on damaged files
             raise SourceError(f"{source}: cannot be read ({error})") from error
-        self._path = path
+        self._path, self._lock = path, threading.Lock()
+        self._animation: Image.Image | None = None
         self.count = len(self._pages or self._times_s)
         if rate_hz is None and len(times := [time for time in self._times_s if time is not None]) > 1:
             self.rate_hz = (len(times) - 1) / times[-1]
 
-    def __iter__(self) -> Iterator[Frame]:
-        return self.between(0, self.count or 0)
-
-    def between(self, start: int, stop: int) -> Iterator[Frame]:
-        """Yield the pages with ``start`` <= index < ``stop``."""
-        span = range(max(0, start), min(stop, self.count or 0))
-        yield from self._of_tiff(span) if self._pages else self._of_animation(span)
-
     def close(self) -> None:
         """Release the file."""
         self._data.close()
+        if self._animation is not None:
+            self._animation.close()
 
-    def _of_tiff(self, span: range) -> Iterator[Frame]:
-        for index in span:
-            page, name = self._pages[index], f"{self.source}: page {index + 1}"
-            try:
-                image = decode_page(page, name)
-                self._tell_orientation(page.orientation, self.source)
-            except ValueError as error:
-                self._skip(str(error))
-                continue
-            yield self._frame(image, index, None)
+    def _frame(self, index: int) -> Frame:
+        if self._pages:
+            image = decode_page(self._pages[index], f"{self.source}: page {index + 1}")
+            self._tell_orientation(self._pages[index].orientation, self.source)
+        else:
+            with self._lock:
+                image = self._of_animation(index, f"{self.source}: frame {index}")
+        time_s = self._times_s[index] if self._times_s else None
+        return Frame(image, index, time_s if self._asked_hz is None else index / self._asked_hz, self.source)
 
-    def _of_animation(self, span: range) -> Iterator[Frame]:
-        if not span:
-            return
-        with _quietly(self._path) as picture:
-            self._tell_orientation(orientation_of(picture), self.source)
-            for index in span:
-                try:
-                    picture.seek(index)
-                    image = of_pillow(picture, f"{self.source}: frame {index}")
-                except (ImageError, EOFError, OSError, ValueError) as error:
-                    self._skip(
-                        str(error) if isinstance(error, ImageError) else f"{self.source}: frame {index}: {error}"
-                    )
-                    continue
-                yield self._frame(image, index, self._times_s[index])
-
-    def _frame(self, image: np.ndarray, index: int, time_s: float | None) -> Frame:
-        if self._asked_hz is not None:
-            time_s = index / self._asked_hz
-        return self._turned(Frame(image, index, time_s, self.source))
+    def _of_animation(self, index: int, name: str) -> np.ndarray:
+        if self._animation is None:
+            self._animation = _quietly(self._path)
+            self._tell_orientation(orientation_of(self._animation), self.source)
+        try:
+            self._animation.seek(index)
+        except (EOFError, OSError, ValueError) as error:
+            raise SourceError(f"{name}: {error}") from error
+        return of_pillow(self._animation, name)
 
 
 def has_pages(path: Path) -> bool:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import accumulate
 from typing import Any
 
 from dockpose.camera.camera import Camera
-from dockpose.camera.image import ImageError
 from dockpose.sources.bags.files import BagFiles
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
 from dockpose.sources.bags.storage import Place, Topic
-from dockpose.sources.frames import Frame, Frames, SourceError, Tell, growing
+from dockpose.sources.frames import Frame, Indexed, SourceError, Tell, growing
 
 _ENCODINGS = ("cdr", "ros1")
 # Clocks that begin with a program or a simulation count from 0; this is in 1973, before anything was recorded.
@@ -21,7 +20,7 @@ _LEAST_UNIX_NS = 10**17
 _DECIMALS = 9
 
 
-class Bag(Frames):
+class Bag(Indexed):
     """The pictures of one topic of a bag of ROS 1 or ROS 2, each read when it is due.
 
     Without ``topic``, of the only one that has pictures. ``tell`` hears of messages that cannot be read, and on opening
@@ -51,29 +50,20 @@ class Bag(Frames):
                 raise SourceError(f"{source}: {error}") from error
             raise
 
-    def __iter__(self) -> Iterator[Frame]:
-        return self.between(0, len(self._places))
-
-    def between(self, start: int, stop: int) -> Iterator[Frame]:
-        """Yield the frames with ``start`` <= index < ``stop``."""
-        for index in range(max(0, start), min(stop, len(self._places))):
-            try:
-                yield self._frame(index)
-            except (SourceError, ImageError) as error:
-                text = str(error)
-                self._skip(text if text.startswith(self.source) else f"{self.source}: frame {index}: {text}")
-
     def close(self) -> None:
         """Release the files."""
         self._files.close()
 
     def _frame(self, index: int) -> Frame:
-        message = self._message(self._places[index])
-        image = picture_in(message, f"{self.source}: frame {index}")
+        name = f"{self.source}: frame {index}"
+        try:
+            image = picture_in(self._message(self._places[index]), name)
+        except SourceError as error:
+            raise SourceError(f"{name}: {error}") from error
         time_ns = self._stamps_ns[index]
         time_unix_s = time_ns / 1e9 if time_ns >= _LEAST_UNIX_NS and not self._runs_back else None
         time_s = round(self._times_ns[index] / 1e9, _DECIMALS)
-        return self._turned(Frame(image, index, time_s, self.source, time_unix_s=time_unix_s))
+        return Frame(image, index, time_s, self.source, time_unix_s=time_unix_s)
 
     def _chosen(self, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""

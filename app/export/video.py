@@ -16,7 +16,7 @@ from av import VideoStream
 from av.container import OutputContainer
 from av.error import FFmpegError
 from dockpose.app.errors import UserError, check_folder, unwritable, writing
-from dockpose.files.durable_files import write_all
+from dockpose.files.durable_files import GrowingFile, remove
 
 # Encoder, its options, and the formats of grey, deep grey and colour pictures.
 _Codec = tuple[str, dict[str, str], tuple[str, str | None, str]]
@@ -31,11 +31,7 @@ _H264: _Codec = (
 )
 # By the ending of the file's name.
 _CODECS: dict[str, _Codec] = {
-    ".mp4": (
-        "libx264",
-        {"crf": "18", "preset": "veryfast", "bf": "0", "tune": "zerolatency"},
-        ("yuv420p", None, "yuv420p"),
-    ),
+    ".mp4": _H264,
     ".mkv": _FFV1,
     ".avi": _FFV1,
 }
@@ -55,20 +51,16 @@ def is_video_file(path: Path) -> bool:
     return path.suffix.lower() in _CODECS
 
 
-class MuxedFile:
+class MuxedFile(GrowingFile):
     """A file that FFmpeg writes into, and that keeps the error where it cannot: FFmpeg itself may not tell of it."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._file = path.open("wb", buffering=0)
-        self._whole_bytes = 0
-        self.error: OSError | None = None
+    error: OSError | None = None
 
     def write(self, data: bytes) -> int:
         """Write at once, for a crash to leave what there was."""
         try:
             if self.error is None:
-                write_all(self._file, data)
+                super().write(data)
         except OSError as error:
             self.error = error
         return len(data)
@@ -77,30 +69,25 @@ class MuxedFile:
         """Note that all is whole so far. Raises OSError if something could not be written."""
         if self.error is not None:
             raise self.error
-        self._whole_bytes = os.fstat(self._file.fileno()).st_size
+        self.mark()
 
-    def give_up(self) -> str:
+    def cut(self) -> str:
         """Close a file that could not be written, leave what is whole of it, and say what that is."""
-        self._file.close()
-        pictures = 0
-        if self._path.is_file():
-            os.truncate(self._path, self._whole_bytes)
-            pictures = _count(self._path)
-            if pictures == 0:
-                self._path.unlink()
-        return f"; what was written before is kept (pictures: {pictures})" if pictures else "; nothing of it is kept"
+        super().cut()
+        pictures = _count(self.path) if self.path.is_file() else 0
+        if pictures:
+            return f"; what was written before is kept (pictures: {pictures})"
+        if self.path.is_file():
+            remove(self.path)
+        return "; nothing of it is kept"
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Go to a place."""
         return self._file.seek(offset, whence)
 
-    def tell(self) -> int:
-        """Return the place."""
-        return self._file.tell()
-
     def close(self) -> None:
         """Close the file. Raises OSError if something could not be written."""
-        self._file.close()
+        super().close()
         if self.error is not None:
             raise self.error
 
@@ -218,7 +205,7 @@ class VideoFile:
         if container is not None:
             with contextlib.suppress(OSError):
                 container.close()
-        raise unwritable(self._path, file.error, kept=file.give_up()) from file.error
+        raise unwritable(self._path, file.error, kept=file.cut()) from file.error
 
     def _write(self, picture: np.ndarray, time_s: float | None) -> None:
         source, wanted = self._formats(picture)

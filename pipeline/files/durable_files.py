@@ -60,7 +60,7 @@ class GrowingFile:
     """A file that grows by whole pieces, and is cut back to the last of them where it cannot be written."""
 
     def __init__(self, path: Path) -> None:
-        self._path, self._whole_bytes = path, 0
+        self.path, self._whole_bytes = path, 0
         self._file = path.open("wb", buffering=0)
 
     def write(self, data: bytes) -> int:
@@ -76,8 +76,8 @@ class GrowingFile:
 
     def mark(self) -> None:
         """What is written so far is whole."""
-        if self._path.is_file():
-            self._whole_bytes = self._file.tell()
+        if self.path.is_file():
+            self._whole_bytes = os.fstat(self._file.fileno()).st_size  # a muxer may be at its beginning
 
     def close(self) -> None:
         """Close the file."""
@@ -86,12 +86,12 @@ class GrowingFile:
     def cut(self) -> str:
         """Close the file, which could not be written; only what is whole stays. Returns what that is, in words."""
         self._file.close()
-        if not self._path.is_file():
+        if not self.path.is_file():
             return ""
         if self._whole_bytes == 0:
-            remove(self._path)
+            remove(self.path)
             return "; nothing of it is kept"
-        os.truncate(self._path, self._whole_bytes)
+        os.truncate(self.path, self._whole_bytes)
         return "; what was written before is kept"
 
 

@@ -82,13 +82,6 @@ def test_lossless_grey_keeps_every_level(tmp_path, name, codec, pixels, levels, 
         np.testing.assert_array_equal(frame.image, ramp(number, levels))
 
 
-def test_16_bit_level_of_the_issue(tmp_path):
-    frame = av.VideoFrame.from_ndarray(np.full((HEIGHT, WIDTH), 42096, np.uint16), format="gray16le")
-    path = write(tmp_path / "a.mkv", "ffv1", "gray16le", [frame], options={"level": "3"})
-    with open_frames(str(path)) as frames:
-        assert set(np.unique(next(iter(frames)).image)) == {42096}
-
-
 def test_full_range_10_bit_h265_keeps_its_levels(tmp_path):
     options = {"x265-params": "lossless=1:log-level=none:range=full"}
     pictures = list(luma(3, 1024, "yuv420p10le"))

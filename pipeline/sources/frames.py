@@ -104,36 +104,18 @@ class Frames(abc.ABC):
         """Yield one frame after another; corrupt ones are skipped, counted and reported."""
 
     def between(self, start: int, stop: int) -> Iterator[Frame]:
-        """Yield the frames of a recording with ``start`` <= index < ``stop``, the same as iteration yields.
-
-        Raises
-        ------
-        SourceError
-            If the source is live.
-        """
+        """Yield the frames with ``start`` <= index < ``stop`` in order; SourceError where the source is live."""
         raise SourceError(f"{self.source}: is live, so there is no frame {start} to go to")
 
     def at(self, index: int) -> Frame:
-        """Return the frame of a recording with that index, in any order.
-
-        Raises
-        ------
-        SourceError
-            If there is no such frame, it is corrupt, or the source is live.
-        """
+        """Return the frame with that index, in any order; SourceError where it is not there, corrupt, or live."""
         for frame in self.between(index, index + 1):
             return frame
         known = "" if self.count is None else f" of {self.count}"
         raise SourceError(f"{self.source}: frame {index}{known} is not there or corrupt")
 
     def turn(self, degrees: int) -> None:
-        """Turn all frames clockwise by 0, 90, 180 or 270 degrees, and the source's own camera with them, once.
-
-        Raises
-        ------
-        ValueError
-            If ``degrees`` is none of these.
-        """
+        """Turn all frames, and the source's own camera with them, clockwise by 0, 90, 180 or 270 degrees, once."""
         self._turn_deg = check_turn("degrees", degrees)
         self.camera = None if self.camera is None else self.camera.rotated(degrees)
 

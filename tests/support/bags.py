@@ -81,6 +81,12 @@ def text(words: str) -> Any:
     return ROS2.types[STRING](data=words)
 
 
+def noise(count: int = 12, shape: tuple[int, ...] = (48, 64)) -> list[np.ndarray]:
+    """Pictures of noise, which no compression makes small."""
+    rng = np.random.default_rng(1)
+    return [rng.integers(0, 256, shape, np.uint8) for _ in range(count)]
+
+
 def frames(
     pictures: Iterable[np.ndarray], encoding: str = "mono8", *, store: Any = ROS2, topic: str = TOPIC
 ) -> list[Entry]:

@@ -22,10 +22,7 @@ def test_the_camera_lies_beside_it(tmp_path):
     ("text", "why"),
     [
         ("camera: {}", "it has no key dock; its keys are camera"),
-        (
-            "dock: {diameter_m: 0.3, lights: 10, offsets_m: [[0, 0, 0]]}",
-            "offsets_m has 1 values; the dock",
-        ),
+        ("dock: {diameter_m: 0.3, lights: 10, offsets_m: [[0, 0, 0]]}", "offsets_m has 1 values; the dock"),
         ("dock: {diameter_m: 0.3, offsets_m: [[0, 0]]}", "offsets_m"),
     ],
 )

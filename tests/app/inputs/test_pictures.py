@@ -15,16 +15,10 @@ def names(paths):
     return [path.name for path in paths]
 
 
-def test_a_folder_is_its_pictures_in_numeric_order(folder):
+def test_a_folder_and_a_glob_are_their_pictures_in_numeric_order_and_several_sources_keep_theirs(folder):
     assert names(expand([str(folder)])) == ["frame1.JPG", "frame2.png", "frame10.png"]
-
-
-def test_a_glob_is_what_it_matches_in_numeric_order(folder):
     assert names(expand([str(folder / "frame*.png")])) == ["frame2.png", "frame10.png"]
-
-
-def test_several_sources_keep_their_order(folder):
-    sources = [str(folder / "frame10.png"), str(folder / "missing.png"), str(folder / "frame2.png")]
+    sources = [str(folder / name) for name in ("frame10.png", "missing.png", "frame2.png")]
     assert names(expand(sources)) == ["frame10.png", "missing.png", "frame2.png"]
 
 

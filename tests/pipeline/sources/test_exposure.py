@@ -127,11 +127,7 @@ def test_what_to_do_about_drowned_lights(water, what):
 @pytest.mark.parametrize(
     ("level", "verdict", "words"),
     [
-        (
-            30,
-            "dark",
-            f"The picture is dark, its brightest level 30 of 255: {LONGER}.",
-        ),
+        (30, "dark", f"The picture is dark, its brightest level 30 of 255: {LONGER}."),
         (120, "unknown", ""),
         (255, "saturated", "100 % of the picture is saturated: halve the exposure."),
     ],

@@ -23,18 +23,19 @@ def ramp(number: int, levels: int) -> np.ndarray:
     return ((np.arange(count) * levels // count + 37 * number) % levels).reshape(HEIGHT, WIDTH)
 
 
-def write(path, codec, pixels, frames, times_us=None, options=None, container_options=None, rate=25):
-    """Encode frames (made by ``frames(number)``) with times in microseconds."""
+def write(path, codec, pixels, frames, times=None, options=None, container_options=None, tick=MICROSECONDS, date=None):
+    """Encode frames at times in ticks, or else 25 a second."""
     with av.open(str(path), "w", container_options=container_options or {}) as container:
-        stream = container.add_stream(codec, rate=rate, options=options or {})
+        container.metadata.update({} if date is None else {"creation_time": date})
+        stream = container.add_stream(codec, rate=25, options=options or {})
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, pixels
-        if times_us is not None:
-            stream.time_base = stream.codec_context.time_base = MICROSECONDS
+        if times is not None:
+            stream.time_base = stream.codec_context.time_base = tick
         for number, frame in enumerate(frames):
-            if times_us is None:
-                frame.pts, frame.time_base = number, Fraction(1, rate)
+            if times is None:
+                frame.pts, frame.time_base = number, Fraction(1, 25)
             else:
-                frame.pts, frame.time_base = int(times_us[number]), MICROSECONDS
+                frame.pts, frame.time_base = int(times[number]), tick
             container.mux(stream.encode(frame))
         container.mux(stream.encode(None))
     return path
@@ -134,7 +135,8 @@ def test_times_are_those_of_the_file_at_a_varying_rate(tmp_path, codec, options)
     else:  # MPEG-4's clock has 65,535 ticks a second at most, Matroska's a thousand
         times_us = times_us // 1000 * 1000
         name = "a.mp4" if codec == "mpeg4" else "a.mkv"
-        stamped = write_milliseconds(tmp_path / name, codec, options, times_us // 1000)
+        pictures = luma(60, 256, "yuv420p", 16)
+        stamped = write(tmp_path / name, codec, "yuv420p", pictures, times_us // 1000, options, tick=Fraction(1, 1000))
     with open_frames(str(stamped), grey=True) as frames:
         found = list(frames)
         assert [frame.index for frame in found] == list(range(60))
@@ -146,18 +148,6 @@ def test_times_are_those_of_the_file_at_a_varying_rate(tmp_path, codec, options)
         part = list(frames.between(33, 52))
         assert [frame.index for frame in part] == list(range(33, 52))
         assert all(np.array_equal(frame.image, found[frame.index].image) for frame in part)
-
-
-def write_milliseconds(path, codec, options, times_ms):
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream(codec, rate=25, options=options)
-        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-        stream.time_base = stream.codec_context.time_base = Fraction(1, 1000)
-        for time_ms, frame in zip(times_ms.tolist(), luma(len(times_ms), 256, "yuv420p", 16), strict=True):
-            frame.pts, frame.time_base = time_ms, Fraction(1, 1000)
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode(None))
-    return path
 
 
 def cut(path: Path, share: float) -> Path:
@@ -301,15 +291,7 @@ def test_a_stream_with_a_clock_has_its_times(tmp_path):
 )
 def test_the_time_of_day_is_told_where_the_file_is_sure_of_it(tmp_path, name, codec, date, began_s, monkeypatch):
     monkeypatch.setattr("time.time", lambda: 1782907200.0 + 3600)
-    path = tmp_path / name
-    with av.open(str(path), "w") as container:
-        container.metadata.update({} if date is None else {"creation_time": date})
-        stream = container.add_stream(codec, rate=25)
-        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-        for number in range(3):
-            levels = ramp(number, 256).astype(np.uint8)
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(levels, format="gray").reformat(format="yuv420p")))
-        container.mux(stream.encode(None))
+    path = write(tmp_path / name, codec, "yuv420p", luma(3, 256, "yuv420p"), date=date)
     with open_frames(str(path)) as frames:
         found = [frame.time_unix_s for frame in frames]
         again = frames.at(2).time_unix_s
@@ -318,12 +300,12 @@ def test_the_time_of_day_is_told_where_the_file_is_sure_of_it(tmp_path, name, co
     assert again == found[2]
 
 
-def made(path, codec="libx264", options=None, frames=range(20)):
+def made(path, codec="libx264", options=None, frames=range(20), **how):
     """A video whose frames are told by their brightness."""
     pictures = (
         av.VideoFrame.from_ndarray(np.full((HEIGHT, WIDTH), 20 + 4 * n, np.uint8), format="gray") for n in frames
     )
-    write(path, codec, "yuv420p", (picture.reformat(format="yuv420p") for picture in pictures), options=options)
+    write(path, codec, "yuv420p", (picture.reformat(format="yuv420p") for picture in pictures), options=options, **how)
     return path
 
 
@@ -336,16 +318,10 @@ def order_by_brightness(found):
 def test_joined_transport_streams_give_every_frame_at_times_that_grow(tmp_path, bf, later_s):
     parts = []
     for number, shift_s in enumerate((later_s, 0)):
-        with av.open(str(tmp_path / f"{number}.ts"), "w") as container:
-            stream = container.add_stream("libx264", rate=25, options={"bf": bf, "g": "10"})
-            stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-            for place in range(20):
-                level = np.full((HEIGHT, WIDTH), 20 + 4 * (20 * number + place), np.uint8)
-                frame = av.VideoFrame.from_ndarray(level, format="gray").reformat(format="yuv420p")
-                frame.pts, frame.time_base = place + 25 * shift_s, Fraction(1, 25)
-                container.mux(stream.encode(frame))
-            container.mux(stream.encode(None))
-        parts.append((tmp_path / f"{number}.ts").read_bytes())
+        how = {"times": range(25 * shift_s, 25 * shift_s + 20), "tick": Fraction(1, 25)}
+        frames = range(20 * number, 20 * number + 20)
+        part = made(tmp_path / f"{number}.ts", options={"bf": bf, "g": "10"}, frames=frames, **how)
+        parts.append(part.read_bytes())
     (tmp_path / "joined.ts").write_bytes(b"".join(parts))
     told = []
     with open_frames(str(tmp_path / "joined.ts"), told.append, grey=True) as frames:
@@ -383,13 +359,7 @@ def test_raw_videos_come_in_order_by_their_rate_or_that_which_is_given(tmp_path,
 @pytest.mark.parametrize("name", ["a.avi", "a.mjpeg"])
 @pytest.mark.parametrize("number", [6, 18])
 def test_a_frame_that_is_damaged_is_named(tmp_path, name, number):
-    with av.open(str(tmp_path / name), "w", format=name[2:]) as container:
-        stream = container.add_stream("mjpeg", rate=25)
-        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuvj420p"
-        for place in range(20):
-            frame = av.VideoFrame.from_ndarray(ramp(place, 256).astype(np.uint8), format="gray")
-            container.mux(stream.encode(frame.reformat(format="yuvj420p")))
-        container.mux(stream.encode(None))
+    write(tmp_path / name, "mjpeg", "yuvj420p", (frame.reformat(format="yuvj420p") for frame in greys(20)))
     data = bytearray((tmp_path / name).read_bytes())
     begins = [match.start() for match in re.finditer(b"\xff\xd8\xff", data)]
     data[begins[number] + 4 : begins[number + 1] - 40] = bytes(begins[number + 1] - begins[number] - 44)

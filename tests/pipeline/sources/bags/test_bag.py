@@ -13,14 +13,9 @@ from rosbags import rosbag2
 
 from tests.support import bags
 from tests.support.bags import COMPRESSED, PERIOD_NS, ROS1, ROS2, START_NS, STRING, TOPIC
+from tests.support.bags import noise as pictures
 
 K = (700.0, 0.0, 319.5, 0.0, 700.0, 239.5, 0.0, 0.0, 1.0)
-
-
-def pictures(count: int = 12, shape: tuple[int, ...] = (48, 64)) -> list[np.ndarray]:
-    """Noise, which no compression makes small."""
-    rng = np.random.default_rng(1)
-    return [rng.integers(0, 256, shape, np.uint8) for _ in range(count)]
 
 
 def by_message(writer):

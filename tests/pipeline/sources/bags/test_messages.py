@@ -28,19 +28,13 @@ def test_colours_are_put_in_order_whatever_their_opacity(name, stored, bits):
     assert np.array_equal(found, np.full((2, 3, 3), BGR))
 
 
-@pytest.mark.parametrize("encoding", ["mono8", "8UC1"])
-def test_grey_of_8_bits(encoding):
-    picture = np.arange(6, dtype=np.uint8).reshape(2, 3)
-    assert np.array_equal(picture_in(bags.image(picture, encoding)), picture)
-
-
-@pytest.mark.parametrize("encoding", ["mono16", "16UC1"])
+@pytest.mark.parametrize("encoding", ["mono8", "8UC1", "mono16", "16UC1"])
 @pytest.mark.parametrize("order", ["<", ">"])
-def test_grey_of_16_bits_in_either_order(encoding, order):
-    picture = np.array([[1, 256], [4095, 65535]], f"{order}u2")
-    found = picture_in(bags.image(picture, encoding, is_bigendian=int(order == ">")))
-    assert found.dtype == np.uint16
-    assert found.tolist() == [[1, 256], [4095, 65535]]
+def test_grey_of_8_and_16_bits_in_either_order(encoding, order):
+    levels, size = ([[1, 256], [4095, 65535]], 2) if "16" in encoding else ([[0, 1], [2, 255]], 1)
+    found = picture_in(bags.image(np.array(levels, f"{order}u{size}"), encoding, is_bigendian=int(order == ">")))
+    assert found.dtype == np.dtype(f"u{size}")
+    assert found.tolist() == levels
 
 
 @pytest.mark.parametrize("fills_last_row", [True, False])
@@ -94,14 +88,12 @@ def test_depth_and_damaged_pictures_are_refused():
 
 
 @pytest.mark.parametrize("store", [ROS1, ROS2], ids=["ROS 1", "ROS 2"])
-def test_the_camera_of_a_message(store):
-    message = bags.camera_info(K, (640, 480), store=store, D=(0.1, 0.2, 0.01, 0.02, 0.3))
-    assert camera_in(message) == Camera(700, 710, 319.5, 239.5, 640, 480, (0.1, 0.2, 0.01, 0.02, 0.3))
-
-
-def test_a_fisheye_lens():
-    message = bags.camera_info(K, (640, 480), model="equidistant", D=(0.1, 0.2, 0.01, 0.02))
-    assert camera_in(message) == Camera(700, 710, 319.5, 239.5, 640, 480, (0.1, 0.2, 0.01, 0.02), fisheye=True)
+@pytest.mark.parametrize(
+    ("model", "D"), [("plumb_bob", (0.1, 0.2, 0.01, 0.02, 0.3)), ("equidistant", (0.1, 0.2, 0.01, 0.02))]
+)
+def test_the_camera_of_a_message(store, model, D):
+    message = bags.camera_info(K, (640, 480), store=store, model=model, D=D)
+    assert camera_in(message) == Camera(700, 710, 319.5, 239.5, 640, 480, D, fisheye=model == "equidistant")
 
 
 def test_a_region_of_interest_moves_the_principal_point():

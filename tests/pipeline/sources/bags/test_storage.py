@@ -24,6 +24,7 @@ from mcap.writer import CompressionType, IndexType
 
 from tests.support import bags
 from tests.support.bags import PERIOD_NS, ROS1, START_NS, TOPIC
+from tests.support.bags import noise as pictures
 
 TOPICS = """
     CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
@@ -36,11 +37,6 @@ COMPRESS = {
     "lz4": lambda data: lz4.frame.compress(data, store_size=False),
     "bz2": bz2.compress,
 }
-
-
-def pictures(count):
-    rng = np.random.default_rng(1)
-    return [rng.integers(0, 256, (48, 64), np.uint8) for _ in range(count)]
 
 
 def database(path, script):

@@ -7,7 +7,6 @@ import os
 from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
-from types import TracebackType
 from typing import cast
 
 import av
@@ -145,7 +144,7 @@ def creation_time(unix_s: float) -> str:
     return datetime.fromtimestamp(unix_s, UTC).isoformat(timespec="microseconds").replace("+00:00", "Z")
 
 
-class VideoFile:
+class VideoFile(contextlib.AbstractContextManager["VideoFile"]):
     """A video made from pictures of one size, begun with the first; as a context manager it finishes itself."""
 
     def __init__(
@@ -163,10 +162,7 @@ class VideoFile:
         self._count = 0
         self._last = -1
 
-    def __enter__(self) -> VideoFile:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def write(self, picture: np.ndarray, time_s: float | None = None) -> None:

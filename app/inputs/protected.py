@@ -11,10 +11,9 @@ from pathlib import Path
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.folder import folders_below, pictures_in, videos_below
 from dockpose.sources import Kind, SourceError, kind_of, list_pictures
-from dockpose.sources.names import is_rosbag2_file
+from dockpose.sources.names import BAG_METADATA, is_rosbag2_file
 
 _STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
-_BAG_METADATA = "metadata.yaml"
 
 
 class Protected:
@@ -81,7 +80,7 @@ def files_of(source: str | Path) -> Iterator[Path]:
         if kind in (Kind.PICTURE, Kind.FOLDER, Kind.GLOB):
             found = list_pictures(source)
         elif kind is Kind.BAG and path.is_dir():
-            found = [one for one in path.iterdir() if is_rosbag2_file(one) or one.name == _BAG_METADATA]
+            found = [one for one in path.iterdir() if is_rosbag2_file(one) or one.name == BAG_METADATA]
         elif kind not in (Kind.CAMERA, Kind.STREAM):
             found = [path]
     for one in found:

@@ -18,7 +18,7 @@ VIDEO_ENDINGS = (
     *(".mjpeg", ".mjpg", ".h264", ".264", ".avc", ".h265", ".265", ".hevc"),  # frames one after another, without times
 )
 BAG_ENDINGS = (".mcap", ".bag", ".db3")  # of files; rosbag2 makes folders of the first and the last
-_BAG_METADATA = "metadata.yaml", b"rosbag2_bagfile_information"
+BAG_METADATA = "metadata.yaml"  # beside the files of rosbag2
 
 
 class Kind(enum.Enum):
@@ -88,11 +88,10 @@ def is_rosbag2_file(path: Path) -> bool:
 
 def _is_bag(folder: Path) -> bool:
     """Whether rosbag2 wrote a folder; where it was killed, the description is missing."""
-    name, word = _BAG_METADATA
     try:
-        if (folder / name).is_file():
-            with (folder / name).open("rb") as file:
-                return word in file.read(4096)
+        if (folder / BAG_METADATA).is_file():
+            with (folder / BAG_METADATA).open("rb") as file:
+                return b"rosbag2_bagfile_information" in file.read(4096)
         return any(map(is_rosbag2_file, folder.iterdir()))
     except OSError:
         return False

@@ -7,7 +7,6 @@ import dataclasses
 from collections.abc import Callable, Iterator
 from importlib.metadata import version
 from pathlib import Path
-from types import TracebackType
 from typing import Any, BinaryIO, cast
 
 import numpy as np
@@ -23,7 +22,7 @@ _FIRST_S = 1.0  # stamp of the first frame where the time of day is not known; a
 _WITHOUT_DAY = "seconds since the first frame, plus 1; the source does not know the time of day"
 
 
-class PoseFile:
+class PoseFile(contextlib.AbstractContextManager["PoseFile"]):
     """An MCAP file with the poses of each frame; as a context manager it finishes itself.
 
     A program that is killed leaves what it had written, which readers of MCAP files without an index read.
@@ -49,10 +48,7 @@ class PoseFile:
         self._clock = ""
         self._count = 0
 
-    def __enter__(self) -> PoseFile:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:

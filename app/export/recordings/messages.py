@@ -121,8 +121,12 @@ def diagnostics_message(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> 
 
 def picture_message(picture: np.ndarray, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
     """Return a picture (H, W, 3), BGR of 8 bits, as JPEG."""
-    data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
-    return {"header": header(time_s, frame_id), "format": "jpeg", "data": data}
+    return {"header": header(time_s, frame_id), "format": "jpeg", "data": jpeg(picture)}
+
+
+def jpeg(picture: np.ndarray) -> bytes:
+    """A picture (H, W, 3), BGR of 8 bits, as a JPEG file."""
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
 
 
 def _as_text(value: Any) -> str:

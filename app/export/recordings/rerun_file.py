@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 
-import cv2
 import numpy as np
 from dockpose.app.drawing import overlay
 from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, bgr
 from dockpose.app.errors import UserError, unwritable, writing
-from dockpose.app.export.recordings.messages import Seen
+from dockpose.app.export.recordings.messages import Seen, jpeg
 from dockpose.files.durable_files import GrowingFile
 
 ENDING = ".rrd"
 _POSES = ("pose_a", "pose_b")
 _LEVELS = {"green": "INFO", "amber": "WARN", "red": "ERROR"}
 _RING_POINTS = 49
-_JPEG_QUALITY = 90
 
 
-class RerunFile:
+class RerunFile(contextlib.AbstractContextManager["RerunFile"]):
     """A recording, written frame by frame; as a context manager it finishes itself.
 
     Its timelines are "frame", "time" where frames have times, and "time_of_day" where the source knows it. Positions
@@ -46,10 +44,7 @@ class RerunFile:
         self._stream.log("camera", rerun.ViewCoordinates.RDF, static=True)
         self._camera: object = None
 
-    def __enter__(self) -> RerunFile:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
@@ -66,9 +61,7 @@ class RerunFile:
             size = (camera.width, camera.height)
             log("camera/image", rerun.Pinhole(image_from_camera=camera.matrix, resolution=size))
         if seen.original is not None:
-            quality = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
-            data = cv2.imencode(".jpg", to_bgr8(seen.original), quality)[1].tobytes()
-            log("camera/image", rerun.EncodedImage(contents=data, media_type="image/jpeg"))
+            log("camera/image", rerun.EncodedImage(contents=jpeg(to_bgr8(seen.original)), media_type="image/jpeg"))
         lights = np.zeros((0, 2)) if found.markers is None else found.markers.points_px[overlay.on_ring(found)]
         outline = overlay.outline(found)
         # Rerun counts pixels from the corner of the first one, we from its middle.

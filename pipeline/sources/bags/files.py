@@ -13,10 +13,9 @@ from dockpose.sources.bags.ros1_file import Ros1File
 from dockpose.sources.bags.sqlite_file import SqliteFile
 from dockpose.sources.bags.storage import MOST_BYTES, Storage, expanded
 from dockpose.sources.frames import SourceError
-from dockpose.sources.names import check_regular, is_rosbag2_file
+from dockpose.sources.names import BAG_METADATA, check_regular, is_rosbag2_file
 from dockpose.sources.pictures import numeric
 
-METADATA = "metadata.yaml"
 _PACKED = ".zstd"
 _MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark pictures reach some hundreds
 _PART_BYTES = 1 << 20
@@ -54,7 +53,7 @@ class BagFiles:
 
     def _open_folder(self, folder: Path) -> None:
         expand: Callable[[bytes], bytes] | None = None
-        if (folder / METADATA).is_file():
+        if (folder / BAG_METADATA).is_file():
             paths, is_by_message = _described(folder)
             expand = partial(expanded, "zstd") if is_by_message else None
         else:
@@ -110,12 +109,12 @@ class BagFiles:
 def _described(folder: Path) -> tuple[list[Path], bool]:
     """The files that a folder's metadata.yaml names, and whether messages are compressed one by one."""
     try:
-        content = read_yaml(folder / METADATA)
+        content = read_yaml(folder / BAG_METADATA)
     except FileError as error:
         raise SourceError(str(error)) from error
     about = content.get("rosbag2_bagfile_information")
     if not isinstance(about, dict) or not isinstance(about.get("relative_file_paths"), list):
-        raise SourceError(f"{folder / METADATA}: describes no bag: it names no relative_file_paths")
+        raise SourceError(f"{folder / BAG_METADATA}: describes no bag: it names no relative_file_paths")
     paths = list(dict.fromkeys(folder / Path(str(name)).name for name in about["relative_file_paths"]))
     missing = [str(path) for path in paths if not path.is_file()]
     if missing:

@@ -60,7 +60,8 @@ class Live(Frames):
         self._began_unix_s, self._is_dated = 0.0, False  # by the sender
         self._ahead_s: float | None = None  # of our clock over the source's, since it was connected
         self.about = ""  # what the source says that it gives, in words
-        self.on_arrival: Callable[[Arrival], None] | None = None  # hears of each frame that comes, at once
+        # Called in the reading thread with each frame that comes, dropped or not; must not take time.
+        self.on_arrival: Callable[[Arrival], None] | None = None
         self.wishes = wishes  # what it was asked for last
         self._asked: Wishes | None = None  # anew, while the source is open
         self._refused: tuple[str, ...] = ()

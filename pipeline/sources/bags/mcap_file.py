@@ -42,11 +42,9 @@ class McapFile(ChunkedFile):
         found = super().places(topics)
         for chunk, index_of in self._indexed:
             for topic in index_of.keys() & topics:
-                for record in self._records(self._file, index_of[topic], self._length):
-                    content = record.data(self._file)[6:]
-                    entries = struct.iter_unpack("<QQ", content[: len(content) // 16 * 16])
-                    found += [Place(time_ns, topic, self._number, chunk, offset) for time_ns, offset in entries]
-                    break
+                content = self._record(index_of[topic]).data(self._file)[6:]
+                entries = struct.iter_unpack("<QQ", content[: len(content) // 16 * 16])
+                found += [Place(time_ns, topic, self._number, chunk, offset) for time_ns, offset in entries]
         return sorted(found, key=lambda place: (place.chunk, place.offset)) if self._indexed else found
 
     def _read(self, place: Place) -> bytes:
@@ -103,7 +101,7 @@ class McapFile(ChunkedFile):
         else:
             self._schemas[record.id] = record.name
 
-    def _end(self, record: Record) -> bool:
+    def _is_end(self, record: Record) -> bool:
         if record.kind != _DATA_END:
             return False
         self.is_cut_short = False

@@ -136,7 +136,7 @@ class ChunkedFile(Storage):
     def _see(self, record: Record, stream: BinaryIO, chunk: int) -> None:
         """Note a record, if it is of concern."""
 
-    def _end(self, record: Record) -> bool:
+    def _is_end(self, record: Record) -> bool:
         """Whether what follows is no data any more."""
         return False
 
@@ -145,13 +145,16 @@ class ChunkedFile(Storage):
         stream, end = self._file, self._length
         if place.chunk >= 0:
             if self._kept[0] != place.chunk:
-                chunk = next(self._records(self._file, place.chunk, self._length), None)
-                if chunk is None:
-                    raise ValueError("its index leads beyond its end")
-                self._kept = (place.chunk, self._content(chunk))
+                self._kept = (place.chunk, self._content(self._record(place.chunk)))
             stream, end = io.BytesIO(self._kept[1]), len(self._kept[1])
         for record in self._records(stream, place.offset, end):
             yield stream, record
+
+    def _record(self, at: int) -> Record:
+        """The record of the file that begins there."""
+        for record in self._records(self._file, at, self._length):
+            return record
+        raise SourceError("its index leads beyond its end")
 
     def _content(self, record: Record) -> bytes:
         try:
@@ -162,7 +165,7 @@ class ChunkedFile(Storage):
     def _scan(self) -> None:
         """Go through the whole file, as far as it is there."""
         for record in self._records(self._file, len(self._magic), self._length):
-            if self._end(record):
+            if self._is_end(record):
                 return
             if record.kind == self._chunk_kind:
                 self._scan_chunk(record)

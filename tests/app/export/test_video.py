@@ -106,7 +106,5 @@ def test_what_cannot_be_written_is_said(tmp_path, name, shape, kind, words):
 
 
 def test_names_of_videos(tmp_path):
-    assert [is_video_file(tmp_path / name) for name in ("a.MP4", "a.avi", "a.mkv", "a.png", "mp4")] == [
-        *(True, True, True),
-        *(False, False),
-    ]
+    names = ("a.MP4", "a.avi", "a.mkv", "a.png", "mp4")
+    assert [name for name in names if is_video_file(tmp_path / name)] == ["a.MP4", "a.avi", "a.mkv"]

@@ -1,10 +1,11 @@
 """What was typed becomes sequences, also those of a source that is added as docs/code.md says."""
 
 import importlib
-import importlib.util
 import shutil
 import sys
+from unittest import mock
 
+import dockpose
 import pytest
 from dockpose import Camera, Dock
 
@@ -46,7 +47,7 @@ EDITS = {
 
 
 @pytest.fixture
-def with_levels(tmp_path):
+def with_levels(tmp_path, monkeypatch):
     """The sources with one more, and what opens them for the command line and the page, all imported anew."""
     folder = tmp_path / "sources"
     shutil.copytree(ROOT / "pipeline" / "sources", folder, ignore=shutil.ignore_patterns("__pycache__"))
@@ -57,17 +58,13 @@ def with_levels(tmp_path):
             assert text.count(after) == 1
             text = text.replace(after, after + line)
         (folder / name).write_text(text)
+    monkeypatch.setattr(dockpose, "__path__", [str(tmp_path), *dockpose.__path__])
     anew = ("dockpose.sources", "dockpose.app.inputs")
-    known = {name: sys.modules.pop(name) for name in list(sys.modules) if name.startswith(anew)}
-    spec = importlib.util.spec_from_file_location("dockpose.sources", folder / "__init__.py")
-    assert spec is not None
-    assert spec.loader is not None
-    sys.modules["dockpose.sources"] = sources = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(sources)
-    yield [importlib.import_module(name) for name in ("dockpose.app.inputs.resolve", "dockpose.app.inputs.sequences")]
-    for name in [name for name in sys.modules if name.startswith(anew)]:
-        del sys.modules[name]
-    sys.modules.update(known)
+    known = {name: module for name, module in sys.modules.items() if name.startswith(anew)}
+    with mock.patch.dict(sys.modules):
+        for name in known:
+            del sys.modules[name]
+        yield [importlib.import_module(f"dockpose.app.inputs.{name}") for name in ("resolve", "sequences")]
     for name, module in known.items():  # an import also sets the name in the package above
         above, _, last = name.rpartition(".")
         setattr(sys.modules[above], last, module)
@@ -82,11 +79,8 @@ def test_a_source_that_is_added_in_three_files_opens_by_name_everywhere(with_lev
         told.clear()
         with source.open(told.append) as frames:
             found = list(frames)
-        assert [(frame.index, frame.time_s, int(frame.image[0, 0])) for frame in found] == [
-            (0, 0.0, 10),
-            (1, 0.1, 20),
-            (3, 0.3, 40),
-        ]
+        levels = [(frame.index, frame.time_s, int(frame.image[0, 0])) for frame in found]
+        assert levels == [(0, 0.0, 10), (1, 0.1, 20), (3, 0.3, 40)]
         assert (frames.skipped, frames.camera, frames.dock) == (1, CAMERA, DOCK)
         assert told == [f"{path}: frame 2 is 'dark'; it must be a level"]
     path.write_text("")

@@ -264,12 +264,9 @@ def test_files_that_are_none_are_refused_by_name(tmp_path, name, content, messag
     assert str(path) in str(raised.value)
 
 
-def test_a_missing_bag_is_named(tmp_path):
+def test_a_bag_that_is_missing_or_lacks_a_file_is_named(tmp_path):
     with pytest.raises(SourceError, match=r"a\.mcap: cannot be read"):
         Bag(str(tmp_path / "a.mcap"))
-
-
-def test_a_folder_whose_file_is_missing_is_refused(tmp_path):
     folder = bags.write_rosbag2(tmp_path / "bag", bags.frames(pictures(2)))
     for path in folder.glob("*.db3"):
         path.unlink()

@@ -108,7 +108,7 @@ class Frames(abc.ABC):
         raise SourceError(f"{self.source}: is live, so there is no frame {start} to go to")
 
     def at(self, index: int) -> Frame:
-        """Return the frame with that index, in any order; SourceError where it is missing, corrupt, or of a live source."""
+        """Return the frame with that index; SourceError where it is missing, corrupt, or of a live source."""
         for frame in self.between(index, index + 1):
             return frame
         known = "" if self.count is None else f" of {self.count}"

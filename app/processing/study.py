@@ -61,8 +61,7 @@ class Study:
                 raise UserError(f"--out {self.folder}: {error} is at work on the study in it") from error
             try:
                 self._begin()
-                self._work(jobs, scheduler, done)
-                self._assemble()
+                self._assemble(self._work(jobs, scheduler, done))
             finally:
                 lock.release()
 
@@ -85,18 +84,19 @@ class Study:
         write_whole(path, (json.dumps(about, indent=1) + "\n").encode())
         sync_folder(self.folder)
 
-    def _work(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
-        count = self.done
+    def _work(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> list[tuple[int, int]]:
+        """Work on what is left; returns all blocks, in order."""
+        blocks, count = self._blocks(), self.done
         done(count)
-        todo = list(self._todo())
-        if not todo:
-            return
-        with _one_thread(), workers(jobs, scheduler) as (executor, at_once):
-            for start, stop, text in _results(executor, at_once, self.seed, todo):
-                write_whole(self._path(start, stop), text.encode())
-                sync_folder(self.folder / _SCENES)
-                count += stop - start
-                done(count)
+        if todo := list(self._todo()):
+            with _one_thread(), workers(jobs, scheduler) as (executor, at_once):
+                for start, stop, text in _results(executor, at_once, self.seed, todo):
+                    write_whole(self._path(start, stop), text.encode())
+                    sync_folder(self.folder / _SCENES)
+                    blocks.append((start, stop))
+                    count += stop - start
+                    done(count)
+        return sorted(blocks)
 
     def _todo(self) -> Iterator[tuple[int, int]]:
         """Blocks of scenes that are not done; of a block that an earlier run has begun, the rest."""
@@ -114,22 +114,18 @@ class Study:
     def _path(self, start: int, stop: int) -> Path:
         return self.folder / _SCENES / f"{start:06d}-{stop - 1:06d}.csv"
 
-    def _assemble(self) -> None:
-        """Write the rows of all blocks, in order, and apart from them what was timed."""
-        rows, cost = io.StringIO(), io.StringIO()
-        study_writer, cost_writer = None, csv.writer(cost, lineterminator="\n")
-        cost_writer.writerow(_COST)
-        for start, stop in self._blocks():
-            with open(self._path(start, stop), encoding="utf-8", newline="") as file:
-                for row in csv.DictReader(file):
-                    cost_writer.writerow([row[name] for name in _COST])
-                    del row[ELAPSED]
-                    if study_writer is None:
-                        study_writer = csv.DictWriter(rows, list(row), lineterminator="\n")
-                        study_writer.writeheader()
-                    study_writer.writerow(row)
-        write_whole(self.folder / COST_CSV, cost.getvalue().encode())
-        write_whole(self.folder / STUDY_CSV, rows.getvalue().encode())
+    def _assemble(self, blocks: list[tuple[int, int]]) -> None:
+        """Write the rows of these blocks, none of which may have gone since, and apart from them what was timed."""
+        with open(self._path(*blocks[0]), encoding="utf-8", newline="") as file:
+            head = next(csv.reader(file))
+        for name, columns in ((COST_CSV, _COST), (STUDY_CSV, [column for column in head if column != ELAPSED])):
+            text = io.StringIO()
+            table = csv.DictWriter(text, columns, extrasaction="ignore", lineterminator="\n")
+            table.writeheader()
+            for block in blocks:
+                with open(self._path(*block), encoding="utf-8", newline="") as file:
+                    table.writerows(csv.DictReader(file))
+            write_whole(self.folder / name, text.getvalue().encode())
         sync_folder(self.folder)
 
 

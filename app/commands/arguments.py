@@ -113,10 +113,7 @@ def add_masks(parser: argparse._ActionsContainer) -> None:
 
 @contextlib.contextmanager
 def protected(arguments: argparse.Namespace) -> Iterator[None]:
-    """Keep a command's outputs from its inputs, each other and other programs; ``arguments.protected`` tells how.
-
-    Raises UserError where one would take another's place; nothing has been opened by then.
-    """
+    """Keep a command's outputs from its inputs, each other and other programs, before anything is opened."""
     values = [(name, getattr(arguments, name, None)) for name in WRITTEN]
     outputs = [(f"--{name.replace('_', '-')}", str(value)) for name, value in values if value is not None]
     arguments.protected = Protected(outputs, _read_by(arguments) if outputs else ())

@@ -51,10 +51,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run ``dockpose compare``; returns the exit status.
-
-    Where neither a file nor a montage is asked for, a table of each picture is printed.
-    """
+    """Run ``dockpose compare``; prints a table of each picture unless a file is asked for. Returns the exit status."""
     settings, camera, dock = Settings(masks=masks_of(arguments)), camera_of(arguments), dock_of(arguments)
     recorded = [source for source in arguments.sources if kind_of(source) in (Kind.BAG, Kind.PAGES)]
     paths = expand([source for source in arguments.sources if source not in recorded])
@@ -113,10 +110,7 @@ def to_line(picture: Picture, found: Mapping[str, Estimate], frame: int = 0) -> 
 
 
 def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = None) -> str:
-    """Return a table in plain text, a row a method, under a title; where no pose came out, the row says why.
-
-    Where the truth is known, the last column says how far off the pose is.
-    """
+    """Return a table in plain text, a row a method, under a title; the last column says how far off, or why."""
     rows = [_HEAD] + [_cells(name, one) for name, one in found.items()]
     widths = [max(len(row[column]) for row in rows) for column in range(len(_HEAD))]
     remarks = [""] + [_remark(one, truth) for one in found.values()]

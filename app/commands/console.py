@@ -52,10 +52,7 @@ def check_ended() -> None:
 
 
 def say(text: str, level: int = logging.INFO) -> None:
-    """Write a message of one line to standard error, and note it as an event of that level.
-
-    What cannot be printed, as in a file's name, is spelt out. A standard error that takes nothing stops nothing.
-    """
+    """Write a message of one line to standard error, if it takes anything, and note it as an event of that level."""
     _LOG.log(level, "%s", text, extra={"is_said": True})
     with contextlib.suppress(OSError, ValueError):
         print(f"dockpose: {printable(text)}", file=sys.stderr, flush=True)
@@ -135,11 +132,7 @@ class TerminalBar(Progress):
 
 
 class FrameProgress:
-    """Shows how many frames (or scenes, or parts) are done, their rate and the time left.
-
-    A terminal shows a bar that is gone at the end; elsewhere, as in a log, a plain line comes every ten seconds.
-    ``total`` can be set once it is known; it is None where the source has no known end.
-    """
+    """Shows how many of ``total`` frames (or scenes, or parts) are done: a bar, or a line every ten seconds."""
 
     def __init__(
         self, name: str, console: Console | None = None, *, total: int | None = None, unit: str = "frames"
@@ -173,10 +166,7 @@ class FrameProgress:
         return None
 
     def step(self, dropped: int = 0, *, count: int = 1, name: str = "") -> None:
-        """Count one more, or several; ``dropped`` is how many of a live source were left out so far.
-
-        With the name of what is done it is shown at once.
-        """
+        """Count one more, or several; with the name of what is done it is shown at once. ``dropped`` is the total."""
         self._count += count
         now_s = time.monotonic()
         if not name and now_s - self._said_s < _EVERY_S[self._is_terminal]:

@@ -1,7 +1,4 @@
-"""``--log-level`` and ``--log-file`` of every command: one line an event, with nothing secret in it.
-
-Events go to Python's ``logging``, to loggers below ``dockpose``; what a command says on standard error is one too.
-"""
+"""``--log-level`` and ``--log-file`` of every command: one line an event, with nothing secret in it, by ``logging``."""
 
 from __future__ import annotations
 
@@ -65,10 +62,7 @@ def logged(arguments: argparse.Namespace) -> Iterator[None]:
 
 @contextlib.contextmanager
 def warned() -> Iterator[None]:
-    """Write warnings of the page's server, and those of libraries, to standard error while the context lasts.
-
-    Where ``--log-level`` puts events there anyway, nothing changes.
-    """
+    """Write warnings of the server and of libraries to standard error meanwhile, unless events go there anyway."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setLevel(logging.WARNING)
     handler.setFormatter(OneLine("dockpose: %(message)s"))
@@ -102,13 +96,7 @@ class OneLine(logging.Formatter):
 
 
 def without_secrets(text: str) -> str:
-    """Text in which tokens, passwords and cookies are replaced by ``***``.
-
-    Examples
-    --------
-    >>> without_secrets("opens http://127.0.0.1:8080/?token=abc and rtsp://me:pass@tank/front")
-    'opens http://127.0.0.1:8080/?token=*** and rtsp://***@tank/front'
-    """
+    """Text in which tokens, passwords and cookies are replaced by ``***``."""
     for pattern, replacement in _SECRETS:
         text = pattern.sub(replacement, text)
     return text

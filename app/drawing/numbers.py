@@ -76,10 +76,7 @@ def length_words(length_m: float) -> str:
 
 
 def place_words(pose: CirclePose | KnownPose) -> str:
-    """Return where a dock is and how it is turned, as in "1.10 m ahead, 6 cm right, 4 cm up; turned -12° / 6°".
-
-    The angles are yaw and pitch of its face, see ``QUANTITIES``.
-    """
+    """Return where a dock is and its yaw and pitch: "1.10 m ahead, 6 cm right, 4 cm up; turned -12° / 6°"."""
     x, y, z, pitch, yaw = pose_values(pose)
     across = f"{_short_length(x)} {'right' if x >= 0 else 'left'}"
     along = f"{_short_length(y)} {'down' if y >= 0 else 'up'}"

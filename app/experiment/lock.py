@@ -41,10 +41,7 @@ class FolderLock:
 
 
 class Claims:
-    """What this program writes, kept from other programs of the same user on this machine until :meth:`release`.
-
-    One byte of a file among the temporary ones stands for each. Where that cannot be had, nothing is kept from anybody.
-    """
+    """What this program writes, kept from the user's other programs until :meth:`release`, where that can be had."""
 
     def __init__(self) -> None:
         self._descriptor: int | None = None

@@ -14,13 +14,7 @@ EMPTY = to_csv_line(COLUMNS).encode()
 
 
 class ResultsFile:
-    """The rows, the same in memory as on the disk.
-
-    Each change rewrites all rows and replaces the file in one step, a few milliseconds at 2,000 rows. Appending would
-    leave half a row at the end if the program stopped while writing.
-
-    Opening it raises OSError if a missing file cannot be made, FileError if the file has columns that would be lost.
-    """
+    """The rows, the same in memory as on the disk; each change replaces the file, lest half a row be left."""
 
     def __init__(self, folder: Path, rows: Sequence[Row]) -> None:
         self._path = folder / RESULTS

@@ -37,10 +37,7 @@ class SessionError(FileError):
 
 
 class Session:
-    """One session, held until it is closed; made by :meth:`create` or :meth:`open`.
-
-    It may be used from several threads. ``notices`` are sentences about irregularities found on opening.
-    """
+    """One session, held until it is closed, for several threads; ``notices`` are sentences on what was irregular."""
 
     def __init__(self, record: SessionRecord, lock: FolderLock) -> None:
         self._record, self._held = record, lock

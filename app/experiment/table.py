@@ -1,7 +1,4 @@
-"""The running table of an experiment: "estimated (measured)", errors, and their mean and root mean square.
-
-The cells are those of Tables 2 and 3 of Ghosh et al. 2016.
-"""
+"""The running table of an experiment: "estimated (measured)" as in the paper's Tables 2 and 3, errors, mean and RMS."""
 
 from __future__ import annotations
 

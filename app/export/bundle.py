@@ -103,10 +103,7 @@ def bundle_name(source: str, ending: str = ".zip") -> str:
 
 
 def read_lines(path: Path) -> list[dict[str, Any]]:
-    """Read lines of schema 1 as ``dockpose estimate --json`` writes them.
-
-    A truncated last line, as an interrupted run may leave it, is skipped if others are complete.
-    """
+    """Read lines of schema 1 as ``estimate --json`` writes them; a truncated last one of several is skipped."""
     content = read_small(path, _MOST_BYTES)
     pieces = content.splitlines()
     lines = []

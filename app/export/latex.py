@@ -67,11 +67,7 @@ _GREEK_CAPITAL = frozenset(("gamma", "delta", "theta", "lambda", "xi", "pi", "si
 
 
 def to_latex(text: str) -> str:
-    """Return LaTeX that prints the text and does nothing else.
-
-    Accented Latin letters and Greek letters become commands. Letters of other scripts, for which plain LaTeX has no
-    fonts, become "?".
-    """
+    """Return LaTeX that prints the text and does nothing else; letters without a font in plain LaTeX become "?"."""
     return "".join(_character(character) for character in unicodedata.normalize("NFC", text))
 
 

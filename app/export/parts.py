@@ -92,10 +92,7 @@ class Plot:
 
 
 def _settle(figure: Figure) -> None:
-    """Lay a figure out once, and round where its axes lie.
-
-    The last digits of a layout depend on where objects lie in memory, and the names within an SVG on those digits.
-    """
+    """Lay a figure out once, and round where its axes lie: the last digits depend on where objects lie in memory."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     for axes in figure.axes:
@@ -158,11 +155,7 @@ class Part:
         files: str | None = None,
         **numbers: Any,
     ) -> Part:
-        """A part with the words of ``parts.toml``, those of its key or of the part that it is ``like``.
-
-        Plots and tables are named as there, and their files after ``files``, by default the key, and their name; that
-        of "main" has no name behind it.
-        """
+        """A part with the words of its key, or of what it is ``like``; files are named after ``files`` or the key."""
         like, files = like or key, key if files is None else files
         title, paper, ours, differs = (words(like, name, **numbers) for name in ("title", "paper", "ours", "differs"))
         names = {name: files if name == "main" else f"{files}_{name}".lstrip("_") for name in (*plots, *tables)}

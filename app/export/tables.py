@@ -23,10 +23,7 @@ _LATEX_HEAD = ("No.", *(rf"${name}$ (cm)" for name in "xyz"), *(rf"$\theta_{name
 
 
 def csv_table(rows: Sequence[Row]) -> str:
-    """Return a line per row with estimate, measurement and error side by side; unknown values are blank.
-
-    Text that a spreadsheet would take for a formula gets a leading apostrophe.
-    """
+    """Return a line per row, unknown values blank; what a spreadsheet would take for a formula gets an apostrophe."""
     text = io.StringIO(newline="")
     lines = writer(text, lineterminator="\n")
     lines.writerow(CSV_HEAD)

@@ -28,10 +28,7 @@ _LEAST_SIGMA_M = 0.001
 
 
 def status_line(found: Estimate) -> str:
-    """Return lights, level, pose and time in one line.
-
-    As in: 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms.
-    """
+    """Return lights, level, pose and time, as in 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms."""
     parts = [count(found.lights_on_ring or 0, "light")]
     if found.threshold is not None:
         parts.append(f"{METHODS.short(found.threshold.method)} {level_words(found.threshold)}")

@@ -1,8 +1,4 @@
-"""The study's scenes by several processes or on a cluster, kept block by block, so that a killed run can go on.
-
-A block of scenes is drawn, rendered and tried by a worker, and its rows are written here as one file, whole or not at
-all. Scenes depend on the seed and their number alone, so that it does not matter which process works on which, or when.
-"""
+"""The study's scenes by several processes or on a cluster, kept block by block, so that a killed run can go on."""
 
 from __future__ import annotations
 
@@ -49,9 +45,7 @@ class Study:
     def run(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
         """Work on the scenes that are not done yet, and write ``study.csv`` and ``cost.csv`` when all are.
 
-        ``scheduler``, a Dask cluster's address, takes the place of the processes. ``done`` receives the number of
-        scenes that are done, at first those of an earlier run. Raises UserError if the folder holds a different study,
-        is in use or cannot be written, or there is no cluster.
+        ``done`` receives the number of scenes that are done, at first those of an earlier run. Raises UserError.
         """
         with writing(f"--out {self.folder}"):
             (self.folder / _SCENES).mkdir(parents=True, exist_ok=True)

@@ -29,10 +29,7 @@ def centres(points_px: np.ndarray, ellipse: Ellipse, pose: CirclePose) -> Centre
 
 
 def centre_errors_px(found: Estimate, centre_px: np.ndarray) -> np.ndarray:
-    """Distance (3,) in pixels of each of :class:`Centres` from the dock's centre (Fig. 14 of the paper).
-
-    ``centre_px`` (2,); returns (3,).
-    """
+    """Distance (3,) in pixels of each of :class:`Centres` from the dock's centre (2,) (Fig. 14 of the paper)."""
     if found.selected is None or found.ellipse is None or found.markers is None or found.ring is None:
         return np.full(3, np.nan)
     points = found.markers.points_px[found.ring.on_ring]
@@ -42,13 +39,9 @@ def centre_errors_px(found: Estimate, centre_px: np.ndarray) -> np.ndarray:
 
 
 def hong_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
-    """Both poses of a circle, assuming that the ellipse's major axis is its diameter.
+    """Both poses of a circle of ``diameter`` metres by the assumption of Hong et al., which is weak perspective.
 
-    ``diameter`` in metres.
-
-    The assumption of Hong et al., as the paper describes it: the range is focal length times diameter over major axis,
-    the ellipse's centre is the dock's, and the dock is tilted about the major axis by acos(minor / major), to either
-    side. That is weak perspective: right for a small, distant dock on the axis.
+    The ellipse's major axis is the diameter, its centre the dock's, tilted about that axis by acos(minor / major).
     """
     check_number("diameter", diameter, above=0)
     focal = math.sqrt(camera.fx * camera.fy)

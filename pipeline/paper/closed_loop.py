@@ -52,10 +52,7 @@ class Course:
 
 
 def draw_approach(seed: int, number: int) -> FilmPlan:
-    """The start of one approach: a 0.30 m dock of ten lights, 1.5 to 6 m away, seen at 5 to 35 degrees.
-
-    The dock stands up to 5 degrees off the camera's axis, in water between clear and coastal, with currents.
-    """
+    """The start of one approach: a dock up to 5 degrees off the camera's axis, in clear to coastal water."""
     rng = np.random.default_rng([seed, 1, number])
     range_m = rng.uniform(*RANGE_M)
     sight = unit(np.array([*np.tan(np.radians(rng.uniform(-5, 5, 2))), 1.0]))
@@ -77,11 +74,9 @@ def draw_approach(seed: int, number: int) -> FilmPlan:
 
 
 def run_approach(seed: int, number: int, rule: str) -> Course:
-    """Steer one approach by one of ``RULES``.
+    """Steer one approach by one of ``RULES``: Table 1 by the letter and as we read it, the tracker, each picture alone.
 
-    ``literal`` and ``eccentricity`` are Table 1 by the letter and as we read it, ``tracker`` the tracker, and ``frame``
-    the choice that each picture makes by itself. Table 1 begins with either candidate, by a coin that
-    both readings share.
+    Table 1 begins with either candidate, by a coin that both readings share.
     """
     plan = draw_approach(seed, number)
     first = int(np.random.default_rng([seed, 2, number]).integers(2))

@@ -26,10 +26,7 @@ class Table:
 
 
 def coded_dock(diameter: float) -> Dock:
-    """The colour-coded dock of Table 4: 12 lights, white but for 0 and 3 in red and 6 and 9 in blue.
-
-    Turned by a quarter, a half or three quarters it looks different each time, even with one of the four hidden.
-    """
+    """The colour-coded dock of Table 4: 12 lights, white but for two red and two blue; no turn looks the same."""
     colours = {0: "red", 3: "red", 6: "blue", 9: "blue"}
     return Dock(diameter, colours=tuple(colours.get(light, "white") for light in range(12)))
 

@@ -48,19 +48,7 @@ class Budget:
 
 
 def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px: float = USUAL_NOISE_PX) -> Budget:
-    """Errors to expect, by the covariance of the refined pose.
-
-    The standard errors are those of s^2 (J^T J)^-1 at the true pose, see :func:`dockpose.pose.refine.refine`. Far away
-    and near square on, this linear model fails: the ratio of the ellipse's axes is cos(tilt), which tells a tilt only
-    by its square. Each axis of N lights at R pixels from the centre is known to s sqrt(2 / N), so the ratio to
-    q = 2 s / (R sqrt(N)). Since 1 - cos(tilt) is about tilt^2 / 2, tilts below sqrt(2 q) look alike. There, theta_x
-    and theta_y have an error of sqrt(q) each at most, and the position at least that of a tilt of sqrt(2 q).
-
-    Let S be the least sum of squared residuals, in pixels squared, that the wrong pose leaves in a picture without
-    noise. With noise of standard deviation s, the difference of the two poses' chi-squared values is normal with mean
-    S / s^2 and variance 4 S / s^2, so the right one is the likelier with probability Phi(sqrt(S) / (2 s)), as for any
-    two points a distance sqrt(S) apart.
-    """
+    """Errors to expect, by the covariance of the refined pose; docs/method.md has the bounds far away and the odds."""
     _check(dock, range_m, tilt_deg, noise_px)
     lights_px, rotation, position = _seen(camera, dock, range_m, tilt_deg)
     sigma_m, sigma_rad = _linear(camera, dock, lights_px, rotation, position, noise_px)

@@ -61,13 +61,7 @@ class Picture:
 
 
 def draw(seed: int, index: int) -> Drawn:
-    """Draw scene ``index`` of the study with a seed; it depends on nothing else.
-
-    The page of a study says in words how. The ring's radius in the picture gives the range, of at most 15 m and at most
-    8 attenuation lengths, so that far docks are found in clear water only; its centre is at least 0.8 radii from the
-    border: some rings are cut. One scene in five has no dock: its ring is turned away, so that no light of it reaches
-    the camera; 1 to 10 strays, and in two of three such scenes as many more as the dock has lights, are strewn about.
-    """
+    """Draw scene ``index`` of the study with a seed, as the page of a study says; it depends on nothing else."""
     rng = np.random.default_rng([seed, index])
     turbidity = float(rng.uniform())
     water = water_of_turbidity(turbidity)

@@ -47,12 +47,9 @@ def signed_errors(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) 
 
 
 def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> dict[str, Value]:
-    """Judge what a method found against the truth.
+    """Judge what a method found against the truth, as the page of a study says.
 
-    A pose is right if its position is within 5 % of the range and its normal within 5 degrees. "success": the chosen
-    pose is. "false dock": a dock is reported where there is none, or in a direction that is off the true one by more
-    than the ring's radius as seen from the camera, so that a vehicle would steer beside it. "wrong pose": any other
-    pose reported of a dock in view. "refused": no pose of a dock in view; "correct refusal": no pose where none is.
+    A dock that is reported off the true direction by more than the ring's radius is false: a vehicle would steer by it.
     """
     row: dict[str, Value] = dict.fromkeys(COLUMNS)
     row["status"] = found.status

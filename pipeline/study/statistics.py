@@ -36,18 +36,7 @@ class Difference:
 
 
 def wilson(hits: int, count: int) -> Share:
-    """Share of hits with Wilson's score interval.
-
-    References
-    ----------
-    Wilson 1927, "Probable inference, the law of succession, and statistical inference".
-
-    Examples
-    --------
-    >>> share = wilson(81, 263)
-    >>> round(share.low, 4), round(share.high, 4)
-    (0.2553, 0.3662)
-    """
+    """Share of hits with Wilson's score interval (1927)."""
     if count == 0:
         return Share(math.nan, math.nan, math.nan, 0, 0)
     share, square = hits / count, _Z95**2
@@ -60,10 +49,7 @@ def wilson(hits: int, count: int) -> Share:
 def paired_difference(first: np.ndarray, second: np.ndarray) -> Difference:
     """Difference of two methods' shares of success on the same scenes, ``first`` and ``second`` (N,) of bool.
 
-    The interval is Newcombe's tenth, from Wilson's intervals of both shares and the correlation between them.
-
-    Newcombe 1998, "Improved confidence intervals for the difference between binomial proportions based on paired data",
-    Statistics in Medicine 17. McNemar 1947, Psychometrika 12.
+    The interval is the tenth of Newcombe 1998, Statistics in Medicine 17; the test McNemar's, 1947, Psychometrika 12.
     """
     both, neither = int((first & second).sum()), int((~first & ~second).sum())
     one, other = int((first & ~second).sum()), int((~first & second).sum())
@@ -91,10 +77,7 @@ def _correlation(both: int, one: int, other: int, neither: int) -> float:
 
 
 def median(values: np.ndarray) -> Share:
-    """Median of numbers, with the interval between two order statistics that holds it in at least 95 % of samples.
-
-    Where there are too few numbers for one (fewer than six) the interval is NaN.
-    """
+    """Median of numbers, with the interval of order statistics that holds it in 95 % or more; NaN of fewer than six."""
     ordered = np.sort(values[np.isfinite(values)])
     count = len(ordered)
     if count == 0:

@@ -41,10 +41,7 @@ def make_part(key: str, seed: int) -> Part:
 
 
 def reproduce(out: Path, seed: int, jobs: int, only: tuple[str, ...], done: Callable[[str], None]) -> None:
-    """Write ``index.html`` and the files of each part, or of some, into a folder; ``done`` gets the key of each.
-
-    The same seed gives the same numbers. Raises UserError if a key is unknown or a file cannot be written.
-    """
+    """Write ``index.html`` and the files of each part, or of some, into a folder; ``done`` gets the key of each."""
     for key in only:
         if key not in PARTS:
             raise UserError(f"there is no part {key!r}; there are {', '.join(PARTS)}")

@@ -113,11 +113,9 @@ class TwoLevels:
 
 
 def two_levels(scene: Scene, pictures: int) -> TwoLevels:
-    """Fit the ellipse at HATS's level and at a higher one that leaves at most ``FEWER`` of the lights.
+    """Fit the ellipse to the mass moments at HATS's level and at a higher one with at most ``FEWER`` of the lights.
 
-    The groups are centred by their mass moment, as in the paper. Both levels are those of the first picture. In each
-    picture the noise is new and the ring moved by up to half a pixel: of a ring that stays put, the error by which a
-    centre depends on its place between pixels would be the same in all pictures.
+    The ring moves by up to half a pixel, lest the error by its place between pixels be the same in all pictures.
     """
     first = picture_of(scene)
     levels = first.hats.level, losing_level(first, FEWER)

@@ -1,9 +1,6 @@
-"""HATS read as literally as the paper gives it, and the steps from there to ours.
+"""HATS read as literally as sections 2.1.1 and 2.1.2 of the paper give it, and the steps from there to ours.
 
-Ghosh et al. 2016, sections 2.1.1 and 2.1.2, say: the local peaks of the histogram, from bright to dark, are candidates
-for the level; at each, the picture is binarised and its groups are counted; the candidates vote on the number of
-lights; taken is the level that keeps the most lights apart. They leave open how votes weigh, where to stop, and what
-noise does. What is chosen here for what they leave open is said at each function; each choice is the plainest one.
+What is chosen where they leave it open is the plainest; ``literal_hats`` in static/parts.toml lists it.
 """
 
 from __future__ import annotations
@@ -57,23 +54,13 @@ class Vote:
 
 
 def local_peaks(counts: np.ndarray) -> np.ndarray:
-    """Levels, from bright to dark, that have more pixels than the next darker and no fewer than the next brighter.
-
-    The histogram is taken as it is, without smoothing. Beyond its ends it has no pixels, so that an end can be a peak.
-    Of levels with equally many the darkest is the peak.
-    """
+    """Levels, from bright to dark, with more pixels than the next darker and no fewer than the next brighter one."""
     padded = np.concatenate([[0], counts, [0]])
     return np.flatnonzero((padded[1:-1] > padded[:-2]) & (padded[1:-1] >= padded[2:]))[::-1]
 
 
 def literal_hats(histogram: Histogram, scheme: Scheme | None = None) -> Vote:
-    """Choose a level by the literal reading, or with the steps of a scheme.
-
-    Choices in the literal reading: all peaks are candidates, down to the darkest, since the paper names no end; groups
-    of a single pixel count; each candidate has one vote, for the number of groups at its level; elected is the number
-    with the most votes, of several the largest, since it keeps the most lights apart; the level is the brightest
-    candidate with that number. With ``in_a_row`` it is the brightest of the run.
-    """
+    """Choose a level by the literal reading, or with the steps of a scheme; the brightest of the elected candidates."""
     scheme = scheme or Scheme()
     sketch = histogram.sketch if scheme.is_bounded else histogram.counts
     mode, floor, top = 0, 0, LEVELS - 1

@@ -1,8 +1,4 @@
-"""What came of one picture whose truth is known: are the groups the lights, and is the pose right.
-
-Beside the pose that `estimate` finds there is that of the plain chain, as the paper reads: nothing between the
-threshold and the ellipse tells lights from other groups, so that the threshold alone is judged.
-"""
+"""What came of one picture whose truth is known, also by the plain chain, which judges the threshold alone."""
 
 from __future__ import annotations
 
@@ -61,10 +57,7 @@ def pose_is_right(found: Estimate, truth: Truth) -> bool:
 
 
 def any_level_shows_the_lights(histogram: Histogram, lights_px: np.ndarray, min_area_px: int) -> bool:
-    """Whether at any level the groups are exactly the lights; levels with another number of groups are passed over.
-
-    Levels that keep more than a fifth of the picture are not tried: lights never fill so much.
-    """
+    """Whether at any level that keeps at most a fifth of the picture the groups are exactly the lights."""
     shares = histogram.counts.cumsum() / histogram.counts.sum()
     floor = int(np.searchsorted(shares, 0.8)) + 1
     counts = histogram.bright(floor).groups_at_every_level(min_area_px)

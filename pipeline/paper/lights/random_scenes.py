@@ -21,12 +21,7 @@ LEAST_SPACING_PX = 8.0  # of lights around a ring that is seen square on
 
 
 def draw_scene(seed: int, *, hard: bool) -> Scene:
-    """A dock of 4 to 24 lights wholly in view, at most 3 m away, tilted up to 40 degrees, in one of the four waters.
-
-    The picture has any of several sizes, and the lens a focal length of half to three times its width.
-    The camera exposes as a camera does: so that the brightest light comes out between 100 and 1000 grey levels, of
-    which 255 can be stored. Ambient light reaches 50 levels, with a gradient; the lights are uneven.
-    """
+    """A dock wholly in view, as ``distribution`` in static/parts.toml says, exposed as a camera does."""
     rng = np.random.default_rng([seed, int(hard)])
     scene = _plain(rng, seed)
     if hard:

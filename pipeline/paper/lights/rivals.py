@@ -44,11 +44,7 @@ Row = tuple[bool, dict[str, bool], dict[str, bool], dict[str, bool]]  # a scene'
 
 
 def compare_methods(seed: int, a_half: int = SCENES_A_HALF) -> Tally:
-    """Search random scenes by each method, all with the same steps after the threshold.
-
-    ``PER_LIGHT`` is HATS as ``estimate`` has it by default, which gives each light a level where no single one shows
-    the ring. ``ANY_LEVEL``, in ``exact`` alone, is whether any single level shows exactly the lights.
-    """
+    """Search random scenes by each method, all with the same later steps; ``PER_LIGHT`` is our default."""
     searches = {name: Settings(method=name) for name in METHODS_COMPARED}
     rows = []
     for row, histogram, truth in _searched(seed, a_half, lambda histogram: searches):

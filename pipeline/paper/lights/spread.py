@@ -81,10 +81,7 @@ class LampPicture:
 
 
 def lamp_scene(psf: Psf, water: Water, distance_m: float, seed: int, tilt_deg: float = 0.0) -> Scene:
-    """One lamp on the axis of a small camera, 15 pixels in radius at any distance, and no dock in view.
-
-    With a tilt the glow is seen rotated about the vertical, and the lamp shines with the cosine of the tilt.
-    """
+    """One lamp on a small camera's axis, 15 pixels in radius at any distance; a tilt turns the glow and dims it."""
     level, radius_m = math.cos(math.radians(tilt_deg)), LAMP_RADIUS_PX / FOCAL_PX * distance_m
     if tilt_deg:
         psf = msgspec.structs.replace(psf, tilt_deg=tilt_deg, tilt_axis_deg=90.0)

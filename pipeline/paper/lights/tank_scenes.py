@@ -62,10 +62,7 @@ def tank_scenes(seed: int) -> dict[str, Scene]:
 
 
 def near_ring(seed: int, missing: tuple[int, ...] = ()) -> Scene:
-    """A ring of twelve uneven lights near by and tilted by 31 degrees, some of them dead, in turbid water.
-
-    The water is a harbour's, so that the lights glow, and the brightest is saturated.
-    """
+    """A ring of twelve uneven lights near by in a harbour's water, tilted by 31 degrees, some of them dead."""
     return Scene(
         camera=CAMERA,
         dock=Dock(0.30, 12),

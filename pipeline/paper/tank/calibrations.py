@@ -34,11 +34,9 @@ def rendered_calibration(camera: Camera, seed: int) -> Calibration:
 
 
 def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> list[Camera]:
-    """Calibrate a camera again and again, from other views of the board and other errors of its corners.
+    """Calibrate a camera again and again by Zhang's way, from other views and other Gaussian errors of the corners.
 
-    Same model and same solver as :func:`dockpose.camera.calibrate.calibrate` (Zhang 2000, as implemented in OpenCV);
-    only the search for the corners is replaced by their true places and Gaussian errors. The numbers of one calibration
-    belong together: its focal length, centre and distortion err in ways that partly cancel.
+    The numbers of one belong together: its focal length, centre and distortion err in ways that partly cancel.
     """
     columns, rows = BOARD.columns - 1, BOARD.rows - 1
     column, row = np.meshgrid(np.arange(columns), np.arange(rows))

@@ -102,10 +102,9 @@ def errors_of(
     camera: Camera = CAMERA,
     draws: int = DRAWS,
 ) -> tuple[np.ndarray, float]:
-    """Signed errors (draws, 12, 5) in centimetres and degrees where some of what is believed is wrong.
+    """Signed errors (draws, 12, 5) in centimetres and degrees where ``items``, of ``ITEMS`` and "centroids", are wrong.
 
-    ``items`` are of ``ITEMS`` and "centroids"; the same draws are used whichever they are. The errors are those of the
-    candidate nearer to the truth. Returned also is the share in which it is the chosen one.
+    The draws are the same whichever they are. Returned also is the share in which the nearer candidate is chosen.
     """
     measured, _, lights = poses_of_tables()
     errors, right = np.empty((draws, len(measured), 5)), 0

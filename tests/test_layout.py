@@ -64,7 +64,7 @@ def test_what_the_library_may_import(name, imported, allowed):
         ("dockpose.app.web.app", "dockpose.app.state.view", True),
         ("dockpose.app.state.view", "dockpose.app.web.html", False),
         ("dockpose.app.state.view", "dockpose.app.experiment.session", False),
-        ("dockpose.app.export.rows", "dockpose.app.export.words", True),
+        ("dockpose.app.export.data", "dockpose.app.export.words", True),
         ("dockpose.app.errors", "dockpose.app.resources.SAMPLES", False),
         ("dockpose.app.inputs.folder", "dockpose.camera.Camera", True),
     ],

@@ -19,10 +19,10 @@ import msgspec
 import numpy as np
 from dockpose.app.commands.console import put, put_text
 from dockpose.app.errors import check_folder, unwritable, writing
+from dockpose.app.export.data import CSV_COLUMNS, to_row
 from dockpose.app.export.recordings.mcap_file import PoseFile
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import RerunFile
-from dockpose.app.export.rows import CSV_COLUMNS, to_row
 from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.protected import UNPROTECTED, Protected
 from dockpose.app.state.trust import NO_POSE, Trust

@@ -1,4 +1,4 @@
-"""Results of a picture as JSON and CSV, and its settings as YAML."""
+"""Results of a picture as JSON and rows of a table, and its settings as YAML."""
 
 from __future__ import annotations
 
@@ -12,9 +12,28 @@ import cv2
 import msgspec
 import numpy as np
 import yaml
+from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.experiment.versions import with_versions
-from dockpose.app.export.rows import CSV_COLUMNS, to_row
 from dockpose.app.processing.analysis import Analysis
+
+_CANDIDATE_COLUMNS = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "probability", "rms_px")
+_TRACK_KEYS = ("probability", "age", "predicted", "lost")
+# One pose of the frame, as other programs take it: the chosen candidate; as the frames before predict it, filtered over
+# the frames up to this one, and smoothed over all frames of the recording.
+_POSES = ("chosen", "predicted", "filtered", "smoothed")
+_POSE_COLUMNS = (
+    *("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg"),
+    *("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg"),
+)
+CSV_COLUMNS = (
+    *("source", "frame", "time_s", "time_unix_s", "status", "method", "level", "groups", "lights_on_ring"),
+    *("selected", "selected_by"),
+    *(f"{name.lower()}_{column}" for name in POSE_NAMES for column in _CANDIDATE_COLUMNS),
+    *(f"track_{key}" for key in _TRACK_KEYS),
+    *("elapsed_ms", "message"),
+    *(f"{name}_{column}" for name in _POSES for column in _POSE_COLUMNS),
+    "smoothed_probability",
+)
 
 
 def result_line(analysis: Analysis, sha256: str | None = None) -> dict[str, Any]:
@@ -34,6 +53,34 @@ def to_csv(lines: Iterable[dict[str, Any]]) -> bytes:
     table.writeheader()
     table.writerows(to_row(line) for line in lines)
     return text.getvalue().encode()
+
+
+def to_row(line: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of one JSON object; what is not known is left out."""
+    threshold, track = line["threshold"] or {}, line.get("track") or {}
+    row: dict[str, Any] = {
+        **{key: line[key] for key in ("source", "frame", "time_s", "status", "selected_by", "elapsed_ms", "message")},
+        "time_unix_s": line.get("time_unix_s"),  # lines of older versions have none
+        **{key: threshold.get(key) for key in ("method", "level", "groups")},
+        "lights_on_ring": sum(marker["on_ring"] is True for marker in line["markers"]),
+        "selected": None if line["selected"] is None else POSE_NAMES[line["selected"]],
+        **{f"track_{key}": track.get(key) for key in _TRACK_KEYS},
+        "smoothed_probability": (line.get("smoothed") or {}).get("probability"),
+    }
+    for name, candidate in zip(POSE_NAMES, line["candidates"], strict=False):
+        values = (*candidate["position_m"], *(candidate[key] for key in _CANDIDATE_COLUMNS[3:]))
+        row |= {f"{name.lower()}_{key}": value for key, value in zip(_CANDIDATE_COLUMNS, values, strict=True)}
+    for name in _POSES:
+        row |= _pose_cells(name, line.get(name))
+    return row
+
+
+def _pose_cells(name: str, pose: dict[str, Any] | None) -> dict[str, Any]:
+    if pose is None:
+        return {}
+    sigmas = (*(pose.get("sigma_position_m") or (None,) * 3), *(pose.get("sigma_theta_deg") or (None,) * 2))
+    values = (*pose["position_m"], pose["theta_x_deg"], pose["theta_y_deg"], *sigmas)
+    return {f"{name}_{key}": value for key, value in zip(_POSE_COLUMNS, values, strict=True)}
 
 
 def settings_yaml(analysis: Analysis) -> str:

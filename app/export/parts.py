@@ -93,8 +93,9 @@ class Plot:
 
 def _settle(figure: Figure) -> None:
     """Lay a figure out once, and round where its axes lie: the last digits depend on where objects lie in memory."""
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
     for axes in figure.axes:
         left, bottom, width, height = axes.get_position(original=True).bounds
         axes.set_position((round(left, 6), round(bottom, 6), round(width, 6), round(height, 6)))

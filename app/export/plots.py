@@ -24,10 +24,7 @@ def histogram_figure(threshold: Threshold) -> Figure:
     axes = figure.add_subplot()
     levels = np.arange(LEVELS)
     axes.fill_between(levels, threshold.histogram + 1, 1, step="mid", color=BARS_COLOUR, label="pixels + 1")
-    axes.set_yscale("log")
-    axes.set_xlim(0, LEVELS - 1)
-    axes.set_xlabel("grey level (0 to 255)")
-    axes.set_ylabel("pixels + 1")
+    axes.set(yscale="log", xlim=(0, LEVELS - 1), xlabel="grey level (0 to 255)", ylabel="pixels + 1")
     if threshold.level < LEVELS:
         axes.axvline(threshold.level, color=THRESHOLD_COLOUR, label=f"level {threshold.level} ({threshold.method})")
     peaks = [peak.level for peak in threshold.peaks]
@@ -38,9 +35,8 @@ def histogram_figure(threshold: Threshold) -> Figure:
         right = axes.twinx()
         right.plot(levels, groups, "--", color=GROUPS_COLOUR, drawstyle="steps-mid")
         axes.plot([], [], "--", color=GROUPS_COLOUR, label="groups (right)")
-        right.set_ylabel("groups")
         at_level = groups[threshold.level] if threshold.level < LEVELS else np.nan
-        right.set_ylim(0, max(10.0, 2 * np.nan_to_num(at_level)))
+        right.set(ylabel="groups", ylim=(0, max(10.0, 2 * np.nan_to_num(at_level))))
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=8, frameon=False)
     figure.set_layout_engine("constrained")
     return figure
@@ -64,8 +60,7 @@ def error_figure(rows: Sequence[Row]) -> Figure:
         else:
             axes.text(0.5, 0.6, "nothing was measured", transform=axes.transAxes, ha="center")
     above.set_ylabel("estimated − measured (cm)")
-    below.set_ylabel("estimated − measured (°)")
-    below.set_xlabel("range (m)")
+    below.set(xlabel="range (m)", ylabel="estimated − measured (°)")
     return figure
 
 
@@ -92,8 +87,7 @@ def sequence_figure(lines: Sequence[dict[str, Any]]) -> Figure:
     for axes, label in ((top, "position (cm)"), (middle, "attitude (°)"), (bottom, "probability")):
         axes.set_ylabel(label)
         axes.legend(fontsize=8)
-    bottom.set_ylim(-0.05, 1.05)
-    bottom.set_xlabel("time (s)" if timed else "frame")
+    bottom.set(ylim=(-0.05, 1.05), xlabel="time (s)" if timed else "frame")
     return figure
 
 

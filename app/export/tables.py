@@ -9,9 +9,10 @@ from csv import writer
 
 from dockpose.app.drawing.numbers import MISSING
 from dockpose.app.experiment.row import POSE_COLUMNS, Row
-from dockpose.app.experiment.table import Table, table
+from dockpose.app.experiment.table import table
 from dockpose.app.export.latex import to_latex
-from markupsafe import Markup, escape
+from dockpose.app.export.parts import page
+from markupsafe import escape
 
 CSV_HEAD = (
     *("number", "time", "source", "status", "probability", "range_cm"),
@@ -65,28 +66,7 @@ def latex_table(rows: Sequence[Row]) -> str:
 
 def html_table(rows: Sequence[Row]) -> str:
     """Return a complete page with the table."""
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>estimated (measured)</title><style>'
-        "body { font: 14px sans-serif } table { border-collapse: collapse } td, th { padding: 0.2em 0.6em; "
-        "text-align: right; border-bottom: 1px solid #ccc; white-space: pre-line } td:last-child, th:last-child "
-        "{ text-align: left } tfoot td { font-weight: bold }</style></head><body>\n"
-        f"{html_fragment(table(rows))}\n</body></html>\n"
-    )
-
-
-def html_fragment(content: Table) -> Markup:
-    """Return the table alone, with every cell escaped."""
-    head = Markup("").join(Markup("<th>{}</th>").format(name) for name in content.head)
-    body, foot = (
-        Markup("\n").join(
-            Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(cell) for cell in cells))
-            for cells in part
-        )
-        for part in (content.body, content.foot)
-    )
-    return Markup("<table><thead><tr>{}</tr></thead>\n<tbody>{}</tbody>\n<tfoot>{}</tfoot></table>").format(
-        head, body, foot
-    )
+    return page("table.html", table=table(rows)) + "\n"
 
 
 def _rounded(value: float | None) -> float | None:

@@ -24,7 +24,7 @@ from dockpose.app.experiment.versions import versions
 from dockpose.app.processing.parallel import workers
 from dockpose.files.durable_files import remove_temporaries, sync_folder, write_whole
 from dockpose.study.methods import METHODS
-from dockpose.study.scenes import ELAPSED, as_text, block_rows
+from dockpose.study.scenes import ELAPSED, as_text, scene_rows
 
 BLOCK = 2  # scenes: about half a second of one core, which is what a kill can cost
 _AHEAD = 2  # submitted blocks for each worker
@@ -126,7 +126,7 @@ class Study:
 def block_text(seed: int, start: int, stop: int) -> tuple[str, str]:
     """Work on a block of scenes: the print of the code that did, and the rows as CSV. Runs in a worker."""
     cv2.setNumThreads(1)
-    rows = list(block_rows(seed, start, stop))
+    rows = [row for scene in range(start, stop) for row in scene_rows(seed, scene)]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(rows[0])

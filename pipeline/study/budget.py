@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import cast
 
@@ -96,15 +96,6 @@ def simulated_budget(
     tells = None if math.radians(tilt_deg) < _SAME_RAD else float(np.mean(right))
     in_view = _in_view(camera, lights_px)
     return Budget(range_m, tilt_deg, _apart(lights_px), in_view, (x, y, z), (theta_x, theta_y), tells)
-
-
-def budgets(
-    camera: Camera, dock: Dock, ranges_m: Sequence[float], tilts_deg: Sequence[float], noise_px: float = USUAL_NOISE_PX
-) -> Iterator[Budget]:
-    """Yield :func:`budget` for each range and, within it, each tilt."""
-    for range_m in ranges_m:
-        for tilt_deg in tilts_deg:
-            yield budget(camera, dock, range_m, tilt_deg, noise_px)
 
 
 def nearest_m(camera: Camera, dock: Dock) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 from dockpose.study.draw import Drawn, Picture, draw, picture_of
@@ -71,12 +70,6 @@ def factors_of(drawn: Drawn, picture: Picture) -> Row:
         "has_mirror": scene.mirror is not None,
         "snow_flakes": 0 if scene.snow is None else scene.snow.count,
     }
-
-
-def block_rows(seed: int, start: int, stop: int) -> Iterator[Row]:
-    """Rows of scenes ``start`` to ``stop`` (excluded), in order."""
-    for index in range(start, stop):
-        yield from scene_rows(seed, index)
 
 
 def as_text(value: Value) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -82,9 +83,15 @@ def median(values: np.ndarray) -> Share:
     count = len(ordered)
     if count == 0:
         return Share(math.nan, math.nan, math.nan, 0)
-    rank = int(binom.ppf(0.025, count, 0.5))  # the rank-th smallest from either end bounds it
+    rank = _rank(count)
     low, high = (ordered[rank - 1], ordered[count - rank]) if rank >= 1 else (math.nan, math.nan)
     return Share(float(np.median(ordered)), float(low), float(high), count)
+
+
+@functools.cache
+def _rank(count: int) -> int:
+    """Which smallest and which largest of so many numbers bound their median."""
+    return int(binom.ppf(0.025, count, 0.5))
 
 
 def quantile(values: np.ndarray, share: float) -> float:

@@ -78,8 +78,7 @@ def columns_of(text: str) -> Columns:
 
 def of_method(columns: Columns, label: str) -> Columns:
     """The rows of a method, one for each scene."""
-    rows = columns["method"] == label
-    return {name: values[rows] for name, values in columns.items()}
+    return where(columns, columns["method"] == label)
 
 
 def where(columns: Columns, rows: np.ndarray) -> Columns:

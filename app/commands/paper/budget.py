@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import csv
+import itertools
 import math
 import sys
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from dockpose.app.commands.console import EXIT_ALL_READ, put_text
 from dockpose.app.commands.output import Lines, open_lines
 from dockpose.app.drawing.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, set_up_words, usual_ranges_m
 from dockpose.app.errors import UserError, blaming
-from dockpose.study.budget import USUAL_NOISE_PX, Budget, budgets, simulated_budget
+from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget, simulated_budget
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -79,11 +80,12 @@ def _rows(
     camera: Camera, dock: Dock, ranges_m: Sequence[float], tilts_deg: Sequence[float], arguments: argparse.Namespace
 ) -> list[tuple[Budget, Budget]]:
     """Expected and simulated errors."""
-    draws = {"noise_px": arguments.noise, "draws": arguments.draws, "seed": arguments.seed}
-    return [
-        (one, simulated_budget(camera, dock, one.range_m, one.tilt_deg, **draws))
-        for one in budgets(camera, dock, ranges_m, tilts_deg, arguments.noise)
-    ]
+    rows = []
+    for place in itertools.product(ranges_m, tilts_deg):
+        expected = budget(camera, dock, *place, arguments.noise)
+        came = simulated_budget(camera, dock, *place, arguments.noise, arguments.draws, arguments.seed)
+        rows.append((expected, came))
+    return rows
 
 
 def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
@@ -94,9 +96,9 @@ def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
         writer.writerow([one.range_m, one.tilt_deg, one.apart_px, int(one.in_view), *_values(one), *_values(other)])
 
 
-def _values(budget: Budget) -> list[float | str]:
-    chance = "" if budget.tells_apart is None else budget.tells_apart
-    return [*budget.sigma_position_m, *map(math.degrees, budget.sigma_theta_rad), chance]
+def _values(one: Budget) -> list[float | str]:
+    chance = "" if one.tells_apart is None else one.tells_apart
+    return [*one.sigma_position_m, *map(math.degrees, one.sigma_theta_rad), chance]
 
 
 def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], arguments: argparse.Namespace) -> None:

@@ -105,10 +105,7 @@ def _figure(courses: dict[str, list[Course]]) -> Figure:
         right = np.sum([course.right for course in ran], axis=0)
         shares = [vars(wilson(int(count), len(ran))) for count in right]
         draw_intervals(axes, numbers + 0.12 * (place - (len(courses) - 1) / 2), shares, looks, label=words)
-    axes.set_xticks(numbers)
-    axes.set_xlabel("frame")
-    axes.set_ylabel("chosen pose is right (%)")
-    axes.set_ylim(0, 104)
+    axes.set(xticks=numbers, xlabel="frame", ylabel="chosen pose is right (%)", ylim=(0, 104))
     axes.grid(axis="y", lw=0.4, color="0.85")
     legend_above(figure, axes, ncols=4, fontsize=8)
     return figure

@@ -250,8 +250,7 @@ def _draw_steps(tally: Tally, steps: list[str]) -> Figure:
         draw.draw_intervals(axes, rows + 0.22 * (number - 1), shares, looks, across=True, ms=5, capsize=2, label=label)
     axes.set_yticks(rows, steps)
     axes.invert_yaxis()
-    axes.set_xlim(0, 100)
-    axes.set_xlabel("share of scenes (%)")
+    axes.set(xlim=(0, 100), xlabel="share of scenes (%)")
     axes.grid(axis="x", lw=0.4)
     draw.legend_above(figure, axes, ncols=1)
     return figure

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from dockpose.app.drawing.colours import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
+from dockpose.app.drawing.colours import BLUE, GREEN, VERMILLION
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.pictures import draw_intervals
 from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
@@ -26,16 +26,11 @@ _PANELS = (
 )
 _STEP = 0.11  # between methods, in bins, so that their intervals stand side by side
 _GRID = {"color": "#dddddd", "linewidth": 0.6}
-_COLOURS, _MARKS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY), "osD^vPX*"
 
 
 def _looks(label: str) -> tuple[str, str]:
-    """Colour and mark of a method: the registry's, else by its place in it."""
-    if label == PRODUCT:
-        return BLUE, "P"
-    look = getattr(THRESHOLDS, "look", None)
-    place = list(METHODS).index(label) - 1
-    return look(label) if look else (_COLOURS[place % len(_COLOURS)], _MARKS[place % len(_MARKS)])
+    """Colour and mark of a method."""
+    return (BLUE, "P") if label == PRODUCT else THRESHOLDS.look(label)
 
 
 def _groups() -> dict[str, list[str]]:
@@ -156,15 +151,12 @@ def cost_figure(cost: Mapping[str, Mapping[int, float]]) -> Figure:
         colour, mark = _looks(label)
         line = "-" if label in (HATS, *RIVALS) else ":"
         axes.plot(list(by_width), list(by_width.values()), line, marker=mark, color=colour, label=METHODS[label].title)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log", xlabel="picture's width in pixels", ylabel="median time in ms")
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("{x:g}")
     widths = sorted({width for by_width in cost.values() for width in by_width})
     axes.set_xticks(widths, [str(width) for width in widths])
     axes.set_xticks([], minor=True)
-    axes.set_xlabel("picture's width in pixels")
-    axes.set_ylabel("median time in ms")
     axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
     figure.tight_layout()
     return figure

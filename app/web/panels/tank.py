@@ -22,7 +22,7 @@ from dockpose.app.state.view import View
 from dockpose.app.web.html import row, small, table
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.widgets import Change, Panel, on_click, on_person
-from dockpose.study.budget import budgets
+from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
 NOT_SAVED = "(not saved)"
@@ -80,7 +80,8 @@ class BudgetPanel(Panel):
             return
         self._shown = camera, dock = self._view.camera, self._view.dock
         try:
-            rows = [budget_cells(one) for one in budgets(camera, dock, usual_ranges_m(camera, dock), TILTS_DEG)]
+            ranges_m = usual_ranges_m(camera, dock)
+            rows = [budget_cells(budget(camera, dock, near, tilt)) for near in ranges_m for tilt in TILTS_DEG]
             words = [set_up_words(camera, dock), *budget_sentences(camera, dock)]
         except ValueError as error:
             self._table.content = small(f"No budget: {escape(str(error))}.")

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.tank import budget_part, table_part
 from dockpose.paper.tables import TABLES
 from dockpose.paper.tank.error_budget import CAMERA, ITEMS, Budget
@@ -48,7 +49,13 @@ def budget(together):
     return Budget(items, pictures, np.full((2, 12, 5), together), 1.0, 0.02, 0.1, [CAMERA, CAMERA])
 
 
-def test_rows_as_they_were_put_in():
+@pytest.fixture
+def undrawn(monkeypatch):
+    """The budget's figure stays empty, which takes a second to draw."""
+    monkeypatch.setattr("dockpose.app.export.reproduction.tank._figure", lambda budget: new_figure(1, 1))
+
+
+def test_rows_as_they_were_put_in(undrawn):
     part = budget_part(budget(-0.3))
     rows = {row[0]: row[1:] for row in part.tables[0].rows}
     assert rows["diameter off by 1 mm"] == pytest.approx([0.1] * 5)
@@ -61,7 +68,7 @@ def test_rows_as_they_were_put_in():
     assert by_table["Table 4: ours, believable camera and ring"] == pytest.approx([0.3] * 5)
 
 
-def test_columns_in_which_it_exceeds_the_paper_are_named():
+def test_columns_in_which_it_exceeds_the_paper_are_named(undrawn):
     text = budget_part(budget(0.25)).differs
     assert "theta x of Table 2 (0.25 against 0.2)" in text
     assert "theta x of Table 4" not in text

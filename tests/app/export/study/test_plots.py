@@ -27,5 +27,6 @@ def test_a_factors_plot_names_every_method_and_bin(monkeypatch):
 
 
 def test_the_same_numbers_give_the_same_bytes():
-    first, second = (Plot.of("methods", "", methods_figure(summary())) for _ in range(2))
+    one = summary()
+    first, second = (Plot.of("methods", "", methods_figure(one)) for _ in range(2))
     assert (first.svg, first.png) == (second.svg, second.png)

@@ -147,6 +147,13 @@ def _read_by(arguments: argparse.Namespace) -> Iterator[Path]:
         yield from files_of_session(session)
 
 
+def check_least(arguments: argparse.Namespace, **least: int) -> None:
+    """Raise UserError where a number is below its least."""
+    for name, value in least.items():
+        if getattr(arguments, name) < value:
+            raise UserError(f"--{name} is {getattr(arguments, name)}; it must be at least {value}")
+
+
 def camera_of(arguments: argparse.Namespace) -> Camera | None:
     """The camera that was named; None where none was. Raises UserError where its file is wrong."""
     with blaming("--camera: "):

@@ -20,6 +20,7 @@ from dockpose.app.commands.arguments import (
     add_topic,
     add_wishes,
     camera_of,
+    check_least,
     check_recording,
     dock_of,
     settings_of,
@@ -137,11 +138,10 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.sources:
         arguments.parser.error("give a SOURCE, or --session FOLDER")
     camera, dock, settings = camera_of(arguments), dock_of(arguments), settings_of(arguments)
-    rate_hz, jobs = arguments.rate, arguments.jobs
+    rate_hz = arguments.rate
+    check_least(arguments, jobs=1)
     if rate_hz is not None and not 0 < rate_hz < 1e6:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
-    if jobs < 1:
-        raise UserError(f"--jobs is {jobs}; it must be at least 1")
     to = Destinations(
         arguments.json, arguments.csv, arguments.annotate, arguments.out, arguments.rerun, arguments.protected
     )
@@ -156,7 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
     how = How(
         rate_hz,
         arguments.topic,
-        jobs,
+        arguments.jobs,
         arguments.scheduler,
         wishes,
         arguments.record,

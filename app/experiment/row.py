@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import msgspec
@@ -147,16 +147,16 @@ def clean_text(name: str, text: str) -> str:
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
-def to_csv_line(values: Sequence[Any]) -> str:
-    """One line of a CSV file, with its line break; None is blank."""
+def csv_text(rows: Iterable[Sequence[Any]], end: str = "\n") -> str:
+    """Lines of a CSV file, each with its end; None is blank."""
     text = io.StringIO(newline="")
-    csv.writer(text, lineterminator="\n").writerow(values)
+    csv.writer(text, lineterminator=end).writerows(rows)
     return text.getvalue()
 
 
 def row_to_csv(row: Row) -> str:
     """The line of ``results.csv`` of a row."""
-    return to_csv_line(msgspec.structs.astuple(row))
+    return csv_text([msgspec.structs.astuple(row)])
 
 
 def rows_from_csv(text: str) -> list[Row]:

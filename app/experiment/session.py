@@ -22,8 +22,17 @@ from dockpose import Estimate
 from dockpose.app.errors import why
 from dockpose.app.experiment.lock import NAME as LOCK
 from dockpose.app.experiment.lock import FolderLock, InUseError
-from dockpose.app.experiment.record import FRAMES, INFO, RESULTS, SCHEMA, SessionRecord, is_session, read_session
-from dockpose.app.experiment.results_file import EMPTY, ResultsFile
+from dockpose.app.experiment.record import (
+    EMPTY,
+    FRAMES,
+    INFO,
+    RESULTS,
+    SCHEMA,
+    ResultsFile,
+    SessionRecord,
+    is_session,
+    read_session,
+)
 from dockpose.app.experiment.row import Measured, Row, checked_edit, clean_text, estimate_values, measured_values
 from dockpose.app.experiment.versions import versions, with_versions
 from dockpose.files.durable_files import remove, remove_temporaries, sync_folder, write_whole

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import base64
-import csv
 import datetime
 import functools
-import io
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import jinja2
 from dockpose.app.drawing.figures import to_png, to_svg
 from dockpose.app.drawing.numbers import MISSING
+from dockpose.app.experiment.row import csv_text
 from dockpose.app.resources import static_path
 from dockpose.files.durable_files import write_whole
 from markupsafe import Markup
@@ -170,8 +169,4 @@ class Part:
             write_whole(folder / f"{plot.name}.png", plot.png)
             write_whole(folder / f"{plot.name}.svg", plot.svg)
         for table in self.tables:
-            text = io.StringIO(newline="")
-            writer = csv.writer(text)
-            writer.writerow(table.head)
-            writer.writerows(table.rows)
-            write_whole(folder / f"{table.name}.csv", text.getvalue().encode())
+            write_whole(folder / f"{table.name}.csv", csv_text([table.head, *table.rows], "\r\n").encode())

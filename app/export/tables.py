@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Sequence
-from csv import writer
 
 from dockpose.app.drawing.numbers import MISSING
-from dockpose.app.experiment.row import POSE_COLUMNS, Row
+from dockpose.app.experiment.row import POSE_COLUMNS, Row, csv_text
 from dockpose.app.experiment.table import table
 from dockpose.app.export.latex import to_latex
 from dockpose.app.export.parts import page
@@ -25,17 +23,15 @@ _LATEX_HEAD = ("No.", *(rf"${name}$ (cm)" for name in "xyz"), *(rf"$\theta_{name
 
 def csv_table(rows: Sequence[Row]) -> str:
     """Return a line per row, unknown values blank; what a spreadsheet would take for a formula gets an apostrophe."""
-    text = io.StringIO(newline="")
-    lines = writer(text, lineterminator="\n")
-    lines.writerow(CSV_HEAD)
+    lines: list[Sequence[object]] = [CSV_HEAD]
     for row in rows:
         triples = zip(row.estimated, row.measured, row.errors, strict=True)
-        lines.writerow(
+        lines.append(
             [row.number, row.time, _no_formula(row.source), row.status, row.probability, _rounded(row.range_cm)]
             + [_rounded(value) for triple in triples for value in triple]
             + [_no_formula(row.notes)]
         )
-    return text.getvalue()
+    return csv_text(lines)
 
 
 def markdown_table(rows: Sequence[Row]) -> str:

@@ -20,6 +20,7 @@ import cv2
 import dockpose
 from dockpose.app.errors import UserError, writing
 from dockpose.app.experiment.lock import FolderLock, InUseError
+from dockpose.app.experiment.row import csv_text
 from dockpose.app.experiment.versions import versions
 from dockpose.app.processing.parallel import workers
 from dockpose.files.durable_files import remove_temporaries, sync_folder, write_whole
@@ -127,11 +128,7 @@ def block_text(seed: int, start: int, stop: int) -> tuple[str, str]:
     """Work on a block of scenes: the print of the code that did, and the rows as CSV. Runs in a worker."""
     cv2.setNumThreads(1)
     rows = [row for scene in range(start, stop) for row in scene_rows(seed, scene)]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(rows[0])
-    writer.writerows([[as_text(value) for value in row.values()] for row in rows])
-    return code_print(), text.getvalue()
+    return code_print(), csv_text([[*rows[0]], *([as_text(value) for value in row.values()] for row in rows)])
 
 
 @functools.cache

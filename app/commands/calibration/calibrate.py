@@ -17,7 +17,7 @@ from dockpose.app.export.calibration import MEDIA, camera_lines, outcome, port_l
 from dockpose.app.inputs.pictures import expand
 from dockpose.app.processing.calibration import Looked, gather
 from dockpose.camera.board import Board
-from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, Calibration, Gathering, calibrate_gathered
+from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, BoardView, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage
 from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.fitting import CalibrationError
@@ -79,10 +79,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f"{typed}: {error}{seen}") from error
     with writing(f"--out {arguments.out}"):
         save_camera(done.camera, arguments.out, arguments.format)
-    for line in report(done, looked, arguments.medium):
-        put(line)
-    put(f"The camera is in {arguments.out}.")
-    return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in done.views) else EXIT_ALL_READ
+    about = camera_lines(done, arguments.medium)
+    put(*report(done.views, looked, len(done.views), about), f"The camera is in {arguments.out}.")
+    return _status(done.views)
 
 
 def _run_port(arguments: argparse.Namespace, board: Board) -> int:
@@ -103,26 +102,24 @@ def _run_port(arguments: argparse.Namespace, board: Board) -> int:
     with writing(f"--out {arguments.out}"):
         save_camera(found.camera, arguments.out)
     errors = {each.name: error for each, error in zip(gathering.sightings, found.errors_px.tolist(), strict=True)}
-    width = max(map(len, gathering.views))
-    for name, view in gathering.views.items():
-        put(f"{name:{width}}  {outcome(replace(view, error_px=errors.get(name)))}")
-    if looked is not None:
-        put(f"{looked.in_words(len(errors))}.")
-    for line in port_lines(found):
-        put(line)
-    put(f"The camera with its port is in {arguments.out}.")
-    unreadable = any(view.dropped == UNREADABLE for view in gathering.views.values())
-    return EXIT_SOME_UNREADABLE if unreadable else EXIT_ALL_READ
+    views = [replace(view, error_px=errors.get(name)) for name, view in gathering.views.items()]
+    put(*report(views, looked, len(errors), port_lines(found)), f"The camera with its port is in {arguments.out}.")
+    return _status(views)
 
 
-def report(done: Calibration, looked: Looked | None, medium: str) -> Iterator[str]:
-    """Lines that tell what became of each picture, and what the camera is."""
-    width = max(len(view.name) for view in done.views)
-    for view in done.views:
+def _status(views: Sequence[BoardView]) -> int:
+    """The exit status."""
+    return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in views) else EXIT_ALL_READ
+
+
+def report(views: Sequence[BoardView], looked: Looked | None, used: int, about: Iterator[str]) -> Iterator[str]:
+    """Lines that tell what became of each picture, and then about the camera."""
+    width = max(len(view.name) for view in views)
+    for view in views:
         yield f"{view.name:{width}}  {outcome(view)}"
     if looked is not None:
-        yield f"{looked.in_words(len(done.views))}."
-    yield from camera_lines(done, medium)
+        yield f"{looked.in_words(used)}."
+    yield from about
 
 
 def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | None]:

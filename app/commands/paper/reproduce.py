@@ -6,9 +6,8 @@ import argparse
 import os
 from pathlib import Path
 
-from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.arguments import Commands, check_least
 from dockpose.app.commands.console import EXIT_ALL_READ, FrameProgress, say
-from dockpose.app.errors import UserError
 from dockpose.app.export.reproduction.report import PARTS, reproduce
 
 SEED = 2016
@@ -46,10 +45,3 @@ def run(arguments: argparse.Namespace) -> int:
         reproduce(arguments.out, arguments.seed, arguments.jobs, arguments.only, lambda key: progress.step(name=key))
     say(f"the report is {arguments.out / 'index.html'}")
     return EXIT_ALL_READ
-
-
-def check_least(arguments: argparse.Namespace, **least: int) -> None:
-    """Raise UserError where a number is below its least."""
-    for name, value in least.items():
-        if getattr(arguments, name) < value:
-            raise UserError(f"--{name} is {getattr(arguments, name)}; it must be at least {value}")

@@ -6,9 +6,8 @@ import argparse
 import os
 from pathlib import Path
 
-from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.arguments import Commands, check_least
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_STOPPED, EXIT_TERMINATED, FrameProgress, Terminated, say
-from dockpose.app.commands.paper.reproduce import check_least
 from dockpose.app.processing.study import Study
 
 

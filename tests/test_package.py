@@ -86,6 +86,7 @@ def test_all_code_is_in_the_wheel(unpacked):
     assert {".".join(one).removesuffix(".__init__") for one in parts} == ours
     assert (unpacked / "dockpose" / "py.typed").exists()
     assert (unpacked / "dockpose/simulate/optics/petzold.csv").exists()
+    assert (unpacked / "dockpose/paper/tables.csv").exists()
 
 
 def test_static_and_samples_are_in_the_wheel(unpacked):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from dockpose.dock import Dock
@@ -31,47 +33,14 @@ def coded_dock(diameter: float) -> Dock:
     return Dock(diameter, colours=tuple(colours.get(light, "white") for light in range(12)))
 
 
-TABLES = {
-    "2": Table(
-        10,
-        np.array(
-            [
-                [8, -15.5, 145, 8, 16],
-                [8, -13.5, 131, 8, 18],
-                [7, -11.5, 113, 7, 21],
-                [-12.5, 11.5, 157, 30, 30],
-                [7, 5, 96, 16, 23],
-            ]
-        ),
-        np.array(
-            [
-                [8.07, -15.85, 145.32, 8, 16.2],
-                [7.96, -13.58, 130.81, 8, 18.3],
-                [7.01, -11.59, 113.15, 7.3, 20.9],
-                [-12.79, 11.52, 157.36, 29.5, 29.5],
-                [6.75, 4.92, 96.5, 16.2, 23.2],
-            ]
-        ),
-    ),
-    "3": Table(
-        10,
-        np.array(
-            [[-2, 0, 70, 32, 0], [0, 4, 80, 30, -5], [-5, 0, 80, -30, -19], [-2, 1, 80, 35, 26], [3, 6, 95, 7, -15.0]]
-        ),
-        np.array(
-            [
-                [-1.72, -0.22, 70.76, 33.3, 0],
-                [0.03, 4.17, 79.4, 28.2, -6],
-                [-5.12, 0.28, 78.96, -30.8, -18.4],
-                [-1.92, 1.04, 79.45, 34.6, 27.1],
-                [3.33, 6.27, 97.01, 7.06, -16.2],
-            ]
-        ),
-    ),
-    "4": Table(
-        12,
-        np.array([[-24, 2.5, 137, 25, 24], [-10, -1, 85, 30, 32.0]]),
-        np.array([[-24.6, 2.5, 139.9, 25.2, 24.4], [-10.2, -0.65, 87.8, 30.4, 32.9]]),
-        np.array([[-24.3, 1.96, 135.1, 25.3, 22.23], [-9.6, -1.4, 82.2, 29.1, 31.6]]),
-    ),
-}
+def _read(name: str, lights: int) -> Table:
+    """A table of the paper, by its number."""
+    poses: dict[str, list[list[float]]] = {}
+    with Path(__file__).with_name("tables.csv").open(encoding="utf-8") as file:
+        for table, _, of, *pose in csv.reader(file):
+            if table == name:
+                poses.setdefault(of, []).append([float(value) for value in pose])
+    return Table(lights, **{of: np.array(rows) for of, rows in poses.items()})
+
+
+TABLES = {name: _read(name, lights) for name, lights in (("2", 10), ("3", 10), ("4", 12))}

@@ -12,6 +12,8 @@ from dockpose.study.methods import METHODS
 Row = dict[str, Value]
 ELAPSED = "elapsed_ms"  # the only number that is timed
 DIGITS = 6  # of numbers in files; leaves out the last digits, which differ between machines' linear algebra
+_OF_WATER = ("absorption_per_m", "scattering_per_m", "attenuation_per_m")
+_OF_SENSOR = ("read_noise_levels", "electrons_per_level", "blur_px", "motion_blur_px", "vignetting", "jpeg_quality")
 
 
 def scene_rows(seed: int, index: int) -> list[Row]:
@@ -47,20 +49,13 @@ def factors_of(drawn: Drawn, picture: Picture) -> Row:
         "ring_radius_px": camera.fx * scene.dock.radius / float(truth.position_m[2]),
         "tilt_deg": math.degrees(math.acos(max(-1.0, min(1.0, cosine)))),
         "turbidity": drawn.turbidity,
-        "absorption_per_m": water.absorption_per_m,
-        "scattering_per_m": water.scattering_per_m,
-        "attenuation_per_m": water.attenuation_per_m,
+        **{name: getattr(water, name) for name in _OF_WATER},
         "ambient_levels": background.level,
         "gradient_levels": math.hypot(background.gradient_x, background.gradient_y),
         "brightest_levels": drawn.brightest,
         "lit_share": picture.lit_share,
         "saturated_share": picture.saturated_share,
-        "read_noise_levels": sensor.read_noise_levels,
-        "electrons_per_level": sensor.electrons_per_level,
-        "blur_px": sensor.blur_px,
-        "motion_blur_px": sensor.motion_blur_px,
-        "vignetting": sensor.vignetting,
-        "jpeg_quality": sensor.jpeg_quality,
+        **{name: getattr(sensor, name) for name in _OF_SENSOR},
         "lights": scene.dock.lights,
         "missing": len(scene.lights.missing),
         "lights_in_view": int(truth.visible.sum()),

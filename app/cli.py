@@ -153,7 +153,7 @@ def _parser() -> argparse.ArgumentParser:
     for name, command in COMMANDS.items():
         command.add_parser(commands)
         add_logging(commands.choices[name])
-        commands.choices[name].set_defaults(parser=commands.choices[name])
+        commands.choices[name].set_defaults(run=command.run, parser=commands.choices[name])
     parser.set_defaults(program=parser)  # which completion needs
     return parser
 

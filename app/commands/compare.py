@@ -47,7 +47,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--montage", metavar="DIR", type=Path, help="write a picture of all methods side by side")
     add_topic(parser)
     add_masks(parser)
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

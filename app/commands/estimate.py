@@ -72,7 +72,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     _add_sequences(parser.add_argument_group("sequences and bags"))
     add_wishes(parser.add_argument_group("live cameras"))
     add_session_argument(parser.add_argument_group("experiment log"))
-    parser.set_defaults(run=run, parser=parser)
 
 
 def _add_detection(group: argparse._ArgumentGroup) -> None:

@@ -46,7 +46,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     add_camera_and_dock(parser)
     add_rotate(parser)
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

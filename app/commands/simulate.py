@@ -58,7 +58,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         help="folder for frame_0001.png and so on with truth.csv; or a video with its truth in a CSV beside it: "
         "NAME.mp4, or NAME.mkv or NAME.avi, which keep every grey level",
     )
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -178,16 +178,16 @@ def test_simpler_methods_of_the_paper():
             truth = -rotation_from_angles(*np.radians(row[3:]))[:, 2]
             hong = max(hong_poses(ellipse, CAMERA, DIAMETER_M), key=lambda pose: pose.normal @ truth)
             exact = max(circle_poses(ellipse, CAMERA, DIAMETER_M), key=lambda pose: pose.normal @ truth)
-            found = centres(points, ellipse, exact)
+            mass_moment, of_ellipse, of_pose = centres(points, ellipse, exact)
             angle = math.degrees(math.acos(min(1.0, hong.normal @ truth)))
             hong_deg.append(angle)
             exact_deg.append(math.degrees(math.acos(min(1.0, exact.normal @ truth))))
             if math.hypot(row[3], row[4]) > 15:
-                tilted_px.append(float(np.linalg.norm(found.ellipse_px - found.true_px)))
+                tilted_px.append(float(np.linalg.norm(of_ellipse - of_pose)))
             print(
                 f"{np.array2string(row):32} {100 * np.linalg.norm(hong.position_m - position):10.2f} {angle:12.2f}"
-                f"{np.linalg.norm(found.mass_moment_px - found.true_px):16.2f}"
-                f"{np.linalg.norm(found.ellipse_px - found.true_px):18.2f}"
+                f"{np.linalg.norm(mass_moment - of_pose):16.2f}"
+                f"{np.linalg.norm(of_ellipse - of_pose):18.2f}"
             )
     # Perspective moves an ellipse's centre off the centre of its circle by f R^2 sin(2 tilt) / (2 z^2) or so: over half
     # a pixel for 700 px, 0.15 m, 15 degrees and 2 m. Of exact lights the cone gives the exact angle, Hong's not.

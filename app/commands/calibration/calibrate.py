@@ -62,7 +62,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("--format", default="dockpose", choices=FORMATS, help="file format (default: %(default)s)")
     parser.add_argument("--out", default="camera.yaml", metavar="C.yaml", type=Path, help="default: %(default)s")
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

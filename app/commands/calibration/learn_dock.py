@@ -33,7 +33,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         "--fit-focal", action="store_true", help="fit the camera's focal length too, and write it as well"
     )
     parser.add_argument("--out", default="dock.yaml", metavar="D.yaml", type=Path, help="default: %(default)s")
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -22,7 +22,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         description='As in: eval "$(dockpose completion bash)", which may stand in ~/.bashrc.',
     )
     parser.add_argument("shell", choices=SHELLS, help="which shell")
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -19,7 +19,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add the command ``doctor``."""
     parser = commands.add_parser("doctor", help="check the installation, for a report of a fault")
     parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -56,7 +56,7 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--draws", type=int, metavar="N", default=200, help="simulated for each row (default: 200)")
     parser.add_argument("--seed", type=int, metavar="N", default=0, help="random seed (default: 0)")
     parser.add_argument("--csv", metavar="FILE", help="write the table in full; - for standard output")
-    parser.set_defaults(run=run, dock=None)  # the budget is of lights that are evenly spaced
+    parser.set_defaults(dock=None)  # the budget is of lights that are evenly spaced
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -34,7 +34,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         default=[],
         help=f"one part alone; may be repeated: {', '.join(PARTS)}",
     )
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

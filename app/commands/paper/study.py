@@ -31,7 +31,6 @@ def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
         help="folder for study.csv, cost.csv, index.html and plots; a study that was stopped goes on in it "
         "(default: study)",
     )
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

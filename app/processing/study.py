@@ -81,9 +81,10 @@ class Study:
 
     def _work(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> list[tuple[int, int]]:
         """Work on what is left; returns all blocks, in order."""
-        blocks, count = self._blocks(), self.done
+        blocks = self._blocks()
+        count = sum(stop - start for start, stop in blocks)
         done(count)
-        if todo := list(self._todo()):
+        if todo := list(self._todo(blocks)):
             with _one_thread(), workers(jobs, scheduler) as (executor, at_once):
                 for start, stop, text in _results(executor, at_once, self.seed, todo):
                     write_whole(self._path(start, stop), text.encode())
@@ -93,9 +94,9 @@ class Study:
                     done(count)
         return sorted(blocks)
 
-    def _todo(self) -> Iterator[tuple[int, int]]:
-        """Blocks of scenes that are not done; of a block that an earlier run has begun, the rest."""
-        done = {scene for start, stop in self._blocks() for scene in range(start, stop)}
+    def _todo(self, blocks: list[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+        """Blocks of scenes that are in none of these; of a block that an earlier run has begun, the rest."""
+        done = {scene for start, stop in blocks for scene in range(start, stop)}
         for start in range(0, self.scenes, BLOCK):
             left = [scene for scene in range(start, min(start + BLOCK, self.scenes)) if scene not in done]
             if left:
@@ -170,20 +171,20 @@ def _results(
 
 def _check_same(there: dict[str, Any], ours: dict[str, Any], folder: Path) -> None:
     """Raise UserError where a folder has a different study, or one of more scenes."""
-    use = "use another folder"
-    if there.get("seed") != ours["seed"]:
-        raise UserError(f"--out {folder}: has a study with the seed {there.get('seed')}, not {ours['seed']}; {use}")
-    if there.get("scenes", 0) > ours["scenes"]:
-        more = f"has a study of {there['scenes']} scenes, more than {ours['scenes']}"
-        raise UserError(f"--out {folder}: {more}; give --scenes {there['scenes']} or more, or {use}")
-    before = there.get("versions", {})
-    now = ours["versions"]
+    before, now, why = there.get("versions", {}), ours["versions"], ""
     changed = [f"{name} {before.get(name)}, not {now[name]}" for name in now if before.get(name) != now[name]]
-    if changed:
-        raise UserError(f"--out {folder}: its study was begun with {'; '.join(changed)}; {use}")
-    for name, what in (("code", "other code of dockpose"), ("methods", "other threshold methods")):
-        if there.get(name) != ours[name]:
-            raise UserError(f"--out {folder}: its study was begun with {what}; {use}")
+    if there.get("seed") != ours["seed"]:
+        why = f"has a study with the seed {there.get('seed')}, not {ours['seed']}; "
+    elif (scenes := there.get("scenes", 0)) > ours["scenes"]:
+        why = f"has a study of {scenes} scenes, more than {ours['scenes']}; give --scenes {scenes} or more, or "
+    elif changed:
+        why = f"its study was begun with {'; '.join(changed)}; "
+    elif there.get("code") != ours["code"]:
+        why = "its study was begun with other code of dockpose; "
+    elif there.get("methods") != ours["methods"]:
+        why = "its study was begun with other threshold methods; "
+    if why:
+        raise UserError(f"--out {folder}: {why}use another folder")
 
 
 @contextlib.contextmanager

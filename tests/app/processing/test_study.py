@@ -93,6 +93,14 @@ def test_a_lost_block_alone_is_done_again(tmp_path, worked_on):
     assert not list((tmp_path / "scenes").glob(".*"))
 
 
+def test_all_that_a_run_has_done_is_in_its_table_even_where_the_folder_does_not_list_it(
+    tmp_path, worked_on, monkeypatch
+):
+    monkeypatch.setattr(Study, "_blocks", lambda study: [])
+    run(tmp_path, 12)
+    assert len((tmp_path / "study.csv").read_text().splitlines()) == 1 + 12 * len(METHODS)
+
+
 @pytest.mark.parametrize(
     ("scenes", "seed", "changed", "message"),
     [

@@ -57,7 +57,8 @@ def factor_figure(factor: Mapping[str, Any]) -> Figure:
             panel.set_xticks(list(places), factor["bins"], rotation=40, ha="right")
         row[0].set_ylim(-3, 103)
         row[0].set_ylabel(group, fontsize=8)
-        row[-1].legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
+        if row[-1].get_legend_handles_labels()[0]:  # no pose was found in a study of a few scenes
+            row[-1].legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)
     figure.supxlabel(factor["title"], fontsize=8)
     # tight_layout would take as long as drawing
     figure.subplots_adjust(0.06, 0.19, 0.87, 0.95, wspace=0.24, hspace=0.1)

@@ -21,13 +21,7 @@ _ROOT = Path(__file__).parent  # of all compiled functions
 
 
 def compiled(loop: Callable[..., Any]) -> Any:
-    """Compile a function with numba on its first call, and keep the result for later runs.
-
-    It is kept beside the source file, or in the user's cache folder; where neither can be written, as with a read-only
-    installation and no home, in a temporary folder that belongs to the user alone; failing that, it is not kept.
-    What was kept is used until a file with compiled functions changes. Where ``NUMBA_DISABLE_JIT`` is set, a function
-    stays as it is, and a debugger can step through it.
-    """
+    """Compile a function on its first call, and keep the result where possible; not with ``NUMBA_DISABLE_JIT``."""
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return loop
     try:

@@ -1,8 +1,4 @@
-"""The colours of a result, wherever it is drawn.
-
-The palette is Okabe and Ito's, which colour-blind people can tell apart (Color Universal Design, 2008). Colours are
-written as in HTML; :func:`rgb` and :func:`bgr` give numbers in either order.
-"""
+"""The colours of a result: Okabe and Ito's, which colour-blind people can tell apart, as in HTML."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Cameras and the images they take: intrinsics, lenses, ports, files, calibration, image decoding.
-
-The lowest folder of the library: may import `dockpose.checks` only.
-"""
+"""Cameras and the images they take: intrinsics, lenses, ports, files, calibration, image decoding."""
 
 from dockpose.camera.board import Board
 from dockpose.camera.calibrate import Calibration, calibrate

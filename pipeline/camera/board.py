@@ -95,12 +95,7 @@ class Sighting:
 def find_board(
     grey: np.ndarray, board: Board, counted_as: str = "squares", name: str = "", *, thorough: bool = True
 ) -> Sighting | None:
-    """Find a board in a picture.
-
-    ``grey`` (H, W).
-
-    Duda and Frese 2018, "Accurate detection and localization of checkerboard corners for calibration", BMVC.
-    """
+    """Find a board in a picture (H, W) (Duda and Frese 2018, "Accurate detection ... of checkerboard corners")."""
     if board.dictionary is not None:
         return _find_charuco(grey, board, name)
     inner = board.inner(counted_as)
@@ -168,10 +163,7 @@ def _refined(grey: np.ndarray, corners: np.ndarray, inner: tuple[int, int]) -> n
 
 
 def _is_whole_board(grey: np.ndarray, places: np.ndarray, corners: np.ndarray, inner: tuple[int, int]) -> bool:
-    """Whether the board's squares are dark and bright in turn, and what lies beyond them is not.
-
-    A part of a larger board has the corners of a smaller one, and would make a wrong camera.
-    """
+    """Whether the board's squares are dark and bright in turn, and those beyond are not, as of a larger board."""
     to_picture, _ = cv2.findHomography(places, corners)
     if to_picture is None:
         return False

@@ -62,10 +62,7 @@ def settled_pose(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.nda
 
 
 def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers (P,) and poses (N, 6) with the least reprojection error; whatever the numbers are, the poses follow.
-
-    Kaufman 1975, "A variable projection method for solving separable nonlinear least squares problems".
-    """
+    """Numbers (P,) and poses (N, 6) with the least reprojection error, by variable projection (Kaufman 1975)."""
     from scipy.optimize import least_squares
 
     start = poses.copy()
@@ -125,14 +122,7 @@ class Sigmas:
 
 
 def sigmas(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> Sigmas:
-    """Standard errors of numbers that all pictures share, with each board's pose free.
-
-    Each board's pose is eliminated (Schur complement), which leaves the information of the shared numbers. Errors of
-    corners in one picture may be alike (a lens that the model does not quite meet, a bent board), so the errors are
-    also computed from the scatter of the pictures' gradients, and the larger of the two is given for each number.
-
-    White 1982, "Maximum likelihood estimation of misspecified models", Econometrica 50.
-    """
+    """Standard errors, poses free: the larger of those by residuals and by the gradients' scatter (White 1982)."""
     squares, blocks = _blocks(sightings, poses, shared, shared.numbers)
     information, lengths2 = np.zeros((len(shared.names),) * 2), np.zeros(len(shared.names))
     gradients, corners = [], 0
@@ -151,10 +141,7 @@ def sigmas(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> 
 
 
 def _inverse(information: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Inverse of the information, huge along what the pictures do not tell: what all the poses can make up for.
-
-    ``lengths`` are of the derivatives while the poses are fixed: what they leave of them is compared with.
-    """
+    """Inverse of the information; huge along what the poses can make up for, by the derivatives' ``lengths`` (P,)."""
     scale = np.maximum(lengths, _SMALLEST)
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     return (vectors / np.maximum(values, _NOTHING)) @ vectors.T / np.outer(scale, scale)

@@ -180,11 +180,7 @@ def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, le
 
 
 def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
-    """Calibrate a camera from boards that were gathered.
-
-    Blurred pictures are left out first. Outliers are dropped one at a time, and the rest calibrated again, until none
-    is left; then the lens model is chosen, and outliers looked for once more.
-    """
+    """Calibrate a camera from gathered boards without blurred ones and outliers, which are dropped one at a time."""
     kept = Gathering(
         gathering.board, False, list(gathering.sightings), dict(gathering.views), gathering.size, gathering.counted_as
     )

@@ -87,10 +87,7 @@ def coverage_of(sightings: Sequence[Sighting], size: tuple[int, int], focal_px: 
 
 
 def outer_corners_px(sighting: Sighting, board_m: np.ndarray) -> np.ndarray:
-    """Where the outline (4, 2) of a board, in metres, is in the picture: (4, 2) in pixels.
-
-    Of a board that is only partly seen as well; what is different between two pictures shows in them.
-    """
+    """Where the outline (4, 2) of a board, in metres, is in the picture, seen or not: (4, 2) in pixels."""
     to_picture, _ = cv2.findHomography(sighting.board_m[:, :2].astype(float), sighting.picture_px.astype(float))
     if to_picture is None:
         return np.full((4, 2), np.inf)

@@ -68,12 +68,7 @@ class Fitted:
 
 
 def fit(sightings: Sequence[Sighting], size: tuple[int, int], lens: Lens) -> Fitted:
-    """Fit a camera of one lens model.
-
-    ``size`` in pixels.
-
-    Zhang 2000, "A flexible new technique for camera calibration", as implemented in OpenCV.
-    """
+    """Fit a camera of one lens model to pictures of that size (Zhang 2000, as implemented in OpenCV)."""
     if lens.fisheye:
         return _fit_fisheye(sightings, size, lens)
     try:

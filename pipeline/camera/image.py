@@ -103,10 +103,7 @@ def of_pillow(picture: Image.Image, name: str) -> np.ndarray:
 
 
 def orientation_sentence(tag: int, name: str) -> str:
-    """Sentence that names a tag of orientation, which is not applied; empty for 1, which says that all is well.
-
-    ``tag`` is EXIF's number, see :func:`orientation_of`; 0 for what it has no number for.
-    """
+    """Sentence that names a tag of orientation by its number in EXIF, 0 for others; empty for 1, which is upright."""
     if tag not in _ORIENTATIONS:
         return ""
     how, degrees = _ORIENTATIONS[tag]
@@ -140,19 +137,13 @@ def turned(image: np.ndarray, degrees: int) -> np.ndarray:
 
 
 def to_grey(image: Any) -> np.ndarray:
-    """Convert a picture to grey, weighing colours as ITU-R BT.601 does (0.299 R + 0.587 G + 0.114 B).
-
-    ``image`` (H, W); returns (H, W).
-    """
+    """Convert a picture (H, W, ...) to grey (H, W), by the weights of ITU-R BT.601."""
     array = as_picture(image)
     return array if array.ndim == 2 else cv2.cvtColor(array, cv2.COLOR_BGR2GRAY)
 
 
 def significant_bits(grey: np.ndarray) -> int:
-    """Number of bits used: 8 for uint8; for uint16 the smallest of 10, 12, 14 and 16 that holds the picture's maximum.
-
-    Cameras store 10- and 12-bit pictures in 16-bit files; their levels would otherwise crowd into the lowest few.
-    """
+    """Bits used: 8 of uint8; of uint16 the fewest of 10, 12, 14 and 16 that hold the maximum, as cameras store them."""
     if grey.dtype == np.uint8:
         return 8
     largest = int(grey.max())

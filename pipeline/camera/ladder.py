@@ -38,16 +38,7 @@ class Rung:
 
 
 def climb(sightings: Sequence[Sighting], size: tuple[int, int]) -> tuple[Lens, tuple[Rung, ...]]:
-    """Choose the lens model by cross-validation over pictures.
-
-    ``size`` in pixels.
-
-    Pictures differ in how hard they are, and that is the same for all models: their ratios are compared, picture by
-    picture, as logarithms, in which one bad picture does not outweigh the rest. One standard error, of ratios far
-    smaller than that of the errors themselves, would take a needless term in three of ten calibrations.
-
-    Breiman et al. 1984, "Classification and Regression Trees", section 3.4.3, on the rule of one standard error.
-    """
+    """Choose the lens model by cross-validation over pictures of that size (Breiman et al. 1984, section 3.4.3)."""
     poses = poses_of(sightings, size)
     count = int(poses.max()) + 1
     if count < FEWEST:
@@ -80,10 +71,7 @@ def _rung(lens: Lens, errors_px2: np.ndarray, best_px2: np.ndarray) -> Rung:
 def _held_out_px2(
     sightings: Sequence[Sighting], poses: np.ndarray, size: tuple[int, int], lens: Lens, to_beat_px: float = np.inf
 ) -> np.ndarray:
-    """Mean squared error of each pose's pictures, seen by a camera fitted to others; infinite where none was found.
-
-    Infinite as well for a lens that does not even fit the pictures it has seen better than ``to_beat_px``.
-    """
+    """Mean squared error of each pose's pictures, left out of the fit; infinite for one that does not beat others."""
     pictures = np.bincount(poses)
     nothing = np.full(len(pictures), np.inf)
     try:

@@ -15,11 +15,7 @@ _STEEPEST = 1e3  # steeper rays of a fisheye lens are clamped to this tangent in
 
 
 def bend(directions: np.ndarray, coefficients: tuple[float, ...], fisheye: bool) -> np.ndarray:
-    """Image points (N, 2) of directions (N, 3), from the principal point, in focal lengths; NaN outside the lens' view.
-
-    A perspective lens sees what is in front of it (z > 0), with OpenCV's distortion of 0, 4, 5 or 8 coefficients. A
-    fisheye lens sees up to the angle at which its polynomial stops growing, see :func:`_bend_fisheye`.
-    """
+    """Image points (N, 2) of directions (N, 3), in focal lengths; NaN outside the lens' view."""
     if fisheye:
         return _bend_fisheye(directions, coefficients)
     image = np.full((len(directions), 2), np.nan)
@@ -31,10 +27,7 @@ def bend(directions: np.ndarray, coefficients: tuple[float, ...], fisheye: bool)
 
 
 def straighten(image: np.ndarray, coefficients: tuple[float, ...], fisheye: bool) -> np.ndarray:
-    """Directions (N, 3) of image points (N, 2), in focal lengths: the inverse of :func:`bend`.
-
-    Points beyond the reach of a polynomial that falls again have no direction, and get the last one that has an image.
-    """
+    """Directions (N, 3) of image points (N, 2), in focal lengths; out of reach the last with an image."""
     if fisheye:
         return _straighten_fisheye(image, coefficients)
     tangents = image if not any(coefficients) else _undistort(image, coefficients)
@@ -58,12 +51,7 @@ def _distort(tangents: np.ndarray, coefficients: tuple[float, ...]) -> tuple[np.
 
 
 def _undistort(image: np.ndarray, coefficients: tuple[float, ...]) -> np.ndarray:
-    """Invert :func:`_distort` by Newton's method.
-
-    It starts from the distorted point. Under barrel distortion that is nearer the axis than the answer, where the
-    polynomial bends down; under pincushion distortion it is farther, where it bends up. So no step overshoots the
-    answer.
-    """
+    """Invert :func:`_distort` by Newton's method, which from the distorted point never overshoots."""
     tangents = image.copy()
     for _ in range(_NEWTON_STEPS):
         reached, slopes = _distort(tangents, coefficients)

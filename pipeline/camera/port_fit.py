@@ -40,10 +40,7 @@ class FittedPort:
 
 
 def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
-    """Fit the air gap, and where the pictures tell it the glass, of a flat port.
-
-    Treibitz et al. 2012, "Flat refractive geometry", IEEE TPAMI 34.
-    """
+    """Fit the air gap, and where the pictures tell it the glass, of a flat port (Treibitz et al. 2012)."""
     if len(sightings) < 3:
         raise CalibrationError(f"{len(sightings)} boards do not determine a port; 3 are needed, better 12")
     known = camera.port or LIKELY_PORT

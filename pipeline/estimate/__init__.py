@@ -1,7 +1,4 @@
-"""The flow chart, from a picture to its poses; and what was found, as an object that describes and draws itself.
-
-May import all that leads to the poses: `dockpose.camera`, `dockpose.thresholds`, `dockpose.lights`, `dockpose.pose`.
-"""
+"""The flow chart, from a picture to its poses; and what was found, as an object that describes and draws itself."""
 
 from dockpose.estimate.flow import estimate
 from dockpose.estimate.result import SCHEMA, Estimate

@@ -14,10 +14,7 @@ _NORMAL_RADII = 1.3  # long enough to end outside the ring
 
 
 def in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
-    """Return where points (N, 2) of the undistorted picture appear in the picture itself.
-
-    Behind a port this depends on their distance: they are taken to lie in the plane of the chosen pose.
-    """
+    """Where points (N, 2) of the undistorted picture appear in the picture; behind a port, in the chosen plane."""
     camera, pose = estimate.camera, estimate.selected
     if camera.port is None or pose is None:
         return camera.distort(points_px)

@@ -1,7 +1,4 @@
-"""From a threshold to the dock's lights: groups, their centroids, masks, the ring among them, and its ellipse.
-
-May import `dockpose.camera`, `dockpose.pixels` and `dockpose.thresholds`; knows nothing of poses.
-"""
+"""From a threshold to the dock's lights: groups, their centroids, masks, the ring among them, and its ellipse."""
 
 from dockpose.lights.ellipse import Ellipse, NoEllipseError, fit_ellipse
 

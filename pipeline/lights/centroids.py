@@ -14,12 +14,7 @@ _NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute d
 
 @compiled
 def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float) -> np.ndarray:
-    """Grey-weighted centroids (N, 2) of lights near some points (N, 2), of the pixels (N,) that each reaches.
-
-    ``foot`` is the share of a light's height above the water below which nothing weighs. The glow of the other lights,
-    and vignetting, make the water brighter towards the ring's middle. Taken for light, that would pull all centres
-    inwards, which leaves no residuals and so appears in no standard error.
-    """
+    """Grey-weighted centroids (N, 2) of lights near points (N, 2), above water and ``foot`` of their height."""
     centres = points.copy()
     for light in range(len(points)):
         column, row = int(np.rint(points[light, 0])), int(np.rint(points[light, 1]))
@@ -65,11 +60,7 @@ def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right
 def _slopes(
     grey: np.ndarray, points: np.ndarray, light: int, beside: np.ndarray, window: tuple[int, int, int, int]
 ) -> tuple[float, float]:
-    """Grey levels by which the water rises per pixel to the right and downwards, by opposite edges of a window.
-
-    Of an edge, the pixels count that are nearer to this light than to another one. Where they are fewer than a third of
-    it, the slope is not known, and taken for 0.
-    """
+    """Grey levels by which the water rises per pixel to the right and downwards, by opposite edges of a window."""
     top, bottom, left, right = window
     edges = np.empty((4, max(bottom - top, right - left) + 1), grey.dtype)
     count = np.zeros(4, np.int64)
@@ -93,12 +84,7 @@ def _slopes(
 
 @compiled
 def _rise(one: np.ndarray, other: np.ndarray) -> float:
-    """How much brighter the other edge is, as far as that is beyond the noise of both.
-
-    An edge counts by its median, which a neighbouring light on less than half of it does not move. A median of n values
-    has pi / 2 times the variance of their mean; the variance of a value shows in its difference from the next one. A
-    rise d of variance v is worth d d^2 / (d^2 + v): all of a clear one, nothing of one that may be noise.
-    """
+    """How much brighter the other edge is, as far as that is beyond the noise of both."""
     rise = np.median(other) - np.median(one)
     steps = 0.0
     for edge in (one, other):

@@ -1,9 +1,4 @@
-"""How many rings chance alone would make: the measure by which a ring is accepted (a contrario).
-
-Desolneux, Moisan and Morel 2000, "Meaningful alignments": what is seen is accepted where points strewn at random would
-show it less than once in so many pictures. No constant depends on the number of lights, the picture's size or the focal
-length; the one threshold is that number.
-"""
+"""How many rings chance alone would make, by which a ring is accepted (Desolneux, Moisan and Morel 2000)."""
 
 from __future__ import annotations
 
@@ -109,11 +104,7 @@ def accepted(polygon: Polygon, sides: int, scene: Scene) -> Candidate | None:
 
 
 def _most_chance(points: int, members: int) -> float:
-    """Expected number of chance rings below which one of so many lights, among so many points, is a ring.
-
-    Where all points are looked at at once, the two thresholds are all that is tried. Fewer than five lights are not
-    judged as a part of a crowd, and are held to more.
-    """
+    """Expected number of chance rings below which one of so many lights, among so many points, is a ring."""
     at_once = points <= FIRST_POINTS and members >= LEAST_CROWD
     return ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS
 
@@ -128,16 +119,7 @@ def log_chance_rings(
     near: tuple[Neighbours, Neighbours],
     area_px2: float,
 ) -> float:
-    """Natural logarithm of the expected number of rings as good among points strewn at random.
-
-    The images of a ring's n lights form a surface in the 2n-dimensional space of n points; random points come within a
-    distance rho of it, the root of the sum of squares, in a tube around it. The expected number of chance rings is the
-    density to the power of n times the tube's volume (first order: that of the surface times that of a ball of radius
-    rho in the remaining dimensions), times the number of ways to take n of the N lights. The surface: affine maps A of
-    the unit circle, the sum over n lights of |A u|^2 giving a volume element of n^3 / 4, over all places and all A up
-    to this size (pi^2 R^4 / 3). Two poses give nearly one affine map. Sizes by octave and the number of lights that are
-    missing are as many tests; leaving out what is dimmer than the ring is one for each octave of brightness.
-    """
+    """Logarithm of the expected number of rings as good among points strewn at random, see docs/method.md."""
     major, minor = semi_axes_px
     if minor <= 0:
         return math.inf

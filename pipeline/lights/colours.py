@@ -15,13 +15,7 @@ _RIM_PX = 3  # margin around a light that takes in its flanks and some water
 def tell_colours(
     image: np.ndarray, points_px: np.ndarray, areas_px: np.ndarray, which: np.ndarray | None = None
 ) -> list[str | None]:
-    """Name the colour of each light (N, 2) of a picture (H, W, 3), None where it is unknown; of ``which`` (N,) alone.
-
-    The light in each band is averaged over the group and a rim, less the water around it, so that lights with saturated
-    centres are still told apart by their flanks. Water absorbs red first, then blue or green, equally for every light
-    of a ring. So the bands are first balanced to the median light, on the assumption that most lights are white. A band
-    of which nothing is left is ignored: lights of that colour cannot be identified.
-    """
+    """Name the colour of each light (N, 2) of a picture (H, W, 3), of ``which`` (N,) alone; None where unknown."""
     count = len(points_px)
     which = np.ones(count, dtype=bool) if which is None else which
     labels: list[str | None] = [None] * count

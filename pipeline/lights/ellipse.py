@@ -232,10 +232,7 @@ def _halir_flusser(design: np.ndarray) -> np.ndarray:
 
 @compiled
 def _reduced(design: np.ndarray) -> tuple[bool, np.ndarray, np.ndarray]:
-    """Whether the points lie on a line, the reduced scatter matrix C^-1 M (3, 3), and T (3, 3): linear from quadratic.
-
-    M = S1 + S2 T and T = -S3^-1 S2^T, of the parts of the scatter matrix.
-    """
+    """Whether the points lie on a line, C^-1 M (3, 3) with M = S1 + S2 T, and T (3, 3) = -S3^-1 S2^T."""
     scatter = design.T @ design
     reduced, T = np.zeros((3, 3)), np.zeros((3, 3))
     sxx, sxy, syy, count = scatter[3, 3], scatter[3, 4], scatter[4, 4], scatter[5, 5]
@@ -270,22 +267,14 @@ def _least_ellipse(eigenvalues: np.ndarray, vectors: np.ndarray, T: np.ndarray) 
 
 
 def _is_partial(conic: np.ndarray) -> bool:
-    """Whether the points, whose mean is the origin, cover about half of the ellipse or less.
-
-    In units of its semi-axes the mean of points evenly spaced on an arc 2a lies sin(a) / a off the ellipse's centre.
-    The value of the conic there tells: it is 1 - (sin(a) / a)^2 of that at the centre.
-    """
+    """Whether the points, whose mean is the origin, cover about half of the ellipse or less."""
     A, B, C, D, E, F = conic.tolist()
     at_centre = F + (B * D * E - A * E * E - C * D * D) / (4 * A * C - B * B)
     return at_centre != 0 and F / at_centre < 1 - _PARTIAL**2
 
 
 def _hyper_conic(design: np.ndarray, direct: np.ndarray) -> np.ndarray:
-    """Conic (6,) by HyperLS, or the direct fit where HyperLS yields no ellipse.
-
-    Kanatani and Rangarajan 2011, "Hyper least squares fitting of circles and ellipses", equations 26 and 29: the weight
-    matrix N for which the algebraic fit is unbiased up to the second order of the noise.
-    """
+    """Conic (6,) by HyperLS (Kanatani and Rangarajan 2011, equations 26 and 29), or the direct fit where it is none."""
     # The paper's order and scale: xi = (x^2, 2xy, y^2, 2x, 2y, 1).
     xi = design * [1, 2, 1, 2, 2, 1]
     x, y, one, zero = design[:, 3], design[:, 4], design[:, 5], np.zeros(len(design))

@@ -53,11 +53,7 @@ def grow_all(
 
 @compiled
 def _perspectives(points, unit, start, focal_px):  # type: ignore[no-untyped-def]
-    """Perspectives (K, 2) to grow three corners with: none, and those of the two poses that have it in full.
-
-    A perspective p moves the next corners by about p spacings, which without it are looked for within
-    ``_GROWING_TOLERANCE``; less than half of that makes no difference.
-    """
+    """Perspectives (K, 2) to grow three corners with: none, and those of the two poses that have it in full."""
     guesses = np.zeros((3, 2))
     count = 1
     _, affine = fit_affine(points, start, unit, 0.0, 0.0)
@@ -99,12 +95,7 @@ def _is_known(found: np.ndarray, corners: np.ndarray) -> bool:
 
 @compiled
 def _grow(points, order, across, unit, start, guess, focal_px, tolerance_px):  # type: ignore[no-untyped-def]
-    """Grow a polygon from three corners and a guess at the perspective.
-
-    It is fitted, the corners beside those that are known are looked for, and it is fitted again.
-    Corners are added from near to far, since the first fits bend what is far from the points they are made of. When no
-    more are found, all corners are looked for where the last fit puts them, and have to lie there exactly.
-    """
+    """Grow a polygon from three corners and a guess at the perspective, from near corners to far ones."""
     sides = len(unit)
     corners = start.copy()
     places, off, nearest, spacing = np.empty((sides, 2)), np.empty(sides), np.empty(sides, np.int64), np.empty(sides)
@@ -171,12 +162,7 @@ def _grow(points, order, across, unit, start, guess, focal_px, tolerance_px):  #
 
 @compiled
 def _fit(points, corners, unit, guess, focal_px):  # type: ignore[no-untyped-def]
-    """Homography (3, 3) of the unit circle's corners to the points, as near to a guess in perspective as they allow.
-
-    Three corners fix an affine image; how much the two numbers of perspective may differ from the guess for the sake of
-    more corners is set by a weak prior. Not ok where it is no plausible image of a dock: too small, too narrow, or seen
-    from too near.
-    """
+    """Homography (3, 3) of the unit circle's corners to the points, as near to a guess in perspective as they allow."""
     count, x0, y0 = 0, 0.0, 0.0
     for corner in corners:
         if corner >= 0:

@@ -1,7 +1,4 @@
-"""Groups that repeat as the points of a lattice do, as lamps in rows and columns, netting, or a sensor's pattern.
-
-Many rings can be laid through a lattice, each as exact as the next, so that none of them is known to be a dock.
-"""
+"""Groups that repeat as the points of a lattice do: many rings can be laid through them, each as exact as the next."""
 
 from __future__ import annotations
 
@@ -21,11 +18,7 @@ _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions,
 
 
 def repeating(points_px: np.ndarray) -> np.ndarray:
-    """Which points (M, 2) form a lattice: (M,) bool, none unless they are more than half.
-
-    A lattice's point lies half way between neighbours in two directions, which hardly a point of a ring, a line or a
-    crowd does. That holds in perspective too, from one point to the next.
-    """
+    """Which points (M, 2) form a lattice: (M,) bool, none unless they are more than half."""
     count = len(points_px)
     in_lattice = np.zeros(count, dtype=bool)
     if count <= _NEIGHBOURS:
@@ -49,13 +42,7 @@ def repeating(points_px: np.ndarray) -> np.ndarray:
 
 
 def goes_on(polygon: Polygon, unit: np.ndarray, points_px: np.ndarray, tolerance_px: float) -> bool:
-    """Whether a ring's points are part of a lattice: shifted by the steps between them they meet others (M, 2).
-
-    Where ring and lattice lie in one plane, a point plus the step from a second to a third is a point again. That plane
-    is the ring's, or, where it is but the image of a ring, that of the best homography. Strewn points meet some of
-    these places by chance; a lattice's meet more of them than chance would, once in so many rings as another is
-    accepted by chance.
-    """
+    """Whether a ring's points are part of a lattice: shifted by the steps between them they meet others (M, 2)."""
     on_ring = points_px[polygon.members]
     lit = unit[polygon.corners >= 0]
     free, _ = cv2.findHomography(lit, on_ring)

@@ -145,11 +145,7 @@ def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels
 def _flat_centres(
     groups: PixelGroups | SquareGroups, areas: np.ndarray, is_flat: np.ndarray, points_px: np.ndarray, height: int
 ) -> np.ndarray:
-    """Centres (N, 2) of groups so large or saturated that their grey values say little; nan for the others.
-
-    They are the groups' mass moments, or, of groups that another or the picture's edge cuts, those of the ellipses
-    through what is left of their outlines.
-    """
+    """Centres (N, 2) of groups so large or saturated that their grey values say little; nan for the others."""
     centres = np.full((len(areas), 2), np.nan)
     if not is_flat.any():
         return centres
@@ -174,12 +170,7 @@ def _flat_centres(
 
 
 def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:
-    """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around them.
-
-    The window reaches well beyond the group, so that where the threshold cut it plays no part, nor do saturated
-    middles: the flanks weigh in. The water is the median along the window's edge; what stands less than a fifth of the
-    light's height above it is left out, because noise far from the middle would pull the most.
-    """
+    """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around them."""
     size = np.maximum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]) + 1
     half = (size + 1) // 2
     reach = np.minimum(half + np.maximum(_LEAST_REACH_PX, half), _MOST_REACH_PX)

@@ -1,8 +1,4 @@
-"""Masks: regions of a picture whose pixels count neither in the histogram nor as lights.
-
-Some are given by the operator. In a sequence, what is burnt into the picture is found automatically, because it stays
-put.
-"""
+"""Masks: what counts neither in the histogram nor as lights, given by people or found because it stays put."""
 
 from __future__ import annotations
 
@@ -37,10 +33,7 @@ _UNION = 1.5  # masks side by side are merged if the result is at most this many
 
 
 def check_masks(masks: Any) -> None:
-    """Check that each mask is four finite numbers with a positive size.
-
-    A mask may extend beyond the picture or lie outside it.
-    """
+    """Check that each mask is four finite numbers with a positive size; it may lie outside the picture."""
     for index, mask in enumerate(masks):
         if not isinstance(mask, Sequence) or isinstance(mask, str) or len(mask) != len(_PARTS):
             raise ValueError(f"masks[{index}] is {mask!r}; it must be four numbers: {', '.join(_PARTS)}")
@@ -62,10 +55,7 @@ def hidden_pixels(shape: tuple[int, int], masks: Sequence[Mask]) -> np.ndarray:
 def hide(
     grey: np.ndarray, masks: Sequence[Mask], also: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """A picture (H, W) with its masked pixels black, and which count (H, W): 255, masked 0; None without masks.
-
-    ``also`` (H, W) bool are further pixels to hide.
-    """
+    """A picture (H, W) without masked pixels and ``also`` (H, W), and which count: 255, masked 0; None where all do."""
     if not masks and also is None:
         return grey, None
     hidden = hidden_pixels(grey.shape, masks)
@@ -84,34 +74,18 @@ def _span(start: float, length: float, size: int) -> slice:
 
 @dataclass
 class _Track:
-    """A group that stays where it was first seen.
-
-    ``frames`` counts the frames in which it stayed put while the dock was elsewhere, ``against`` those in which the
-    rest of the picture moved past it.
-    """
+    """A group that stays where it was first seen."""
 
     point_px: tuple[float, float]
     area_px: float
     last_frame: int
-    frames: int = 0
-    against: int = 0
+    frames: int = 0  # in which it stayed put while the dock was elsewhere
+    against: int = 0  # in which the rest of the picture moved past it
     is_dock: bool = False
 
 
 class StillGroups:
-    """Finds and masks what stays put over a sequence of equally sized frames, such as burnt-in text.
-
-    A group that stays within half a pixel, with a similar area, is masked in either of two cases:
-
-    - over 8 frames the dock was found elsewhere, and other things in the picture moved, in whatever way. Here the
-      lights of an accepted ring, and groups near one, are never masked: these may be a dock at rest amid drifting snow.
-    - over 8 frames the rest moved as one, as a scene does when the camera moves, and would have taken the group along.
-      Whether a dock was found makes no difference, nor where: what doesn't move with the scene is no part of it. A
-      group that was taken for a light of the dock is masked after 24 such frames, if at least as many groups moved as
-      the ring has lights.
-
-    A picture that is still as a whole masks nothing.
-    """
+    """Finds and masks what stays put while the picture moves, such as burnt-in text, but no lights of the dock."""
 
     def __init__(self) -> None:
         self.masks: tuple[Mask, ...] = ()

@@ -38,11 +38,7 @@ class Paths:
         self._paths: list[deque[complex]] = []
 
     def see(self, points_px: np.ndarray, searched: np.ndarray) -> Motion | None:
-        """Take in the groups (N, 2) of the next frame.
-
-        ``searched`` tells for each path, see :meth:`ends_px`, whether this frame could show it. Returns how the picture
-        moved, None where nothing tells.
-        """
+        """How the picture moved by the next groups (N, 2); ``searched``: which paths it could show."""
         if len(points_px) > _MOST:
             self._paths = []
             return None

@@ -14,12 +14,7 @@ _NEAREST = 1e-3  # radii: a light nearer than this to the camera's plane has no 
 
 @compiled
 def as_pose(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
-    """Sum of squares and homography of the circle's pose that is nearest to a homography.
-
-    A homography has two numbers more than a pose, which can bend any five points into a ring. With L its linear part
-    at the circle's middle c, both over the focal length, a pose has L + c p^T above p^T, p the perspective, in columns
-    at right angles and of one length; two p solve that. From each the pose is refined.
-    """
+    """Sum of squares and homography of the circle's pose nearest to a homography, which could bend any points."""
     least, best = np.inf, mapping
     for sign in (-1.0, 1.0):
         squares, trial = one_pose(points, corners, unit, mapping, focal_px, sign)
@@ -52,10 +47,7 @@ def one_pose(points, corners, unit, mapping, focal_px, sign):  # type: ignore[no
 
 @compiled
 def _refined(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
-    """Sum of squares and homography of the pose near a homography with the least squares, by Gauss-Newton steps.
-
-    Lengths are in radii of the circle.
-    """
+    """Sum of squares and homography of the pose near a homography with the least squares, by Gauss-Newton steps."""
     R, t = np.empty((3, 3)), np.empty(3)
     for row in range(2):
         for k in range(2):

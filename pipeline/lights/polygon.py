@@ -1,9 +1,4 @@
-"""The images of a dock's lights among points: the ring's polygon seen in perspective, some of its corners missing.
-
-Three points that are taken for three corners fix an affine image of the polygon, which predicts the other corners.
-Triples whose predictions hold grow to the whole ring, see :mod:`dockpose.lights.growing`. The loops are compiled by
-numba: a picture with 150 groups has tens of thousands of triples.
-"""
+"""The images of a dock's lights among points: three points give an affine image of it, whose corners follow."""
 
 from __future__ import annotations
 
@@ -108,10 +103,7 @@ def _more_steps(sides: int) -> np.ndarray:
 
 
 def _beyond(steps: np.ndarray, sides: int, all_corners: bool) -> np.ndarray:
-    """For each pair of steps (S, K) the corners, counted from the first, by which a triple is judged; 0 for none.
-
-    Two on either side; among few points, where lights may be missing between, all that the triple leaves.
-    """
+    """For each pair of steps (S, K) the corners, counted from the first, by which a triple is judged; 0 for none."""
     wanted = np.zeros((len(steps), max(4, sides - 3)), dtype=np.int64)
     for row, (one, two) in enumerate(steps.tolist()):
         last = one + two

@@ -25,11 +25,7 @@ Part = tuple[int, int, int, int]
 
 
 def part_of(region: Sequence[float] | None, width: int, height: int) -> Part:
-    """The pixels whose centres lie in a region in pixels, clipped to the picture; ValueError where there are none.
-
-    The first row and column are made even by including the ones before: centres half way between two pixels are rounded
-    to even, so this way they are rounded alike in the part and in the whole.
-    """
+    """The pixels whose centres lie in a region in pixels, clipped to the picture; ValueError where there are none."""
     if region is None:
         return 0, 0, width, height
     if len(region) != 4:

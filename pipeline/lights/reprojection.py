@@ -1,8 +1,4 @@
-"""Least squares for the pose of a dock's lights: what one Gauss-Newton step needs, in compiled loops for a few lights.
-
-The search for rings and the refinement of poses take these steps. A step is a shift of the dock along the camera's axes
-and a turn about the dock's own.
-"""
+"""One Gauss-Newton step for the pose of a dock's lights: a shift along the camera's axes, a turn about the dock's."""
 
 from __future__ import annotations
 
@@ -24,10 +20,7 @@ class LightRays(NamedTuple):
 def sum_products(
     products: np.ndarray, R: np.ndarray, t: np.ndarray, lights: np.ndarray, rays: LightRays, are_free: bool
 ) -> None:
-    """Write J^T J (7, 7) of the derivatives J of the lights' (N, 3) image points, in pixels; last column: residuals.
-
-    Where the lights are free to move along the circle, only what is across it counts.
-    """
+    """J^T J (7, 7) of the lights' (N, 3) images in px, last column residuals; of free lights, across the circle."""
     products[:] = 0.0
     J = np.zeros((2, 7))
     for light in range(len(lights)):

@@ -47,15 +47,7 @@ class Ring:
 
 
 def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float) -> Ring:
-    """Find the markers, at undistorted places (N, 2), that are the dock's lights.
-
-    Where one ellipse runs through all markers, spaced as the dock's lights, they are the lights. Of a few markers that
-    can be a chance, for any five lie on a conic: these, where lights are missing, are the lights only if no part of
-    them is a better ring. Otherwise the image of the dock's polygon of lights is sought among them, but for those that
-    repeat as in a lattice, see :mod:`dockpose.lights.polygon` and :mod:`dockpose.lights.lattice`. It is accepted where
-    chance would hardly make it, see :mod:`dockpose.lights.chance`. Of two rings apart, such as two docks or a ring and
-    its mirror image in the water's surface, the more complete, then the brighter is taken; of mirror images, the lower.
-    """
+    """Find the markers, at undistorted places (N, 2), that are the dock's lights."""
     count = len(points_px)
     density = count / area_px2
     brightness = markers.areas_px * markers.peaks.astype(float)
@@ -216,12 +208,7 @@ def _trouble(best: Candidate, found: list[Candidate], dock: Dock, scene: Scene, 
 
 
 def _others_on(best: Candidate, exact: Candidate, points_px: np.ndarray, within_px: float) -> bool:
-    """Whether an incomplete ring's ellipse runs through more other points than chance would put there.
-
-    Of a ring of another number, some lights may come near enough to the places of the dock's. Lights that run together
-    lie on it too, between their places; but a ring that is right explains most of what is on it. ``exact`` is the best
-    ring without its outliers.
-    """
+    """Whether an incomplete ring's ellipse runs through more other points than chance would put there."""
     members, polygon = exact.polygon.members, exact.polygon
     if not MIN_POINTS <= len(members) < exact.sides:
         return False

@@ -1,8 +1,4 @@
-"""The bright pixels of a picture, and the groups (8-connected components) that they form at any level.
-
-Lights cover about a thousandth of a picture, so groups are found on a list of the pixels above a floor, rather than on
-the whole picture.
-"""
+"""The bright pixels of a picture, and the groups (8-connected components) that they form at any level."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Loops over single pixels, compiled by numba: which touch, what groups they form, and where those meet.
-
-Pixels are a list in the order of the picture's rows: the places ``row * width + column`` of those that are looked at.
-"""
+"""Loops over single pixels, compiled by numba: which touch, what groups they form, and where those meet."""
 
 from __future__ import annotations
 
@@ -200,10 +197,7 @@ def _runs(index: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
 
 @compiled
 def outline(index: np.ndarray, labels: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which pixels (n,) are on the outline of their group, and which (n,) touch another group or the picture's edge.
-
-    A pixel that touches another group is on no outline, nor is one at the picture's edge.
-    """
+    """Which pixels (n,) are on their group's outline, and which (n,) touch another group or the edge."""
     beside = touching(index, width)
     on_outline, cut = np.zeros(len(index), np.bool_), np.zeros(len(index), np.bool_)
     row = 0

@@ -17,16 +17,7 @@ def peaks_by_persistence(
     rise: tuple[float, float],
     rise_saturated: tuple[float, float],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Peaks of the picture that rise enough above where they meet a higher one.
-
-    ``value`` (n,) is up to ``saturated`` the brightness; above it how deep a pixel lies within a saturated region.
-    Heights are measured from the water's level ``mode``, and in saturated regions from their edge. ``rise`` is how far
-    a peak must rise at least, and by what share of its height; ``rise_saturated`` the same where saturated pixels join
-    it to the higher peak.
-
-    Returns for each peak its value, the value of its highest saddle to another peak, that of the saddle at which it
-    joins a higher one (both -1 where there is none); and for each pixel the number (n,) of its peak.
-    """
+    """Peaks' values (n,), highest saddles, saddles to a higher one (-1 for none), and each pixel's (n,) peak."""
     count = len(value)
     beside = touching(index, width)
     # Pixels that are joined at all form a tree, whose root is its highest pixel; those of one peak form a basin.

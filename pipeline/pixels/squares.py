@@ -40,11 +40,7 @@ def squares_of(index: np.ndarray, width: int, side: int) -> np.ndarray:
 def coarsen(
     index: np.ndarray, value: np.ndarray, width: int, shrink: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Put pixels in squares of ``shrink`` by ``shrink``, each as high as its highest pixel.
-
-    Returns the place (m,) and value (m,) of each square, the number (n,) of each pixel's, and how many squares a row
-    has.
-    """
+    """Squares of ``shrink`` pixels: places and highest values (m,), each pixel's number (n,), squares in a row."""
     across, down = -(-width // shrink), index[-1] // width // shrink + 1
     highest = np.full(across * down, -1, value.dtype)
     square_of = squares_of(index, width, shrink)
@@ -61,11 +57,7 @@ def coarsen(
 def shapes_in_squares(
     levels: np.ndarray, side: int, group_at: np.ndarray, dimmest: np.ndarray, saturated: int
 ) -> Shapes:
-    """Shapes of groups of a picture's pixels, rather than of a list of them.
-
-    ``group_at`` (h, w) is the group that each square of that side belongs to, -1 for none; ``dimmest`` (N,) the lowest
-    level of each group's pixels.
-    """
+    """Shapes of groups of squares (h, w), -1 for none, of pixels at or above a group's ``dimmest`` (N,)."""
     shapes, width = no_shapes(len(dimmest)), levels.shape[1]
     for y in range(len(levels)):
         row = group_at[y // side]

@@ -1,7 +1,4 @@
-"""From an ellipse and its lights to the two poses, their uncertainty, and the choice between them.
-
-May import `dockpose.camera` and `dockpose.lights`.
-"""
+"""From an ellipse and its lights to the two poses, their uncertainty, and the choice between them."""
 
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose, circle_poses

@@ -33,15 +33,7 @@ def assignments(count: int, dock: Dock) -> np.ndarray:
 
 
 def squares_of(dock: Dock, tangents: np.ndarray, slopes_px: np.ndarray) -> np.ndarray:
-    """Sums of squared residuals (K,), in px^2 and to first order, of each assignment of four or more rays (N, 2).
-
-    Four points and four lights give a homography, and its columns h1 and h2 are those of a rotation only if they are at
-    right angles and of the same length. How far the points must move until they are so is Sampson's distance. With a
-    the fourth point in terms of the others (A = [a1 x1, a2 x2, a3 x3]) and likewise G of the lights, H = A G, so that
-    both conditions are linear in A'A, which is the same for all assignments, as are its derivatives.
-
-    Of more points each four give a sum; these share their residuals, and their mean is scaled to all.
-    """
+    """Squared residuals (K,) in px^2, to first order, of assignments of four or more rays (N, 2)."""
     count = len(tangents)
     inverse = np.broadcast_to(np.linalg.inv(slopes_px), (count, 2, 2))
     fours = list(combinations(range(count), 4))
@@ -79,10 +71,7 @@ def _conditions(count: int, four: tuple[int, ...], dock: Dock) -> tuple[np.ndarr
 
 
 def _products(tangents: np.ndarray, inverse: np.ndarray) -> np.ndarray | None:
-    """The six different numbers of A'A and their derivatives for a pixel of each coordinate: (6, 9).
-
-    None where the points' order around the picture is not that of points on an ellipse.
-    """
+    """The six numbers of A'A and their derivatives by each coordinate's pixel (6, 9); None for points of no ellipse."""
     moved = np.broadcast_to(tangents, (17, 4, 2)).copy()
     for k in range(8):
         step = _STEP_PX * inverse[k // 2, :, k % 2]
@@ -97,10 +86,7 @@ def _products(tangents: np.ndarray, inverse: np.ndarray) -> np.ndarray | None:
 
 
 def basis_of(points: np.ndarray) -> np.ndarray | None:
-    """[a1 x1, a2 x2, a3 x3] (K, 3, 3) of homogeneous points (K, 4, 3), where x4 = a1 x1 + a2 x2 + a3 x3.
-
-    None where the first four are not in order around a convex quadrangle, as points of an ellipse are.
-    """
+    """[a1 x1, a2 x2, a3 x3] (K, 3, 3), x4 their sum, of points (K, 4, 3); None where they are not in convex order."""
     columns = points[:, :3].transpose(0, 2, 1)
     if abs(np.linalg.det(columns[0])) < 1e-14:
         return None

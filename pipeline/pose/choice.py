@@ -59,13 +59,7 @@ def choose_by_spacing(
     dock: Dock,
     labels: Sequence[str | None] | None = None,
 ) -> Choice:
-    """Refine both candidates, and choose the one on which the lights, at points (N, 2), are spaced as they should be.
-
-    The lights are back-projected onto each candidate's plane, where their angles around the ring identify them. Both
-    candidates are then refined with the lights at these places, and the remaining reprojection error says how well each
-    explains the picture, see :func:`dockpose.pose.uncertainty.log_odds`. Where the spacing is unknown, both are refined
-    with each light free to move along the circle, which leaves the choice open.
-    """
+    """Refine both candidates, and choose the one on which lights at points (N, 2) are spaced as they should be."""
     rays = light_rays(points_px, camera, float(poses[0].position_m[2]))
     R = np.array([pose.rotation for pose in poses])
     t = np.array([pose.position_m for pose in poses])
@@ -84,10 +78,7 @@ def choose_by_spacing(
 
 
 def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
-    """If refinement brought both candidates to the same pose, put the one that moved farther back where it was.
-
-    In that case only one pose explains the spacing, and its twin is the other one that the ellipse alone would allow.
-    """
+    """If refinement brought both candidates to the same pose, put the one that moved farther back where it was."""
     before, after = _gap_rad(R), _gap_rad(fit.rotations)
     if before < SAME_RAD or after > _SLID * before:
         return fit

@@ -233,10 +233,7 @@ def _cone(conic: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.n
 
 @compiled
 def _poses_of_cone(l1: float, l2: float, l3: float, axes: np.ndarray, radius: float) -> np.ndarray:
-    """Normal and centre (2, 2, 3) of both poses, from the cone's eigenvalues, falling, and its axes in rows (3, 3).
-
-    With signs such that a pose is in front of the camera and faces it; first that whose normal points further left.
-    """
+    """Normal and centre (2, 2, 3) of both poses, left first, by eigenvalues, falling, and axes in rows (3, 3)."""
     g, h = math.sqrt((l2 - l3) / (l1 - l3)), math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
     distance = l2 * radius / math.sqrt(-l1 * l3)
     poses = np.empty((2, 2, 3))

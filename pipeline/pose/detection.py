@@ -73,10 +73,7 @@ def few_in_words(markers: Markers, lights: int) -> str:
 
 
 def found_in_words(ring: Ring, choice: Choice, dock: Dock) -> str:
-    """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is.
-
-    A second one says where the dock's offsets were not used.
-    """
+    """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is."""
     words = _found_in_words(ring, choice)
     if dock.offsets_m and ring.on_ring.sum() < MIN_POINTS:
         words += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."

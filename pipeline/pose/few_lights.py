@@ -31,18 +31,7 @@ _LEAST_SQUARES_PX2 = 1e-3  # no centroid is better, so that ratios stay finite
 
 
 def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: CirclePose | None = None) -> Choice:
-    """Find the pose of a dock from three or four of its lights (N, 2), or from a few more that give no certain ellipse.
-
-    Seen from the front lights follow each other around the picture as around the dock, so that the first point is one
-    of the lights and the others are later ones in order. Each such assignment is judged to first order, see
-    :func:`dockpose.pose.assignments.squares_of`; the best give starting poses by the perspective of an infinitesimal
-    plane (Collins and Bartoli 2014), of three points by AP3P (Ke and Roumeliotis 2017), and are refined together.
-
-    How likely a pose is follows from its squares, with the noise averaged over what is likely for it; from how well the
-    points determine it (Laplace's approximation); and from how often docks stand so: anywhere in view, at each scale of
-    range equally often, and the less often the further they are turned away. ``near`` is a known pose, to which the
-    nearest that explains the picture is preferred.
-    """
+    """Find the pose by three or more lights (N, 2); of those that explain them that ``near`` one. See docs/method.md."""
     points = as_points("points_px", points_px, 2)
     _check(points, dock)
     middle = points.mean(axis=0)
@@ -83,10 +72,7 @@ def _refined(
     radius_m: float,
     rays: LightRays,
 ) -> Fit:
-    """Refined poses; those of the best one's assignment that were given up as far worse are refined to their end.
-
-    They may be on their way to the best one, and would pass for another pose half-way.
-    """
+    """Refined poses; those of the best one's assignment that were given up as far worse are refined to their end."""
     fit = refine(rotations, positions_m, angles_rad, radius_m, rays)
     best = int(np.argmin(fit.squares_px2))
     worse = fit.squares_px2 > HOPELESS * fit.squares_px2[best] + HOPELESS_PX2
@@ -116,10 +102,7 @@ def _check(points: np.ndarray, dock: Dock) -> None:
 def _best(
     rays: LightRays, points_px: np.ndarray, camera: Camera, dock: Dock
 ) -> tuple[LightRays, np.ndarray, np.ndarray]:
-    """The rays, the assignments that explain them best, and the squares (K,) of all.
-
-    Behind a port the rays do not meet; they are taken as a pinhole would see lights as far away as the best ones are.
-    """
+    """The rays, the assignments that explain them best, and the squares (K,) of all."""
     squares = squares_of(dock, rays.tangents, rays.slopes_px)
     best = _likeliest(squares, 2 * len(points_px) - 6)
     if camera.port is None or not len(best):
@@ -147,10 +130,7 @@ def _likeliest(squares: np.ndarray, freedom: int) -> np.ndarray:
 
 
 def _starts(tangents: np.ndarray, angles_rad: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For K assignments (K, N) of angles to the points both poses of the homography of four of them.
-
-    Which assignment, rotation and position, of those in front of the camera that face it.
-    """
+    """For K assignments (K, N) of angles to the points both poses of the homography of four of them."""
     four = _widest(tangents)
     A = basis_of(np.column_stack([tangents[four], np.ones(4)])[None])
     if A is None:

@@ -24,10 +24,7 @@ def offsets_of(dock: Dock, lights: np.ndarray, rolls_rad: np.ndarray) -> np.ndar
 def refine_with_offsets(
     rotations: np.ndarray, positions_m: np.ndarray, placement: Placement, dock: Dock, rays: LightRays
 ) -> tuple[Fit, Placement]:
-    """Refine K poses of a dock whose lights' offsets are known, and find its roll by them where they suffice.
-
-    On an evenly spaced ring every turn by a light's spacing is tried, and the one with the least residuals taken.
-    """
+    """Refine K poses by the lights' offsets, and find the roll by them; on an even ring the best of all turns."""
     count = dock.lights or placement.lights.shape[1]
     turns = np.arange(count if placement.period_rad < 2 * math.pi - _IN_ONE_TURN else 1)
     lights = (placement.lights[:, None] + turns[:, None]) % count

@@ -42,11 +42,7 @@ def peer_poses(points_px: Any, lights: np.ndarray, camera: Camera, dock: Dock) -
 
 
 def solve(points_px: Any, lights: Sequence[int] | np.ndarray, camera: Camera, dock: Dock, method: str) -> CirclePose:
-    """Find the pose of a dock from lights whose numbers are known.
-
-    OpenCV's EPnP is degenerate on a complete, evenly spaced planar ring in one handedness of the model's frame.
-    Every method is therefore run in three frames, and the answer with the smallest reprojection error is returned.
-    """
+    """Find the pose of a dock from lights whose numbers are known, in three frames, since EPnP may fail in one."""
     if method not in METHODS:
         raise ValueError(f"method is {method!r}; it must be one of {', '.join(METHODS)}")
     points = as_points("points_px", points_px, 2)

@@ -80,16 +80,7 @@ def refine(
     rays: LightRays,
     offsets_m: np.ndarray | None = None,
 ) -> Fit:
-    """Minimise the reprojection error of the lights, for K starting poses at once, by Gauss-Newton steps.
-
-    ``angles_rad`` and ``offsets_m`` are (K, N) and (K, N, 3); without angles the lights are free to move along the
-    circle.
-
-    A point p of the dock appears at (X/Z, Y/Z) of X = R p + t. For a step dt and a rotation w about the dock's axes it
-    moves by dX = dt + R (w x p), from which the derivatives follow by the quotient rule. Behind a port the measured
-    point of the pinhole itself depends on Z: tangent * (1 - start / Z). Residuals are mapped to pixels of the picture,
-    where the noise arises.
-    """
+    """Least reprojection error for K poses, of lights at angles (K, N), else free on the circle, and offsets."""
     points = len(rays.tangents)
     if angles_rad is None:
         lights, free_m, numbers = np.zeros((len(rotations), points, 3)), radius_m, points
@@ -118,10 +109,7 @@ def _minimised(
     starts: np.ndarray,
     slopes: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Rotations, positions, sums of squares and covariances of K poses, as in :func:`refine`.
-
-    ``free`` is the radius of the circle along which the lights may move; 0 where they may not.
-    """
+    """Rotations, positions, squares and covariances of K poses; ``free``: the radius there, 0 for fixed lights."""
     rays = LightRays(tangents, starts, slopes)
     count = len(rotations)
     R, t, lights = rotations.copy(), positions.copy(), lights.copy()

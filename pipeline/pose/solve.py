@@ -99,12 +99,7 @@ def _ellipse_of(pose: CirclePose, camera: Camera, dock: Dock) -> Ellipse:
 
 
 def _poses_behind_port(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[CirclePose, CirclePose]:
-    """Both poses seen through a port.
-
-    Behind a port the rays do not meet in one point, so a light's pinhole image depends on its depth, and that follows
-    from the pose. So pixels, ellipse and pose are computed in turn, for each candidate separately, until they converge.
-    That takes few rounds, since the rays nearly meet.
-    """
+    """Both poses seen through a port: pixels for their depths, ellipse and pose in turn, until they settle."""
     depth = _FIRST_DEPTH_M
     pair = circle_poses(fit_ellipse(camera.virtual_pixels(points_px, depth)), camera, dock.diameter)
     for _ in range(2):

@@ -27,13 +27,7 @@ _HOLD = 0.95  # coverage of 1.96 standard errors on either side
 
 
 def noise_px(squares_px2: float, numbers: int, parameters: int) -> float:
-    """Standard deviation of a centroid, in pixels, such that 1.96 of the standard errors computed from it cover 95 %.
-
-    Given the noise, an error is normal. Residuals show the noise, and an error over it is Student's, which holds 95 %
-    whatever the noise is; the interval of four lights, that leave two residuals, is wide. Three lights leave none: the
-    prior alone decides, and an error is a mixture of normals. That holds 95 % over noises drawn from the prior, but is
-    too wide for good lights and too narrow for poor ones.
-    """
+    """Standard deviation of a centroid in pixels, such that 1.96 of the standard errors by it cover 95 %."""
     freedom = max(0, numbers - parameters)
     if freedom == 0:
         return _prior_noise_px()
@@ -47,10 +41,7 @@ def _quantile(freedom: int) -> float:
 
 
 def log_evidence(squares_px2: np.ndarray, freedom: int) -> np.ndarray:
-    """Logarithm of the likelihood of sums of squared residuals (K,), marginalised over the noise, up to a constant.
-
-    ``freedom`` is the number of residuals less that of the fitted parameters.
-    """
+    """Log-likelihood of squares (K,) over all noises, but for a constant, of ``freedom`` residuals to spare."""
     return np.interp(np.log(np.maximum(squares_px2, _LEAST_SQUARES_PX2)), _LOG_SQUARES, _evidence(freedom))
 
 
@@ -78,13 +69,7 @@ def _evidence(freedom: int) -> np.ndarray:
 
 
 def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
-    """Log-odds of the first of two candidates.
-
-    If the noise were known to be s, they would be half the difference over s^2. It is not known; averaged over its
-    scaled inverse chi-squared posterior, the likelihoods become Student's. They are tempered by ``WORTH_OF_EVIDENCE``.
-
-    Gelman et al. 2013, "Bayesian Data Analysis", section 3.2.
-    """
+    """Log-odds of the first of two candidates, over all noises (Gelman et al. 2013, section 3.2), tempered."""
     prior = PRIOR_NUMBERS * PRIOR_NOISE_PX**2
     freedom = PRIOR_NUMBERS + max(0, numbers - 6)
     return min(
@@ -95,11 +80,7 @@ def log_odds(first_px2: float, second_px2: float, numbers: int) -> float:
 def nearer(
     probabilities: Sequence[float], gap_rad: tuple[float, float], sigmas_rad: tuple[tuple[float, float], ...]
 ) -> tuple[float, float]:
-    """Probabilities that the truth is nearer to each of two candidates.
-
-    Around a candidate the truth is normally distributed, so a share Phi(-half the gap / sigma) of it lies beyond the
-    midpoint between the two. Where both coincide, each gets half.
-    """
+    """Probabilities that the truth, normal about each of two candidates, is nearer to each."""
     length = math.hypot(*gap_rad)
     if length == 0:
         half = sum(probabilities) / 2
@@ -117,12 +98,7 @@ def nearer(
 def deviations(
     covariance: np.ndarray, rotation: np.ndarray, noise: float
 ) -> tuple[tuple[float, float, float], tuple[float, float]]:
-    """Standard errors of x, y, z in metres, and of theta_x and theta_y in radians, by a covariance (6, 6) in pixels.
-
-    The covariance is s^2 (J^T J)^-1. The dock's rotation is Ry(theta_y) Rx(theta_x) Rz(roll), so a step of theta_x is a
-    rotation about the dock's x axis before its roll, and a step of theta_y is cos(theta_x) times as much about the y
-    axis.
-    """
+    """Standard errors of x, y, z in metres, and of theta_x and theta_y in radians, by a covariance (6, 6) in pixels."""
     a, b, c = covariance[3, 3], covariance[3, 4], covariance[4, 4]
     back_x, back_y, back_z = rotation[0, 2], rotation[1, 2], rotation[2, 2]
     # Direction, in the dock's own frame, of its x axis before the roll.

@@ -1,7 +1,4 @@
-"""Simulated pictures and sequences of a dock, with the truth beside them.
-
-May import `dockpose.camera`, `dockpose.lights` and `dockpose.pose`.
-"""
+"""Simulated pictures and sequences of a dock, with the truth beside them."""
 
 from dockpose.simulate.files import load_scene, load_sequence, render_folder, save_scene, save_sequence
 from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Sweep

@@ -103,11 +103,7 @@ def _reflected(cosine: np.ndarray) -> np.ndarray:
 
 
 def energy_of(scene: Scene, emitters: Emitters) -> np.ndarray:
-    """Light (N,) that would reach the camera through clear water, in grey levels times pixels.
-
-    A light's level is that at the centre of its image 1 m ahead. The image there is a disc blurred by the lens, treated
-    as a Gaussian of the same variance. Beyond, the light falls with the square of the distance.
-    """
+    """Light (N,) through clear water, in grey levels times pixels; levels are of images 1 m ahead."""
     focal = math.sqrt(scene.camera.fx * scene.camera.fy)
     variance_px = scene.sensor.blur_px**2 + (focal * emitters.radii_m / 2) ** 2
     distance2 = (emitters.points_m**2).sum(axis=1)

@@ -99,10 +99,7 @@ def save_scene(scene: Scene, folder: str | Path, name: str) -> None:
 def save_picture(
     image: np.ndarray, scene: Scene, truth: Truth, folder: str | Path, name: str, compression: int | None = None
 ) -> None:
-    """Write NAME.png and NAME.yaml (the scene and its truth) into a folder.
-
-    ``compression`` is PNG's, 0 to 9; None uses OpenCV's default, which is some thirty times faster than 9.
-    """
+    """Write NAME.png and NAME.yaml (the scene and its truth); PNG's ``compression`` 0 to 9, None for a fast one."""
     parameters = [] if compression is None else [cv2.IMWRITE_PNG_COMPRESSION, compression]
     encoded = cv2.imencode(".png", image, parameters)[1]
     write_whole(Path(folder) / f"{name}.png", encoded.tobytes())

@@ -107,10 +107,7 @@ def render_parts(scene: Scene) -> Rendering:
 def _band(
     scene: Scene, emitters: Emitters, water: Water, background: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light on the sensor in one spectral band, and the direct and scattered part that the lamps have in it.
-
-    ``background`` is the band's response to the background.
-    """
+    """Light on the sensor in one spectral band, and the direct and scattered part that the lamps have in it."""
     direct, glow = light_on_sensor(scene, emitters, water)
     light = background_picture(scene, water, background) + direct + glow
     add_snow(light, scene)

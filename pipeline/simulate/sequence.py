@@ -1,7 +1,4 @@
-"""Sequences: pictures of a scene in which the vehicle moves, on its own or steered by an estimator.
-
-Each picture is a scene of its own, with its own pose and its own noise.
-"""
+"""Sequences: pictures of a scene in which the vehicle moves, on its own or steered by an estimator."""
 
 from __future__ import annotations
 
@@ -167,12 +164,7 @@ def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[Ren
 
 
 def steer(observed: CirclePose, motion: ClosedLoop) -> tuple[np.ndarray, np.ndarray]:
-    """What the vehicle does until the next frame: its travel (3,) in metres, and its turn (3, 3).
-
-    It moves sideways onto the dock's axis, where the ring's image is a circle, closes in to ``end_m``, and turns its
-    camera towards the dock. So a normal on the wrong side leads it away from the axis, and the ring's image becomes
-    narrower.
-    """
+    """The vehicle's travel (3,) in metres and turn (3, 3) until the next frame: onto the dock's axis, and closer."""
     period_s = 1 / motion.rate_hz
     share = min(1.0, period_s / _RESPONSE_S)
     distance = float(np.linalg.norm(observed.position_m))

@@ -18,10 +18,7 @@ _VEIL_SIZE = 0.45  # of the picture's width: standard deviation of the vehicle's
 
 
 def background_picture(scene: Scene, water: Water, share: float = 1.0) -> np.ndarray:
-    """The water without lamps, (H, W) float32 in grey levels before exposure, with the dock's panel in front of it.
-
-    ``share`` is the response of the spectral band to the water's levels.
-    """
+    """Water and panel, (H, W) float32 grey levels before exposure; ``share`` is the band's response to the water."""
     picture = np.float32(share) * _water(scene.background, scene, water)
     if scene.panel is not None:
         outline = _panel_outline(scene, scene.panel)

@@ -1,7 +1,4 @@
-"""Threshold methods, one function each, behind the registry `METHODS`, where users' own functions register too.
-
-May import `dockpose.camera`, `dockpose.pixels`, `dockpose.palette` and `dockpose.compiled`.
-"""
+"""Threshold methods, one function each, behind the registry `METHODS`, where users' own functions register too."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Methods that split the histogram into two classes: Otsu, Kapur, Kittler and Illingworth, Li, Yen, triangle.
-
-Each returns the lowest level of the foreground; a picture of a single level cannot be split and gets level 256.
-"""
+"""Methods that split the histogram into two classes: Otsu, Kapur, Kittler and Illingworth, Li, Yen, triangle."""
 
 from __future__ import annotations
 
@@ -125,10 +122,7 @@ def _kittler_level(histogram: Histogram) -> int:
 
 
 def kittler_criterion(counts: np.ndarray) -> np.ndarray:
-    """J(t) = 1 + 2 (P1 ln s1 + P2 ln s2) - 2 (P1 ln P1 + P2 ln P2) for every first level t of the foreground.
-
-    Infinite where a class is empty or has no variance; otherwise a saturated peak of one level would always win.
-    """
+    """1 + 2 (P1 ln s1 + P2 ln s2) - 2 (P1 ln P1 + P2 ln P2) for every first level; infinite where a class has none."""
     levels = np.arange(LEVELS)
     total = counts.sum()
 

@@ -1,9 +1,4 @@
-"""HATS, the histogram-based adaptive thresholding scheme (Ghosh et al. 2016, sections 2.1.1 and 2.1.2).
-
-Light that reached the camera directly piles up in a peak at the bright end of the histogram, whatever the water;
-lights seen at an angle pile up a little lower. So the local peaks, from bright to dark, are candidates, and they vote
-on how many lights there are.
-"""
+"""HATS, histogram-based adaptive thresholding (Ghosh et al. 2016, sections 2.1.1 and 2.1.2): peaks vote on a count."""
 
 from __future__ import annotations
 
@@ -103,10 +98,7 @@ def hats(histogram: Histogram, min_area_px: int) -> Threshold:
 
 @dataclass(frozen=True)
 class _Vote:
-    """What the levels from ``floor`` to ``top`` elect: ``count`` groups, at ``length`` levels from ``level`` down.
-
-    ``share`` is that of the elected count in all votes down to the background's mode.
-    """
+    """What the levels from ``floor`` to ``top`` elect, and its ``share`` in all votes down to the background."""
 
     floor: int
     top: int = LEVELS
@@ -166,11 +158,7 @@ def background_mode(counts: np.ndarray) -> int:
 
 @compiled
 def background_limit(counts: np.ndarray) -> int:
-    """The first level above the background; 256 where everything is background.
-
-    From the mode upwards the background ends where a level has too few pixels to be water. Where what is left would
-    be too much to be lights, it ends higher.
-    """
+    """The first level above the background; 256 where everything is background."""
     total = counts.sum()
     if total == 0:
         return LEVELS

@@ -1,10 +1,4 @@
-"""HATS light by light: a level for each light from its own part of the histogram (Ghosh et al. 2016, section 2.1.2).
-
-Where the lights' brightness, or the water's, differs so much that no one level shows them all, or they run together,
-each peak of the picture that rises enough above the saddle to its brighter neighbour is a light of its own, cut half
-way up. The water's own changes are taken out first. Where the sensor saturates, brightness is continued by the distance
-to the edge of what is saturated: lights that touch part again.
-"""
+"""HATS light by light: each peak that rises enough is a light, cut half way up (Ghosh et al. 2016, section 2.1.2)."""
 
 from __future__ import annotations
 
@@ -90,10 +84,7 @@ def _nothing(histogram: Histogram, reason: str) -> Threshold:
 
 
 def _threshold(histogram: Histogram, levels: np.ndarray, side: int, index: np.ndarray, light: np.ndarray) -> Threshold:
-    """Threshold that keeps the squares ``index`` of a smaller picture ``levels``, each of the light of that number.
-
-    Of the picture itself it keeps those pixels of the squares that are as bright as the light's dimmest square.
-    """
+    """Threshold of squares ``index``, each of that light; of these, pixels as bright as the dimmest square."""
     own = levels.ravel()[index].astype(np.int32)
     dimmest = np.full(int(light.max()) + 1, LEVELS)
     np.minimum.at(dimmest, light, own)

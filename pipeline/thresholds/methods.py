@@ -42,10 +42,7 @@ class Entry(NamedTuple):
 
 
 class Methods(Mapping[str, Method]):
-    """Each threshold method by its name, in the order in which people see them; a fixed level comes last.
-
-    Methods of installed packages are loaded when first an unknown name is asked for, or all names are.
-    """
+    """Each threshold method by its name, in the order in which people see them; a fixed level comes last."""
 
     def __init__(self, **built_in: Entry) -> None:
         self._entries = {name: one._replace(method=_called_alike(one.method)) for name, one in built_in.items()}

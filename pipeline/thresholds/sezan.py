@@ -10,14 +10,7 @@ from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 
 def sezan(histogram: Histogram) -> Threshold:
-    """Put the level between the background's peak and the next one (Sezan 1990).
-
-    The cumulative histogram less its mean over a sliding window changes from plus to minus where a peak starts and has
-    its maximum where the peak ends. The window grows until two peaks are left, and the level is midway between the end
-    of the first and the start of the second. If only one is left, the level is where it ends.
-
-    Sezan 1990, "A peak detection algorithm and its application to histogram-based image data reduction".
-    """
+    """Put the level between the background's peak and the next one, as a growing window finds two (Sezan 1990)."""
     if np.count_nonzero(histogram.counts) < 2:
         reason = "The whole picture has one grey level, so there is nothing to tell apart."
         return threshold_at("sezan", histogram, LEVELS, reason)

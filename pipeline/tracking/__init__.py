@@ -1,7 +1,4 @@
-"""Tracking a dock over frames: the two pose hypotheses, their chains, and where to search next.
-
-May import `dockpose.estimate` and everything below it.
-"""
+"""Tracking a dock over frames: the two pose hypotheses, their chains, and where to search next."""
 
 from dockpose.tracking.smoother import Smoothed, Smoother
 from dockpose.tracking.tracker import NO_TRACK, Track, Tracked, Tracker

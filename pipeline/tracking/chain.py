@@ -43,14 +43,7 @@ class Speeds:
 
 @dataclass(frozen=True)
 class Chain:
-    """A Kalman filter of a dock's position and normal, with their rates of change.
-
-    Each of the six numbers has a Kalman filter of its own. The rates are Ornstein-Uhlenbeck processes: a vehicle keeps
-    its speed for a while, and hardly ever exceeds its top speed.
-
-    Bar-Shalom, Li and Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation", section 8.2
-    (Singer's model, there for accelerations).
-    """
+    """A dock's position and normal, each number filtered with a rate (Singer's model, Bar-Shalom et al. 2001)."""
 
     state: np.ndarray  # (6,): position in metres, and normal
     rates: np.ndarray  # (6,): their change per second

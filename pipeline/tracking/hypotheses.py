@@ -108,14 +108,7 @@ def candidates_of(found: Estimate) -> Pair | None:
 
 
 def posterior(first: float, distances: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
-    """Which candidate continues each chain, and the probability that the first chain is right.
-
-    The forward step of a hidden Markov model whose state is the right candidate. ``distances`` (2, 2) are squared
-    Mahalanobis distances of each chain from each candidate. The likelihood of a chain is how well motion allows it to
-    be continued at all, tempered. How its probability divides between the two candidates is not tempered: a candidate
-    that is ruled out for a chain takes nothing from it, and the chains mix only where both candidates nearly coincide.
-    The chains continue to the candidates that received most of the probability.
-    """
+    """Which candidate continues each chain, by distances (2, 2), and how probable the first is, see docs/method.md."""
     # Relative to the nearer candidate of each chain, so that nothing underflows.
     weights = []
     for before, squares in zip((first, 1 - first), distances.tolist(), strict=True):

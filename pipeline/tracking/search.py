@@ -35,11 +35,7 @@ class _Last:
 
 
 class Search:
-    """Searches the frames of a sequence, most of them only in a region around the previous frame's ring.
-
-    The region depends only on the previous frame's estimate, and the first frame of every 25 is searched as a whole. So
-    blocks of 25 frames can be searched in any order and by several processes, with the same results.
-    """
+    """Searches frames around the last ring, each 25th as a whole, so that blocks can be searched in any order."""
 
     def __init__(self, camera: Camera, dock: Dock, settings: Settings, *, whole_first: int = 0) -> None:
         self._camera, self._dock, self._whole_first = camera, dock, whole_first

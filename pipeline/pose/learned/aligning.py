@@ -19,12 +19,7 @@ _HALF_SEEN = 0.5  # views, relative to the most, in which a light must be to be 
 
 
 def aligned(placed: Sequence[Placed], dock: Dock) -> list[Placed] | None:
-    """Number the lights alike in all views.
-
-    Views that follow each other are chained by the dock's roll, which hardly changes between them. The chains are
-    turned until the lights' shifts from their even places, along and across the ring, agree as well as they can. Noise
-    can be made to agree as well; so two halves of the chains, aligned apart, must show the same unevenness.
-    """
+    """Number the lights alike in all views, by the roll and by unevenness; None where halves of the views differ."""
     count = dock.lights or 0
     followed = _chained(placed, count)
     chains: list[list[int]] = []

@@ -40,14 +40,7 @@ class LearnedDock:
 
 
 def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_focal: bool = False) -> LearnedDock:
-    """Learn where the lights of a dock really are.
-
-    What shifts, turns or tilts the dock as a whole is a matter of its pose, and its size one of its distance. So the
-    offsets are sought among those that leave the lights' mean circle as it is: neither moved, turned, tilted nor
-    enlarged, to first order. Each view's pose is eliminated from the normal equations (Schur complement).
-
-    Triggs et al. 2000, "Bundle adjustment - a modern synthesis".
-    """
+    """Learn where the lights of a dock really are, about their mean circle (Triggs et al. 2000)."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         raise LearningError("the dock must be given by its diameter and its number of evenly spaced lights")
     placed = [each for each in (place_view(view, camera, dock) for view in views) if each is not None]

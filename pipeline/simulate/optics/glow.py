@@ -1,9 +1,4 @@
-"""The light of all lamps on the sensor: direct light and glow, at exact subpixel positions.
-
-Near a lamp its own point spread function is evaluated at every pixel. Farther out the glow is smooth, and that of all
-lamps is computed in one convolution on a coarse grid. So the cost grows with the pixels of the picture, not with pixels
-times lamps.
-"""
+"""The light of all lamps on the sensor: near them for each pixel, farther out in one convolution on a coarse grid."""
 
 from __future__ import annotations
 
@@ -103,10 +98,7 @@ def _near_picture(centre: np.ndarray, scene: Scene) -> bool:
 
 
 def _angle_of_px(scene: Scene, points_m: np.ndarray, centres_px: np.ndarray) -> np.ndarray:
-    """For each point the matrix (2, 2) from pixels around its image to angles in radians around its direction.
-
-    Obtained by projecting two neighbours, so it includes distortion and port.
-    """
+    """For each point the matrix (2, 2) from pixels around its image to angles in radians, through lens and port."""
     unit = points_m / np.linalg.norm(points_m, axis=1, keepdims=True)
     right = np.column_stack([unit[:, 2], np.zeros(len(unit)), -unit[:, 0]])
     right /= np.linalg.norm(right, axis=1, keepdims=True)
@@ -169,11 +161,7 @@ def _smooth_within(glow: np.ndarray, near_rad: float) -> np.ndarray:
 
 
 def _seen_rotated(scene: Scene, x_rad: np.ndarray, y_rad: np.ndarray) -> tuple[np.ndarray, float]:
-    """Angle on the symmetric glow of each angle in the picture, and the factor by which the glow is brighter.
-
-    The symmetric pattern is imagined on a plane that is rotated about an axis in the picture and seen in perspective:
-    narrower across the axis, and longer on the side that turns away (the paper's Figure 7).
-    """
+    """Angles on a glow rotated about an axis in the picture, and how much brighter it is (the paper's Figure 7)."""
     tilt, axis = math.radians(scene.psf.tilt_deg), math.radians(scene.psf.tilt_axis_deg)
     along = x_rad * math.cos(axis) + y_rad * math.sin(axis)
     across = -x_rad * math.sin(axis) + y_rad * math.cos(axis)

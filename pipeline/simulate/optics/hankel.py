@@ -1,9 +1,4 @@
-"""The zeroth-order Hankel transform between a modulation transfer function and its point spread function.
-
-A radially symmetric image and its spectrum are each other's transform: F(y) = 2 pi int f(x) J0(2 pi x y) x dx, with x
-an angle in radians and y a frequency in cycles per radian. The grids are logarithmic, since both span many decades
-(Hamilton 2000, FFTLog, through scipy.fft.fht).
-"""
+"""The zeroth-order Hankel transform of a modulation transfer function, on logarithmic grids (Hamilton 2000, FFTLog)."""
 
 from __future__ import annotations
 
@@ -45,12 +40,7 @@ def transfer_of(spread: np.ndarray) -> np.ndarray:
 
 
 def mean_bessel(x: np.ndarray) -> np.ndarray:
-    """Mean of the Bessel function J0 from 0 up to each of ``x``, which must be above 0: (1/x) int_0^x J0(t) dt.
-
-    Up to 32 a cubic spline through J0 is integrated; beyond, the integral from x to infinity is expanded in powers of
-    1/x (by parts, as in Abramowitz and Stegun 1964, section 11.1). Both are exact to 1e-12. ``scipy.special.itj0y0``,
-    which does the same, is wrong for x above 20 before SciPy 1.17 (its issue 22436).
-    """
+    """Mean of J0 from 0 up to each ``x`` above 0, exact to 1e-12; itj0y0 is wrong above 20 before SciPy 1.17."""
     result = np.empty_like(x, dtype=float)
     near = x < _SERIES_FROM
     result[near] = _integral_near()(x[near])

@@ -125,11 +125,7 @@ def scattering_angle_rad(name: str) -> float:
 
 
 def mean_phase_transform(name: str, cycles_per_rad: np.ndarray) -> np.ndarray:
-    """Mean of the phase function's Hankel transform over the frequencies from 0 up to each of ``cycles_per_rad``.
-
-    The Bessel function alone is averaged over the frequency first, (1/x) int_0^x J0, which decays and so needs no fine
-    quadrature over the angle.
-    """
+    """Mean of the phase function's Hankel transform over the frequencies from 0 up to each of ``cycles_per_rad``."""
     angles, values = phase_function(name)
     x = 2 * math.pi * np.multiply.outer(cycles_per_rad, angles)
     weights = 2 * math.pi * values * np.sin(angles) * angles

@@ -1,7 +1,5 @@
 """Argument checks: each raises a ValueError that names the argument and its value."""
 
-from __future__ import annotations
-
 import math
 import re
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Compiling loops over pixels with numba, and keeping what was compiled wherever that is possible."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

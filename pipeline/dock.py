@@ -99,13 +99,7 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         return self.diameter / 2
 
     def light_angles_rad(self) -> np.ndarray:
-        """Angle (lights,) of each light around the ring, from the dock's x axis towards its y axis, in radians.
-
-        Raises
-        ------
-        ValueError
-            If the number of lights is not known.
-        """
+        """Angle (lights,) of each light from the dock's x axis towards y; ValueError where their number is unknown."""
         if self.lights is None:
             raise ValueError("lights is None; the number of lights is needed to place them")
         if self.angles_deg:
@@ -113,11 +107,7 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         return 2 * math.pi * np.arange(self.lights) / self.lights
 
     def light_points(self) -> np.ndarray:
-        """Positions (lights, 3) in metres in the dock's own frame.
-
-        The dock lies in the plane z = 0 and its face looks along -z (towards the camera when square on). A light at
-        angle 0 is on the x axis, and angles grow towards y. Offsets are added.
-        """
+        """Positions (lights, 3) in metres in the dock's frame, whose face looks along -z, with the offsets."""
         angles = self.light_angles_rad()
         circle = self.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
         return circle + np.array(self.offsets_m) if self.offsets_m else circle

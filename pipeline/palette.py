@@ -1,7 +1,5 @@
 """The colours of a result: Okabe and Ito's, which colour-blind people can tell apart, as in HTML."""
 
-from __future__ import annotations
-
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY_BLUE, GREY, WHITE = "#CC79A7", "#56B4E9", "#7f8fa6", "#ffffff"
 

@@ -1,7 +1,5 @@
 """Boards of squares for calibration: where their corners are in a picture, and how sharp it is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """Bundle adjustment over boards: what all pictures share and each board's pose, with standard errors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Camera calibration: pictures of a board in, a camera and how sure it is out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 

@@ -125,19 +125,7 @@ class Camera(
         return float(angles[0] + angles[1]), float(angles[2] + angles[3])
 
     def undistort(self, points_px: ArrayLike) -> np.ndarray:
-        """Move picture points to where the same camera with an ideal pinhole lens would see them.
-
-        Parameters
-        ----------
-        points_px : (N, 2) array_like, pixels
-            Points in the picture.
-
-        Returns
-        -------
-        (N, 2) float array, pixels
-            The undistorted points. Directions more than 89.9 degrees off the axis of a fisheye lens are clamped to that
-            angle. A port is ignored, see :meth:`virtual_pixels`.
-        """
+        """Where an ideal pinhole would see picture points (N, 2), at most 89.9 degrees off; a port is ignored."""
         points = as_points("points_px", points_px, 2)
         if self._is_pinhole or len(points) == 0:
             return points.copy()
@@ -165,37 +153,12 @@ class Camera(
         return self.port.into_water(self._directions(points))[0]
 
     def project(self, points_m: ArrayLike) -> np.ndarray:
-        """Project points in the camera frame into the picture.
-
-        Parameters
-        ----------
-        points_m : (N, 3) array_like, metres
-            Points in the camera frame.
-
-        Returns
-        -------
-        (N, 2) float array, pixels
-            Their images; NaN for points that the lens does not see (z <= 0 for all but a fisheye) or inside the port.
-        """
+        """Images (N, 2) in pixels of points (N, 3) in metres in the camera frame; NaN where the lens sees none."""
         points = as_points("points_m", points_m, 3)
         return self._through_lens(points if self.port is None else self.port.into_air(points))
 
     def virtual_pixels(self, points_px: ArrayLike, depths_m: float | np.ndarray) -> np.ndarray:
-        """Where a pinhole at the camera's centre, without lens or port, would see what picture points show.
-
-        Parameters
-        ----------
-        points_px : (N, 2) array_like, pixels
-            Points in the picture.
-        depths_m : float or (N,) array, metres
-            z of what they show. Behind a port rays do not meet in one point, so the answer depends on the depth, though
-            hardly beyond a metre; without a port it is ignored.
-
-        Returns
-        -------
-        (N, 2) float array, pixels
-            Points in the picture of this camera's pinhole.
-        """
+        """Where a pinhole, without lens or port, would see picture points (N, 2) of lights at z in metres."""
         points = as_points("points_px", points_px, 2)
         if self.port is None:
             return self.undistort(points)
@@ -204,11 +167,7 @@ class Camera(
         return self._pixels(rays[:, :2] / rays[:, 2:] * nearer[:, None])
 
     def picture_slopes(self, points_px: ArrayLike, depths_m: float | np.ndarray) -> np.ndarray:
-        """How far picture points move per step of their virtual pixels: derivatives (N, 2, 2), pixel per pixel.
-
-        They carry the noise of a light's centroid, which arises in the picture, over to the pinhole in which poses are
-        computed. Central differences of :meth:`virtual_pixels`.
-        """
+        """Derivatives (N, 2, 2) of picture points by virtual pixels, which carry the centroids' noise over."""
         points = as_points("points_px", points_px, 2)
         if self.port is None and self._is_pinhole:
             return np.tile(np.eye(2), (len(points), 1, 1))
@@ -235,24 +194,7 @@ class Camera(
         return image * [self.fx, self.fy] + [self.cx, self.cy]
 
     def for_size(self, width: int, height: int) -> Camera:
-        """Return the intrinsics for a picture of another size.
-
-        Parameters
-        ----------
-        width, height : int, pixels
-            Size of the picture.
-
-        Returns
-        -------
-        Camera
-            Intrinsics scaled to that size; the camera itself where the size is its own.
-
-        Raises
-        ------
-        ValueError
-            If the picture is not a pure rescale (a crop, another aspect ratio): there is no way to tell which part of
-            the field of view it shows.
-        """
+        """Intrinsics scaled to another size in pixels; ValueError where that is no pure rescale, as of a crop."""
         if (width, height) == (self.width, self.height):
             return self
         scale_x, scale_y = width / self.width, height / self.height
@@ -273,33 +215,7 @@ class Camera(
         )
 
     def rotated(self, degrees: int) -> Camera:
-        """Return the camera of the picture turned clockwise.
-
-        The picture is still that of the same sensor; what was on its right, as it was, lies at the bottom after 90
-        degrees. Positions turn about the axis along: (x, y, z) becomes (-y, x, z) by 90 degrees.
-
-        Parameters
-        ----------
-        degrees : {0, 90, 180, 270}
-            How far the picture is turned clockwise, as one turns it to see it upright.
-
-        Returns
-        -------
-        Camera
-            With the focal lengths, the principal point, the size and the tangential distortion that belong to the
-            turned picture. Radial distortion, a fisheye's too, and a port at right angles to the axis stay as they are.
-
-        Raises
-        ------
-        ValueError
-            If ``degrees`` is none of these.
-
-        Examples
-        --------
-        >>> camera = Camera(fx=700, fy=710, cx=300, cy=200, width=640, height=480).rotated(90)
-        >>> camera.fx, camera.cx, camera.cy, camera.width, camera.height
-        (710, 279, 300, 480, 640)
-        """
+        """The camera of the picture turned clockwise by 0, 90, 180 or 270; by 90, (x, y, z) becomes (-y, x, z)."""
         camera = self
         for _ in range(check_turn("degrees", degrees) // 90):
             radial, more = camera.distortion, ()

@@ -1,7 +1,5 @@
 """How much of the picture, of tilts and of distances the boards cover, and what to photograph next."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

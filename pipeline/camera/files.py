@@ -1,7 +1,5 @@
 """Camera files in YAML: ROS camera_info, OpenCV FileStorage and our own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

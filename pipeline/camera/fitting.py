@@ -1,7 +1,5 @@
 """Cameras fitted to the corners of boards, by lens models of growing freedom."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

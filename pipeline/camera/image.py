@@ -1,7 +1,5 @@
 """Image decoding, and what every later stage works on: a grey image and its 8-bit levels."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import warnings

@@ -1,7 +1,5 @@
 """Which lens model the pictures can tell: the stiffest one that sees pictures it was not fitted to as well as any."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

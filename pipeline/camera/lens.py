@@ -1,7 +1,5 @@
 """Lens models: directions to image points and back, in units of the focal length."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

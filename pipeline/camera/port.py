@@ -1,7 +1,5 @@
 """Flat ports: refraction for a camera that was calibrated in air and looks through a window into water."""
 
-from __future__ import annotations
-
 import msgspec
 import numpy as np
 from dockpose.checks import check_number, make_plain
@@ -50,24 +48,7 @@ class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.air_gap_m + self.glass_m
 
     def into_air(self, points_m: np.ndarray) -> np.ndarray:
-        """Directions in which the camera sees points in the water.
-
-        Parameters
-        ----------
-        points_m : (N, 3) float array, metres
-            Points in the camera frame.
-
-        Returns
-        -------
-        (N, 3) float array
-            Directions in air, with z = 1; NaN for points that are not beyond the window (z <= ``outside_m``).
-
-        Notes
-        -----
-        With t the tangent of the ray's angle in air, the ray has moved da tan + dg tan + dw tan sideways when it
-        reaches the point's depth, each angle by Snell's law. That grows with t, ever more slowly, so Newton's method
-        from the axis outwards never overshoots and always converges.
-        """
+        """Directions (N, 3), z = 1, in which the camera sees points (N, 3) in the water, in metres; else NaN."""
         sideways = np.hypot(points_m[:, 0], points_m[:, 1])
         depth = points_m[:, 2] - self.outside_m
         beyond = depth > 0
@@ -86,21 +67,7 @@ class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return np.column_stack([points_m[:, 0] * scale, points_m[:, 1] * scale, np.where(beyond, 1.0, np.nan)])
 
     def into_water(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Continue rays from the camera into the water.
-
-        Parameters
-        ----------
-        directions : (N, 3) float array
-            Directions in air from the camera's centre, z > 0.
-
-        Returns
-        -------
-        starts_m : (N, 3) float array, metres
-            Points on the camera's axis where the rays, followed backwards in the water, meet it:
-            z0 = da + dg - (da tan ta + dg tan tg) / tan tw.
-        rays : (N, 3) float array
-            Unit vectors of the rays in the water.
-        """
+        """Starts (N, 3) in metres on the axis, and unit vectors (N, 3), in the water, of rays (N, 3) in air."""
         unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         sine2 = unit[:, 0] ** 2 + unit[:, 1] ** 2
         in_water = np.column_stack([unit[:, :2] / self.water_index, np.sqrt(1 - sine2 / self.water_index**2)])

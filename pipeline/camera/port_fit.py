@@ -1,7 +1,5 @@
 """The flat port before a camera that is known in air, from pictures of a board in the water."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The flow chart: image, threshold, markers, ring, ellipse, poses, choice."""
 
-from __future__ import annotations
-
 import os
 import time
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What was found in one picture, and how it is reported: as a JSON object, a table, a sentence and a picture."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -84,32 +82,11 @@ class Estimate:
         return drawing.png(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
 
     def draw(self) -> np.ndarray:
-        """Draw the lights, the ellipse and both poses over the picture, as a notebook shows the estimate.
-
-        Returns
-        -------
-        (H, W, 3) uint8 BGR array
-            As large as the picture, but at most 1200 pixels wide and high; over black where the array of the picture
-            is no longer kept, or its file is gone.
-        """
+        """Draw lights, ellipse and poses, (H, W, 3) BGR of at most 1200 px a side; on black if the picture is gone."""
         return drawing.draw(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
 
     def to_frame(self) -> Any:
-        """Return the candidates as a pandas DataFrame, a row each; one row without a pose where there are none.
-
-        Returns
-        -------
-        pandas.DataFrame
-            With the columns status, pose ("A", "B" or ""), selected, x_m, y_m, z_m (metres, in the camera's frame),
-            theta_x_deg, theta_y_deg, roll_deg (degrees), probability, rms_px (pixels), the standard errors sigma_x_m,
-            sigma_y_m, sigma_z_m, sigma_theta_x_deg, sigma_theta_y_deg, and of the whole estimate detection, method,
-            level, lights_on_ring, elapsed_ms and message. What is not known is NaN.
-
-        Raises
-        ------
-        ValueError
-            If pandas is not installed.
-        """
+        """The candidates as a pandas DataFrame, a row each, units in the columns' names; ValueError without pandas."""
         return frame_of(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
 
     @property

@@ -1,7 +1,5 @@
 """Grey-weighted centroids of lights, one window at a time, compiled by numba."""
 
-from __future__ import annotations
-
 import numpy as np
 from dockpose.compiled import compiled
 

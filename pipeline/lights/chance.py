@@ -1,7 +1,5 @@
 """How many rings chance alone would make, by which a ring is accepted (Desolneux, Moisan and Morel 2000)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The colour of each light in a colour picture, although water absorbs red before blue."""
 
-from __future__ import annotations
-
 import numpy as np
 
 _BANDS = ("blue", "green", "red")

@@ -1,7 +1,5 @@
 """The ellipse through the lights: direct least-squares fit, and conversion of conic coefficients to parameters."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

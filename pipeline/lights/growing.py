@@ -1,7 +1,5 @@
 """From three corners of a dock's polygon of lights to the whole: fit, look for the next corners, and fit again."""
 
-from __future__ import annotations
-
 import numpy as np
 from dockpose.compiled import compiled
 from dockpose.lights.nearest_pose import as_pose, fit_affine, one_pose

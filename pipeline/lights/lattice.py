@@ -1,7 +1,5 @@
 """Groups that repeat as the points of a lattice do: many rings can be laid through them, each as exact as the next."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

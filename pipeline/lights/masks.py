@@ -1,7 +1,5 @@
 """Masks: what counts neither in the histogram nor as lights, given by people or found because it stays put."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Sequence

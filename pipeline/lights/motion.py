@@ -1,7 +1,5 @@
 """Whether the camera moves: groups that move together, as all does that stands in the water when the camera moves."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The pose of a circle of lights that is nearest to a homography of them, in compiled loops for a few lights."""
 
-from __future__ import annotations
-
 import numpy as np
 from dockpose.compiled import compiled
 from dockpose.lights.reprojection import LightRays, solve, sum_products, turn

@@ -1,7 +1,5 @@
 """The images of a dock's lights among points: three points give an affine image of it, whose corners follow."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A region of interest: the part of a picture that is searched, and how results map back to the whole picture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """One Gauss-Newton step for the pose of a dock's lights: a shift along the camera's axes, a turn about the dock's."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which of the groups are the dock's lights: those that lie, spaced as its lights are, on one ellipse."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Whether one ellipse runs through all groups of a picture, spaced as the dock's lights are."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

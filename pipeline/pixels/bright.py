@@ -60,11 +60,7 @@ class BrightPixels:
     def count_groups(
         self, min_area_px: int, most_area_px: int | None = None, rise: float = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Number of all groups at every level, and of those that a person would count; (256,), -1 below the floor.
-
-        Groups of fewer than ``min_area_px`` do not count. A person counts those of at most ``most_area_px``, or
-        saturated ones, that rise by ``rise`` levels above where they meet a brighter one.
-        """
+        """Counts (256,) of all groups, and of those no larger, or saturated, that rise so far; -1 below the floor."""
         if self.is_empty:
             counts = np.where(np.arange(LEVELS) < self.floor, -1, 0)
             return counts, counts
@@ -72,10 +68,7 @@ class BrightPixels:
         return count_groups(self.level, self.index, self.width, self.floor, min_area_px, most, float(rise), SATURATED)
 
     def coarser(self, most_pixels: int) -> tuple[BrightPixels, int]:
-        """These pixels merged into squares, about ``most_pixels`` of them at most, and the side of a square in pixels.
-
-        Lights made of more pixels than that are large, so a smaller picture shows them too.
-        """
+        """These pixels in about ``most_pixels`` squares at most, and the side of a square in pixels."""
         side = math.ceil(math.sqrt(len(self) / most_pixels))
         if side <= 1:
             return self, 1

@@ -1,7 +1,5 @@
 """Loops over single pixels, compiled by numba: which touch, what groups they form, and where those meet."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Peaks of a picture that rise enough above the saddles between them: which there are, and the pixels of each."""
 
-from __future__ import annotations
-
 import numpy as np
 from dockpose.compiled import compiled
 from dockpose.pixels.flood import LEVELS, NEIGHBOURS, brightest_first, root_of, touching

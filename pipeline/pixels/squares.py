@@ -1,7 +1,5 @@
 """A picture in squares of some pixels, where it has too many to look at each by itself."""
 
-from __future__ import annotations
-
 import numpy as np
 from dockpose.compiled import compiled
 from dockpose.pixels.flood import Shapes, add_pixel, no_shapes

@@ -1,7 +1,5 @@
 """Which lights of a dock a few points can be: every assignment, and how well each could explain the points."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from itertools import combinations

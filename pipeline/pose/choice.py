@@ -1,7 +1,5 @@
 """The choice between the two poses of a dock."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

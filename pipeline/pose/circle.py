@@ -137,11 +137,7 @@ class CirclePose:
 
     @property
     def covariance(self) -> np.ndarray | None:
-        """Covariance (6, 6) of x, y, z in metres and rotations about the camera's fixed axes x, y, z in radians.
-
-        That is the order of ROS. The roll, which nothing shows where all lights look alike, has the variance of an
-        angle anywhere in a full turn. None where it was not computed.
-        """
+        """Covariance (6, 6) in ROS's order, m and rad about the camera's axes, roll unknown; None if not computed."""
         return None if self.errors is None else self.errors.in_camera()
 
     @property

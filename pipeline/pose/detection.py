@@ -1,7 +1,5 @@
 """Whether what was found is a dock at all: where its lights lie on the refined pose, against what chance would make."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The dock's pose from a few lights, too few for a certain ellipse, where their spacing is known."""
 
-from __future__ import annotations
-
 import math
 from itertools import combinations
 from typing import Any
@@ -31,7 +29,7 @@ _LEAST_SQUARES_PX2 = 1e-3  # no centroid is better, so that ratios stay finite
 
 
 def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: CirclePose | None = None) -> Choice:
-    """Find the pose by three or more lights (N, 2); of those that explain them that ``near`` one. See docs/method.md."""
+    """Find the pose by three or more lights (N, 2), the one ``near`` a pose if given; see docs/method.md."""
     points = as_points("points_px", points_px, 2)
     _check(points, dock)
     middle = points.mean(axis=0)

@@ -1,7 +1,5 @@
 """Docks whose lights are not quite in their places: poses refined with where the lights really are."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

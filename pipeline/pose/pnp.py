@@ -1,7 +1,5 @@
 """Pose from lights whose numbers are known: EPnP and its peers, from OpenCV, for comparison."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Refinement: the pose with the least reprojection error, and its covariance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

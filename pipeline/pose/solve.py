@@ -1,7 +1,5 @@
 """From the centroids of the lights in a picture to both poses of the dock, with or without a port."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

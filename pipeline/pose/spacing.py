@@ -1,7 +1,5 @@
 """Which light of the dock each point is, from the spacing of the lights around the ring and from their colours."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

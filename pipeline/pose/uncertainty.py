@@ -1,7 +1,5 @@
 """Uncertainty of a refined pose: the noise of the centroids, standard errors, and the odds of two candidates."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import lru_cache

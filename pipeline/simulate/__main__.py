@@ -1,7 +1,5 @@
 """Render scenes again: ``python -m dockpose.simulate FOLDER`` writes NAME.png and the truth for every NAME.yaml."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

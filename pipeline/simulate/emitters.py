@@ -1,7 +1,5 @@
 """All points that send light to the camera: the dock's lights, other lamps, and their reflections."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

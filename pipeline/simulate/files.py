@@ -1,7 +1,5 @@
 """Scene files: all the numbers of a scene in one YAML file, with its picture and its truth."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

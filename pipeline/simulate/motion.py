@@ -1,7 +1,5 @@
 """How the vehicle moves: an approach, a sweep past the dock, hovering, or a course steered by an estimator."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

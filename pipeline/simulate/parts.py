@@ -1,7 +1,5 @@
 """The parts of a scene: pose, lights, what surrounds them, and the sensor."""
 
-from __future__ import annotations
-
 import msgspec
 from dockpose.checks import check_number, check_whole, make_plain
 

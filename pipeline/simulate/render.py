@@ -1,7 +1,5 @@
 """Rendering: from a scene to its picture."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

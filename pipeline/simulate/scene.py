@@ -1,7 +1,5 @@
 """Everything that a simulated picture shows, with every number in one place."""
 
-from __future__ import annotations
-
 import math
 
 import msgspec

@@ -1,7 +1,5 @@
 """From light on the sensor to the stored picture."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

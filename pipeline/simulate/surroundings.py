@@ -1,7 +1,5 @@
 """What a picture shows besides lamps: water, panel, snow, things in front, burnt-in text."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """The truth of a simulated picture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Threshold methods, one function each, behind the registry `METHODS`, where users' own functions register too."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from dockpose.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION

@@ -1,7 +1,5 @@
 """Methods that split the histogram into two classes: Otsu, Kapur, Kittler and Illingworth, Li, Yen, triangle."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

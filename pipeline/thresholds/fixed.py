@@ -1,7 +1,5 @@
 """A level set by hand, as Park et al. 2009 did."""
 
-from __future__ import annotations
-
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 

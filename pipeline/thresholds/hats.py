@@ -1,7 +1,5 @@
 """HATS, histogram-based adaptive thresholding (Ghosh et al. 2016, sections 2.1.1 and 2.1.2): peaks vote on a count."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from itertools import groupby

@@ -54,10 +54,7 @@ class Histogram:
 
     @cached_property
     def sketch(self) -> np.ndarray:
-        """Approximate number of pixels of each level (256,).
-
-        Taken from every few rows of a large picture, which is accurate enough for the water.
-        """
+        """Approximate number of pixels of each level (256,), of every few rows, accurate enough for the water."""
         step = -(-self.levels.size // SKETCH_PX)
         if step <= 1:
             return self.counts
@@ -65,10 +62,7 @@ class Histogram:
         return rough if rough.any() else self.counts  # masks may hide every one of those rows
 
     def in_squares(self, most_px: int) -> tuple[Histogram, int]:
-        """A large picture, or one of large lights, in squares as bright as their brightest pixels, and a square's side.
-
-        For what cannot be done on more than ``most_px`` pixels in time, and shows in a smaller picture too.
-        """
+        """A picture, if large, in about ``most_px`` squares as bright as their brightest pixels, and their side."""
         if most_px not in self._smaller:
             saturated = int(self.sketch[SATURATED:].sum())
             side = math.ceil(math.sqrt(max(self.levels.size / most_px, saturated / MOST_SATURATED_PX)))
@@ -188,10 +182,7 @@ class Threshold:
 
     @cached_property
     def peaks(self) -> tuple[Peak, ...]:
-        """Local peaks of the lightly smoothed histogram, bright to dark, and what each votes for.
-
-        For display only: the vote itself is taken on the whole curve.
-        """
+        """Local peaks of the smoothed histogram, bright to dark, and what each votes for: for display only."""
         if self.level >= LEVELS or (self.groups_at_level[self.floor :] < 0).all():
             return ()
         padded = np.concatenate([np.zeros(2), self.histogram, np.zeros(2)])

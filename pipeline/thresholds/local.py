@@ -1,7 +1,5 @@
 """HATS light by light: each peak that rises enough is a light, cut half way up (Ghosh et al. 2016, section 2.1.2)."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

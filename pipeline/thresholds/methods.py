@@ -1,7 +1,5 @@
 """The registry of threshold methods: those of the library, those registered in Python, those of installed packages."""
 
-from __future__ import annotations
-
 import contextlib
 import inspect
 import logging

@@ -1,7 +1,5 @@
 """A function of somebody's own as a threshold method: from the grey picture to a level or a mask."""
 
-from __future__ import annotations
-
 import math
 import numbers
 import traceback

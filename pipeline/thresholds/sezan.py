@@ -1,7 +1,5 @@
 """Sezan's peaks of the histogram."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Searching frame after frame: first around the previous frame's ring, then the whole picture if that fails."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

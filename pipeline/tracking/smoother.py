@@ -1,7 +1,5 @@
 """Smoothing over a whole recording: each pose given all frames, those after it as well as those before."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -90,13 +88,7 @@ class Smoother:
         self._kept.append(_Kept(step.after.chains, predicted, step.after.first, link, step.elapsed_s))
 
     def poses(self) -> list[Smoothed | None]:
-        """Return the smoothed pose of each frame that was taken in; None where no dock was tracked.
-
-        Returns
-        -------
-        list of Smoothed or None
-            In the order of the frames.
-        """
+        """The smoothed pose of each frame that was taken in, in order; None where no dock was tracked."""
         found: list[Smoothed | None] = [None] * len(self._kept)
         later: _Kept | None = None
         chains: list[Chain] = []

@@ -1,7 +1,5 @@
 """Tracking: a filter over frames that carries both poses until it is known which one is right."""
 
-from __future__ import annotations
-
 import math
 import os
 from dataclasses import dataclass
@@ -116,11 +114,7 @@ class Tracked:
         sha256: str | None = None,
         time_unix_s: float | None = None,
     ) -> dict[str, Any]:
-        """The estimate's JSON object with the final choice in numbers and words, and ``track``; the candidates stay.
-
-        The poses that earlier frames predict for this one, and that are filtered over all so far, stand beside them;
-        those smoothed over the whole recording are known only at its end, see :class:`dockpose.tracking.Smoother`.
-        """
+        """The estimate's JSON object with the final choice, ``track``, and the predicted and the filtered pose."""
         track, candidates = self.track, self.estimate.candidates
         camera, chain = self.estimate.camera, self.chain
         before = None if self.step is None or chain is None or not self.step.goes_on else self.step.before
@@ -200,22 +194,7 @@ class Tracker:
     def see(
         self, image: np.ndarray | str | os.PathLike[str], time_s: float | None = None, command: Command | None = None
     ) -> Tracked:
-        """Search the next frame and update the track.
-
-        Parameters
-        ----------
-        image : (H, W) or (H, W, 3) array, or path
-            The frame, as for :func:`dockpose.estimate.estimate`.
-        time_s : float or None, seconds
-            When it was taken; None for a tenth of a second after the previous frame.
-        command : Command, optional
-            The vehicle's motion since the previous frame, where it is known.
-
-        Returns
-        -------
-        Tracked
-            The frame's estimate and the state of the track.
-        """
+        """Search the next frame, as :func:`estimate` does, and update the track; ``command`` is known motion."""
         if self.use_region:
             found = self._search.see(image, self._frames, time_s, self.settings)
         else:
@@ -224,23 +203,7 @@ class Tracker:
         return self.follow(found, time_s, command)
 
     def follow(self, found: Estimate, time_s: float | None = None, command: Command | None = None) -> Tracked:
-        """Update the track with the estimate of the next frame.
-
-        Parameters
-        ----------
-        found : Estimate
-            What the frame shows, searched as a whole or in a region.
-        time_s : float or None, seconds
-            When it was taken; None for a tenth of a second after the previous frame. If it is earlier than the previous
-            frame, a new track begins.
-        command : Command, optional
-            The vehicle's motion since the previous frame, where it is known.
-
-        Returns
-        -------
-        Tracked
-            The estimate and the state of the track.
-        """
+        """Update the track with the next frame's estimate; an earlier time begins a new track."""
         if time_s is not None and self._time_s is not None and time_s < self._time_s:
             self.reset()
         elapsed_s = period_s(self._time_s, time_s)

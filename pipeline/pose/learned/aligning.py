@@ -1,7 +1,5 @@
 """Which light is which from view to view of an evenly spaced ring: by following its roll, and by its unevenness."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Bundle adjustment over views of a dock: their poses, the lights' places and the focal length."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

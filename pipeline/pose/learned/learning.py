@@ -1,7 +1,5 @@
 """Where a dock's lights really are, from many views of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

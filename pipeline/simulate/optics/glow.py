@@ -1,7 +1,5 @@
 """The light of all lamps on the sensor: near them for each pixel, farther out in one convolution on a coarse grid."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

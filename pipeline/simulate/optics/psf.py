@@ -1,7 +1,5 @@
 """Point spread functions of water: how the light of one lamp is distributed, direct and as glow."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dockpose.estimate.words import POSE_NAMES as POSE_NAMES
+from dockpose.estimate.result import POSE_NAMES as POSE_NAMES
 from dockpose.palette import (
     BLUE,
     GREEN,

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from dockpose.camera.calibrate import BoardView, Calibration
 from dockpose.camera.coverage import Coverage
-from dockpose.camera.ladder import Rung
+from dockpose.camera.fitting import Rung
 from dockpose.camera.port_fit import FittedPort
 
 MEDIA = ("air", "water")

@@ -8,9 +8,21 @@ from dockpose.camera.board import Board, Sighting, find_board
 from dockpose.camera.bundle import Sigmas
 from dockpose.camera.camera import Camera
 from dockpose.camera.coverage import Coverage, alike_px, apart_px, coverage_of, outer_corners_px, poses_of
-from dockpose.camera.fitting import LENSES, TERMS, TILT, UNDETERMINED, CalibrationError, Fitted, Lens, fit, sigmas_of
+from dockpose.camera.fitting import (
+    FEWEST,
+    LENSES,
+    TERMS,
+    TILT,
+    UNDETERMINED,
+    CalibrationError,
+    Fitted,
+    Lens,
+    Rung,
+    climb,
+    fit,
+    sigmas_of,
+)
 from dockpose.camera.image import to_grey, to_levels
-from dockpose.camera.ladder import FEWEST, Rung, climb
 from dockpose.checks import check_is
 from numpy.typing import ArrayLike
 

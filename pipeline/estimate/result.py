@@ -1,5 +1,6 @@
 """What was found in one picture, and how it is reported: as a JSON object, a table, a sentence and a picture."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -7,9 +8,9 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.checks import InputError
 from dockpose.dock import Dock
 from dockpose.estimate import drawing
-from dockpose.estimate.words import frame_of, in_short, in_words
 from dockpose.lights.ellipse import Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.region import Region
@@ -20,6 +21,7 @@ from dockpose.settings import Settings
 from dockpose.thresholds import Threshold
 
 SCHEMA = 1
+POSE_NAMES = ("A", "B")
 
 
 @dataclass(frozen=True)
@@ -70,10 +72,18 @@ class Estimate:
     picture: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
-        return in_short(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+        pose = self.selected
+        level = "" if self.threshold is None else f" level {self.threshold.level}"
+        where = "" if pose is None else f", {self.lights_on_ring} lights, {_place(pose)}"
+        return f"<Estimate {self.status}: {self.width} x {self.height}, {self._method}{level}{where}>"
 
     def __str__(self) -> str:
-        return in_words(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+        lines = [self.message]
+        for name, pose in zip(POSE_NAMES, self.candidates, strict=False):
+            chosen = ", chosen" if pose is self.selected else ""
+            chance = "" if pose.probability is None else f" ({100 * pose.probability:.0f} %{chosen})"
+            lines.append(f"{name}{chance or (chosen and ' (chosen)')}: {_place(pose)}")
+        return "\n".join(lines)
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"picture": None}
@@ -87,7 +97,13 @@ class Estimate:
 
     def to_frame(self) -> Any:
         """The candidates as a pandas DataFrame, a row each, units in the columns' names; ValueError without pandas."""
-        return frame_of(self)  # pyright: ignore[reportArgumentType]  # knows the file twice
+        try:
+            import pandas  # pyright: ignore[reportMissingImports]  # needed for tables alone
+        except ImportError as error:
+            raise InputError("to_frame() needs pandas: pip install pandas") from error
+        names = POSE_NAMES[: len(self.candidates)] or ("",)
+        poses = self.candidates or (None,)
+        return pandas.DataFrame([self._row(name, pose) for name, pose in zip(names, poses, strict=True)])
 
     @property
     def candidates(self) -> tuple[CirclePose, ...]:
@@ -149,6 +165,32 @@ class Estimate:
             "elapsed_ms": round(self.elapsed_ms, 3),
         }
 
+    @property
+    def _method(self) -> str:
+        """The method that the threshold is of: hats may have given each light a level of its own."""
+        return self.settings.method if self.threshold is None else self.threshold.method
+
+    def _row(self, name: str, pose: CirclePose | None) -> dict[str, Any]:
+        line = {} if pose is None else pose.to_dict()
+        place, sigma = line.get("position_m") or [None] * 3, line.get("sigma_position_m") or [None] * 3
+        sigma_theta = line.get("sigma_theta_deg") or [None] * 2
+        values = {f"{axis}_m": value for axis, value in zip("xyz", place, strict=True)}
+        values |= {key: line.get(key) for key in ("theta_x_deg", "theta_y_deg", "roll_deg", "probability", "rms_px")}
+        values |= {f"sigma_{axis}_m": value for axis, value in zip("xyz", sigma, strict=True)}
+        values |= {f"sigma_theta_{axis}_deg": value for axis, value in zip("xy", sigma_theta, strict=True)}
+        return {
+            "status": self.status,
+            "pose": name,
+            "selected": pose is not None and pose is self.selected,
+            **{key: math.nan if value is None else value for key, value in values.items()},
+            "detection": math.nan if self.detection is None else self.detection,
+            "method": self._method,
+            "level": math.nan if self.threshold is None else float(self.threshold.level),
+            "lights_on_ring": 0 if self.lights_on_ring is None else self.lights_on_ring,
+            "elapsed_ms": self.elapsed_ms,
+            "message": self.message,
+        }
+
     def _threshold_dict(self) -> dict[str, Any] | None:
         if self.threshold is None:
             return None
@@ -173,3 +215,11 @@ class Estimate:
             {"x_px": x, "y_px": y, "area_px": area, "on_ring": on, "light": light}
             for (x, y), area, on, light in zip(points_px, areas_px, on_ring, self.light_numbers(), strict=True)
         ]
+
+
+def _place(pose: CirclePose) -> str:
+    """Position and attitude, with their standard errors where these are known."""
+    x, y, z = (100 * float(value) for value in pose.position_m)
+    theta_x, theta_y = math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)
+    sigma_z = "" if pose.sigma_position_m is None else f" ± {100 * pose.sigma_position_m[2]:.2g}"
+    return f"x {x:.1f} y {y:.1f} z {z:.1f}{sigma_z} cm, theta x {theta_x:.1f} y {theta_y:.1f} deg"

@@ -2,8 +2,7 @@
 
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.lights.nearest_pose import as_pose, fit_affine, one_pose
-from dockpose.lights.reprojection import solve
+from dockpose.lights.reprojection import as_pose, fit_affine, one_pose, solve
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
 SMALLEST_RADIUS_PX = 3.0  # of a smaller ring the lights are not apart

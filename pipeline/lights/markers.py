@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 import cv2
 import numpy as np
 from dockpose.lights.centroids import weighted_centres
-from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups
+from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen, squares_of
 from dockpose.pixels.flood import LEVELS, group_shapes, outline
-from dockpose.pixels.squares import coarsen, squares_of
 from dockpose.thresholds.histogram import Histogram, Threshold
 from dockpose.thresholds.local import ENOUGH_PX, split_by_peaks
 

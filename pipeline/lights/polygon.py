@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.compiled import compiled
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_PX, grow_all, stretch
-from dockpose.lights.nearest_pose import as_pose
+from dockpose.lights.reprojection import as_pose
 from scipy.spatial import KDTree
 
 # The brightest points are looked at, first few, then more.

@@ -8,9 +8,8 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, PoseErrors
-from dockpose.pose.offsets import offsets_of, refine_with_offsets
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
-from dockpose.pose.spacing import Placement, place
+from dockpose.pose.spacing import Placement, offsets_of, place, refine_with_offsets
 from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
 
 DECIDED = 0.95  # the choice counts as decided from this probability on

@@ -5,14 +5,12 @@ from collections.abc import Callable
 from dockpose.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from dockpose.pixels.bright import BrightPixels
 from dockpose.pixels.flood import LEVELS
-from dockpose.thresholds.classic import kapur, kittler, li, otsu, triangle, yen
-from dockpose.thresholds.fixed import fixed
+from dockpose.thresholds.classic import fixed, kapur, kittler, li, otsu, sezan, triangle, yen
 from dockpose.thresholds.hats import hats
 from dockpose.thresholds.histogram import Histogram, Peak, Threshold, histogram_of
 from dockpose.thresholds.local import hats_local
 from dockpose.thresholds.methods import Entry, Function, Methods
 from dockpose.thresholds.own import MethodError
-from dockpose.thresholds.sezan import sezan
 
 # Title, colour and mark (of Matplotlib) wherever the method is listed or drawn; and its short name where that is not
 # the title up to a bracket.

@@ -10,9 +10,15 @@ import cv2
 import numpy as np
 from dockpose.camera.image import to_levels
 from dockpose.compiled import compiled
-from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, bright_pixels
+from dockpose.pixels.bright import (
+    SATURATED,
+    BrightPixels,
+    PixelGroups,
+    SquareGroups,
+    bright_pixels,
+    brightest_of_squares,
+)
 from dockpose.pixels.flood import LEVELS
-from dockpose.pixels.squares import brightest_of_squares
 
 SKETCH_PX = 80_000  # about so many pixels are counted, enough for the water
 MOST_SATURATED_PX = 40_000  # lights that fill more are large

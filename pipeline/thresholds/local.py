@@ -4,10 +4,9 @@ import math
 
 import cv2
 import numpy as np
-from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups
+from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen
 from dockpose.pixels.flood import LEVELS
 from dockpose.pixels.peaks import deepen, peaks_by_persistence
-from dockpose.pixels.squares import coarsen
 from dockpose.thresholds.hats import (
     LIT_SHARES,
     MOST_PIXELS,

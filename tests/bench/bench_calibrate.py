@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.camera.board import find_board
-from dockpose.camera.fitting import LENSES, fit, sigmas_of
-from dockpose.camera.ladder import climb
+from dockpose.camera.fitting import LENSES, climb, fit, sigmas_of
 from dockpose.camera.port import FlatPort
 from dockpose.camera.port_fit import fit_port
 from dockpose.pose.learned.learning import LearningError, learn_dock

@@ -9,9 +9,8 @@ import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.offsets import refine_with_offsets
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine
-from dockpose.pose.spacing import Placement, place
+from dockpose.pose.spacing import Placement, place, refine_with_offsets
 
 FEWEST_LIGHTS = 5  # in a view; fewer leave too little beside its pose
 

@@ -4,8 +4,7 @@ import pytest
 import SimpleITK
 from dockpose.simulate import render
 from dockpose.thresholds import histogram_of, otsu
-from dockpose.thresholds.classic import kapur, kittler, kittler_criterion
-from dockpose.thresholds.sezan import find_peaks, sezan
+from dockpose.thresholds.classic import find_peaks, kapur, kittler, kittler_criterion, sezan
 
 from tests.support.scenes import random_scene
 

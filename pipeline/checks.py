@@ -27,8 +27,8 @@ class InputError(ValueError):
         super().__init__(one_line(text))
 
 
-def check_number(name: str, value: Any, *, above: float = -math.inf) -> None:
-    """Raise a ValueError that names the argument unless ``value`` is a finite, plausible number above ``above``."""
+def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf) -> None:
+    """Raise a ValueError that names the argument unless ``value`` is finite, plausible, and in these limits."""
     is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
     if not is_number or not math.isfinite(_as_float(value)) or not value > above:
         wanted = "a finite number" if above == -math.inf else f"a finite number above {above:g}"
@@ -39,6 +39,8 @@ def check_number(name: str, value: Any, *, above: float = -math.inf) -> None:
     if abs(value) > most:
         within = f"at most {most:g}" if above >= 0 else f"within -{most:g} to {most:g}"
         raise ValueError(f"{name} is {shown(value)}; it must be {within}")
+    if value < least:
+        raise ValueError(f"{name} is {shown(value)}; it must be at least {least:g}")
 
 
 def shown(value: Any) -> str:

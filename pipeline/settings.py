@@ -28,10 +28,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Weigh a light's pixels by brightness, or all alike (the paper's mass moment).
     masks : tuple of (x_px, y_px, width_px, height_px)
         Rectangles that are ignored, see :mod:`dockpose.lights.masks`.
-    max_speed_m_per_s : float, metres per second
-        The fastest the vehicle moves, for tracking.
-    max_turn_deg_per_s : float, degrees per second
-        The fastest the vehicle turns, for tracking.
+    max_speed_m_per_s, max_turn_deg_per_s : float, metres and degrees per second
+        The fastest the vehicle moves and turns, for tracking.
     lost_after_s : float, seconds
         How long a dock that is not seen is predicted before the track is lost.
 

@@ -124,17 +124,19 @@ def _corners(grey: np.ndarray, inner: tuple[int, int], thorough: bool) -> np.nda
         if longest <= _FINE_PX:
             looks.append((even, 2.0, _EXHAUSTIVE))
     for image, size, flags in looks:
-        seen = image if size == 1 else cv2.resize(image, None, fx=size, fy=size, interpolation=_sampling(size))
+        seen = (
+            image
+            if size == 1
+            else cv2.resize(
+                image, None, fx=size, fy=size, interpolation=cv2.INTER_AREA if size < 1 else cv2.INTER_CUBIC
+            )
+        )
         found, corners = cv2.findChessboardCornersSB(seen, inner, flags=flags)
         if found:
             # Pixel centres are at integers, in both pictures.
             ratio = np.array(grey.shape[::-1]) / seen.shape[::-1]
             return _refined(grey, ((corners.reshape(-1, 2) + 0.5) * ratio - 0.5).astype(np.float32), inner)
     return None
-
-
-def _sampling(scale: float) -> int:
-    return cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
 
 
 def _evened(grey: np.ndarray) -> np.ndarray:

@@ -60,17 +60,13 @@ class Calibration:
         One entry per picture, used or dropped.
     counted_as : {"squares", "corners"}
         What the board's columns and rows were taken to count.
-    lens : Lens
-        The lens model.
-    sigmas : Sigmas
-        Standard errors of the camera's numbers.
+    lens, sigmas : Lens, Sigmas
+        The lens model, and the standard errors of the camera's numbers.
     rungs : tuple of Rung
         How well each lens model sees pictures that it was not fitted to; empty where the model was asked for, or there
         are too few pictures to tell.
-    coverage : Coverage
-        What the boards cover.
-    used : tuple of Sighting
-        The boards that were used.
+    coverage, used : Coverage, tuple of Sighting
+        What the boards cover, and those that were used.
     distances_m : (float, float), metres
         The least and the largest distance of a board.
     """

@@ -21,14 +21,7 @@ class Camera(
     msgspec.Struct,
     frozen=True,
     forbid_unknown_fields=True,
-    rename={
-        "fx": "fx_px",
-        "fy": "fy_px",
-        "cx": "cx_px",
-        "cy": "cy_px",
-        "width": "width_px",
-        "height": "height_px",
-    },
+    rename={name: f"{name}_px" for name in ("fx", "fy", "cx", "cy", "width", "height")},
 ):
     """Intrinsics of one camera, in pixels, with pixel centres at integers.
 

@@ -180,7 +180,6 @@ class Rung:
     held_out_px: float  # root mean square reprojection error of the pictures left out
     # mean logarithm of its squared errors over the best model's, picture by picture, and the standard error of that
     worse: float
-    # mean logarithm of its squared errors over the best model's, picture by picture, and the standard error of that
     sigma: float
 
     @property

@@ -54,14 +54,11 @@ def _undistort(image: np.ndarray, coefficients: tuple[float, ...]) -> np.ndarray
     for _ in range(_NEWTON_STEPS):
         reached, slopes = _distort(tangents, coefficients)
         missing = image - reached
-        determinant = slopes[:, 0, 0] * slopes[:, 1, 1] - slopes[:, 0, 1] * slopes[:, 1, 0]
-        rising = determinant > 1e-6
+        rising = np.linalg.det(slopes) > 1e-6
         if not rising.any():
             break
         step = np.zeros_like(tangents)
-        step[rising, 0] = slopes[rising, 1, 1] * missing[rising, 0] - slopes[rising, 0, 1] * missing[rising, 1]
-        step[rising, 1] = slopes[rising, 0, 0] * missing[rising, 1] - slopes[rising, 1, 0] * missing[rising, 0]
-        step[rising] /= determinant[rising, None]
+        step[rising] = np.linalg.solve(slopes[rising], missing[rising, :, None])[..., 0]
         length = np.hypot(step[:, 0], step[:, 1])
         tangents += step * np.minimum(1, _LONGEST_STEP / np.maximum(length, _LONGEST_STEP))[:, None]
         if length.max() < _CLOSE_ENOUGH:

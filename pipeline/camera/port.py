@@ -36,9 +36,7 @@ class FlatPort(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         make_plain(self)
         for name in ("air_gap_m", "glass_m"):
-            check_number(name, getattr(self, name))
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be at least 0")
+            check_number(name, getattr(self, name), least=0)
         for name in ("glass_index", "water_index"):
             check_number(name, getattr(self, name), above=1)
 

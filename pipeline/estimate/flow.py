@@ -212,7 +212,7 @@ def _find_lights(
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
         return "no_lights", f"No lights: {small}.", stages
     if len(markers) == 0:
-        return "no_lights", f"No lights: {_lower_first(threshold.reason)}", stages
+        return "no_lights", f"No lights: {threshold.reason[:1].lower()}{threshold.reason[1:]}", stages
     if dock.lights is not None and min(4, dock.lights) <= len(markers) < MIN_POINTS:
         few = f"{len(markers)} groups, too few for an ellipse: their spacing must tell."
         stages["ring"] = Ring(np.ones(len(markers), dtype=bool), few)
@@ -234,7 +234,3 @@ def _labels(picture: _Picture, markers: Markers, ring: Ring, dock: Dock) -> list
         return None
     points_px = markers.points_px[ring.on_ring] - picture.part[:2]
     return tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])
-
-
-def _lower_first(text: str) -> str:
-    return text[:1].lower() + text[1:]

@@ -213,7 +213,7 @@ def _united(masks: list[Mask], lights_px: np.ndarray) -> tuple[Mask, ...]:
         mask, place = first, 0
         while place < len(united):
             union = _union(mask, united[place])
-            if union is None or _holds_any(union, lights_px):
+            if union is None or any(_is_inside(union, x, y) for x, y in lights_px.tolist()):
                 place += 1
             else:
                 del united[place]
@@ -233,10 +233,6 @@ def _union(first: Mask, second: Mask) -> Mask | None:
     height = max(first[1] + first[3], second[1] + second[3]) - y
     together = first[2] * first[3] + second[2] * second[3]
     return (x, y, width, height) if width * height <= _UNION * together else None
-
-
-def _holds_any(mask: Mask, points_px: np.ndarray) -> bool:
-    return any(_is_inside(mask, x, y) for x, y in points_px.tolist())
 
 
 def _is_inside(mask: Mask, x_px: float, y_px: float) -> bool:

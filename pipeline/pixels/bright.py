@@ -20,14 +20,10 @@ class BrightPixels:
 
     Attributes
     ----------
-    floor : int
-        The floor level.
-    width : int, pixels
-        Width of the picture.
-    index : (n,) int array
-        Position of each pixel, row * width + column.
-    level : (n,) int array
-        Grey level of each pixel, at least ``floor``.
+    floor, width : int, grey level and pixels
+        The floor level, and the width of the picture.
+    index, level : (n,) int arrays
+        Position of each pixel, row * width + column, and its grey level, at least ``floor``.
     """
 
     floor: int

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.pose.circle import CirclePose, PoseErrors
+from dockpose.pose.circle import CirclePose, PoseErrors, angles_of
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
 from dockpose.pose.spacing import Placement, offsets_of, place, refine_with_offsets
 from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
@@ -76,7 +76,7 @@ def choose_by_spacing(
 
 def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
     """If refinement brought both candidates to the same pose, put the one that moved farther back where it was."""
-    before, after = _gap_rad(R), _gap_rad(fit.rotations)
+    before, after = (_angle_rad(each[0, :, 2], each[1, :, 2]) for each in (R, fit.rotations))
     if before < SAME_RAD or after > _SLID * before:
         return fit
     turned = [_angle_rad(R[k, :, 2], fit.rotations[k, :, 2]) for k in range(len(R))]
@@ -102,7 +102,7 @@ def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | N
     noise = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
     sigmas = [deviations(covariance, R, noise) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)]
     if placement is not None and len(probabilities) == 2:
-        (x0, y0), (x1, y1) = (_thetas_rad(rotation) for rotation in fit.rotations)
+        (x0, y0), (x1, y1) = (angles_of(-rotation[:, 2]) for rotation in fit.rotations)
         probabilities = nearer(probabilities, (x0 - x1, y0 - y1), (sigmas[0][1], sigmas[1][1]))
     order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
     candidates = []
@@ -128,21 +128,11 @@ def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | N
     return Choice(tuple(candidates), 0, by, lights, _is_square_on(candidates[0]))
 
 
-def _thetas_rad(rotation: np.ndarray) -> tuple[float, float]:
-    """theta_x and theta_y of a dock with this rotation."""
-    x, y, z = rotation[:, 2].tolist()
-    return math.asin(max(-1.0, min(1.0, -y))), math.atan2(x, z)
-
-
 def _is_square_on(pose: CirclePose) -> bool:
     """Whether a pose and its twin, mirrored about the line of sight, are the same within the pose's errors."""
     towards = pose.position_m / -math.hypot(*pose.position_m.tolist())
     off = _angle_rad(pose.normal, towards)
     return 2 * off < max(SAME_RAD, *(1.96 * sigma for sigma in pose.sigma_theta_rad or ()))
-
-
-def _gap_rad(rotations: np.ndarray) -> float:
-    return _angle_rad(rotations[0, :, 2], rotations[1, :, 2])
 
 
 def _angle_rad(one: np.ndarray, other: np.ndarray) -> float:

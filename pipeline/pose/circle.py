@@ -88,12 +88,12 @@ class CirclePose:
     @property
     def theta_x_rad(self) -> float:
         """The paper's pitch: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
-        return math.asin(max(-1.0, min(1.0, float(self.normal[1]))))
+        return angles_of(self.normal)[0]
 
     @property
     def theta_y_rad(self) -> float:
         """The paper's yaw: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
-        return math.atan2(-float(self.normal[0]), -float(self.normal[2]))
+        return angles_of(self.normal)[1]
 
     @property
     def rotation(self) -> np.ndarray:
@@ -147,6 +147,12 @@ class CirclePose:
         transform[:3, :3] = self.rotation
         transform[:3, 3] = self.position_m
         return transform
+
+
+def angles_of(normal: np.ndarray) -> tuple[float, float]:
+    """theta_x and theta_y, in radians, of a dock with this unit normal (3,)."""
+    x, y, z = normal.tolist()
+    return math.asin(max(-1.0, min(1.0, y))), math.atan2(-x, -z)
 
 
 def rotation_from_angles(theta_x_rad: float, theta_y_rad: float, roll_rad: float | None = None) -> np.ndarray:

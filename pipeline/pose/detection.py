@@ -72,13 +72,11 @@ def few_in_words(markers: Markers, lights: int) -> str:
 
 def found_in_words(ring: Ring, choice: Choice, dock: Dock) -> str:
     """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is."""
-    words = _found_in_words(ring, choice)
-    if dock.offsets_m and ring.on_ring.sum() < MIN_POINTS:
-        words += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
-    return words
+    unused = f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
+    return _on_pose(ring, choice) + (unused if dock.offsets_m and ring.on_ring.sum() < MIN_POINTS else "")
 
 
-def _found_in_words(ring: Ring, choice: Choice) -> str:
+def _on_pose(ring: Ring, choice: Choice) -> str:
     pose = choice.candidates[choice.selected]
     distance = f"{int(ring.on_ring.sum())} lights on the ring; the dock is {100 * pose.position_m[2]:.1f} cm ahead"
     if ring.rivals:

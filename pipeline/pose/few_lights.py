@@ -58,7 +58,7 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
     known = dock.light_angles_rad()
     period = 2 * math.pi if dock.angles_deg else 2 * math.pi / len(known)
     placement = Placement(lights, np.zeros(len(chosen)), known[lights], [True] * len(chosen), period)
-    return choice_of(_taken(fit, chosen), (weights[chosen] / total).tolist(), placement, "spacing", camera)
+    return choice_of(fit.taken(chosen), (weights[chosen] / total).tolist(), placement, "spacing", camera)
 
 
 def _refined(
@@ -157,11 +157,6 @@ def _widest(tangents: np.ndarray) -> list[int]:
     return list(max(combinations(range(len(tangents)), min(4, len(tangents))), key=smallest))
 
 
-def _taken(fit: Fit, rows: np.ndarray) -> Fit:
-    names = ("rotations", "positions_m", "squares_px2", "covariances")
-    return Fit(*(getattr(fit, name)[rows] for name in names), numbers=fit.numbers, points=fit.points)
-
-
 def _apart(fit: Fit) -> np.ndarray:
     """How different (K, K) poses are: 1 where they differ by as much as two that are shown as different ones."""
     normals, positions = fit.rotations[:, :, 2], fit.positions_m
@@ -178,10 +173,10 @@ def _distinct(fit: Fit, which: np.ndarray) -> tuple[Fit, np.ndarray]:
     if not len(rows):
         raise NoEllipseError("no pose of the dock explains the lights")
     rows = rows[np.argsort(fit.squares_px2[rows], kind="stable")]
-    fit, which = _taken(fit, rows), which[rows]
+    fit, which = fit.taken(rows), which[rows]
     again = (_apart(fit) < _SAME) & (which[:, None] == which)
     once = ~np.tril(again, -1).any(axis=1)
-    return _taken(fit, np.flatnonzero(once)), which[once]
+    return fit.taken(np.flatnonzero(once)), which[once]
 
 
 def _weights(fit: Fit) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 from dockpose.checks import check_number, make_plain
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 
 AGREES_SHARE = 0.02  # of the distance: the largest error of a position that agrees with the truth
 AGREES_RAD = math.radians(3.0)  # the largest error of an attitude that agrees
@@ -37,8 +37,7 @@ class KnownPose(msgspec.Struct, frozen=True):
         pose = self
         for _ in range(degrees // 90):
             (x, y, z), normal = pose.position_m, -pose.rotation[:, 2]
-            theta_x = math.asin(min(1.0, max(-1.0, normal[0])))
-            theta_y = math.atan2(normal[1], -normal[2])
+            theta_x, theta_y = angles_of(normal[[1, 0, 2]] * [-1, 1, 1])
             pose = KnownPose((-y, x, z), math.degrees(theta_x), math.degrees(theta_y))
         return pose
 

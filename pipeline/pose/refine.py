@@ -31,6 +31,11 @@ class Fit:
     numbers: int  # number of residuals
     points: int  # number of lights
 
+    def taken(self, rows: np.ndarray) -> "Fit":
+        """Those of the poses that have these numbers."""
+        kept = (each[rows] for each in (self.rotations, self.positions_m, self.squares_px2, self.covariances))
+        return Fit(*kept, numbers=self.numbers, points=self.points)
+
 
 def light_rays(points_px: Any, camera: Camera, depth_m: float = 1.0) -> LightRays:
     """Trace picture points (N, 2) into the water; ``depth_m`` is roughly the depth of their lights."""

@@ -125,15 +125,7 @@ def refine_with_offsets(
     squares = tried.squares_px2.reshape(rolls.shape)
     candidates = np.arange(len(rolls))
     best = np.argmin(squares, axis=1)
-    taken = candidates * len(turns) + best
-    fit = Fit(
-        tried.rotations[taken],
-        tried.positions_m[taken],
-        tried.squares_px2[taken],
-        tried.covariances[taken],
-        tried.numbers,
-        tried.points,
-    )
+    fit = tried.taken(candidates * len(turns) + best)
     least, *others = np.sort(squares[int(np.argmin(squares.min(axis=1)))]).tolist()
     is_sure = 1 / (1 + sum(math.exp(-log_odds(least, other, fit.numbers)) for other in others)) >= _SURE
     period = 2 * math.pi if is_sure else placement.period_rad

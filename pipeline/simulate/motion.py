@@ -12,14 +12,10 @@ class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
 
     Parameters
     ----------
-    frames : int
-        Number of frames.
-    rate_hz : float, hertz
-        Frames per second.
-    drift_m : float, metres
-        Standard deviation, over many sequences, of the drift in currents along each axis.
-    drift_deg : float, degrees
-        Standard deviation, over many sequences, of the rotation by currents about each axis.
+    frames, rate_hz : int and float, hertz
+        Number of frames, and frames per second.
+    drift_m, drift_deg : float, metres and degrees
+        Standard deviations, over many sequences, of the drift and rotation by currents along and about each axis.
     drift_time_s : float, seconds
         Shortest period of the drift.
 
@@ -102,10 +98,8 @@ class ClosedLoop(Motion, frozen=True, kw_only=True, tag="closed_loop"):
     ----------
     end_m : float, metres
         Distance at which it stops.
-    speed_m_per_s : float, metres per second
-        Top speed.
-    turn_deg_per_s : float, degrees per second
-        Top turn rate.
+    speed_m_per_s, turn_deg_per_s : float, metres and degrees per second
+        Top speed and top turn rate.
     """
 
     end_m: float = 1.0

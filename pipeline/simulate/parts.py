@@ -1,5 +1,7 @@
 """The parts of a scene: pose, lights, what surrounds them, and the sensor."""
 
+import math
+
 import msgspec
 from dockpose.checks import check_number, check_whole, make_plain
 
@@ -22,15 +24,13 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         for name in self.__struct_fields__:
             value = getattr(self, name)
             if isinstance(value, float):
-                check_number(name, value)
-                if name not in _SIGNED and value < 0:
-                    raise ValueError(f"{name} is {value!r}; it must be at least 0")
+                check_number(name, value, least=-math.inf if name in _SIGNED else 0)
 
 
 # Numbers that may be negative.
 _SIGNED = frozenset(
     {"theta_x_deg", "theta_y_deg", "roll_deg", "x_px", "y_px", "gradient_x", "gradient_y", "angle_deg"}
-    | {"motion_angle_deg"}
+    | {"motion_angle_deg", "angles_deg"}
 )
 
 
@@ -102,9 +102,7 @@ class Lights(Part, frozen=True, kw_only=True):
             raise ValueError(f"flicker is {self.flicker!r}; it is a probability, 0 to 1")
         for name in ("brightness", "size", "angles_deg"):
             for index, value in enumerate(getattr(self, name)):
-                check_number(f"{name}[{index}]", value)
-                if name != "angles_deg" and value < 0:
-                    raise ValueError(f"{name}[{index}] is {value!r}; it must be at least 0")
+                check_number(f"{name}[{index}]", value, least=-math.inf if name in _SIGNED else 0)
         for index, colour in enumerate(self.colours):
             if colour not in COLOURS:
                 raise ValueError(f"colours[{index}] is {colour!r}; it must be one of {', '.join(COLOURS)}")
@@ -132,9 +130,7 @@ class Background(Part, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name, value in zip(("blue", "green", "red"), self.colour, strict=True):
-            check_number(f"background colour {name}", value)
-            if value < 0:
-                raise ValueError(f"background colour {name} is {value!r}; it must be at least 0")
+            check_number(f"background colour {name}", value, least=0)
 
 
 class Panel(Part, frozen=True, kw_only=True):
@@ -202,10 +198,8 @@ class Sensor(Part, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    exposure : float
-        Factor on the light.
-    gain : float
-        Factor on the light together with its noise.
+    exposure, gain : float
+        Factors on the light, and on the light together with its noise.
     electrons_per_level : float
         Photoelectrons per grey level (of 255) at gain 1, which determine the shot noise.
     read_noise_levels : float
@@ -214,10 +208,8 @@ class Sensor(Part, frozen=True, kw_only=True):
         Share of the light lost in the corners, 0 to 1.
     blur_px : float, pixels
         Standard deviation of the lens blur.
-    motion_blur_px : float, pixels
-        Length of the motion during the exposure.
-    motion_angle_deg : float, degrees
-        Direction of the motion in the picture, from the x axis towards y.
+    motion_blur_px, motion_angle_deg : float, pixels and degrees
+        Length of the motion during the exposure, and its direction from the x axis towards y.
     bits : {8, 10, 12, 16}
         Bits per pixel.
     colour : {"grey", "bgr", "bayer"}

@@ -22,10 +22,8 @@ class Rendering:
         The picture; uint16 for more than 8 bits.
     truth : Truth
         What it shows.
-    direct : (H, W) float32 array
-        Unscattered light of all lamps, in grey levels before exposure; for a colour picture, in the green band.
-    glow : (H, W) float32 array
-        Scattered light of all lamps, likewise.
+    direct, glow : (H, W) float32 arrays
+        Unscattered and scattered light of all lamps, in grey levels before exposure; of a colour picture the green.
     """
 
     image: np.ndarray

@@ -36,32 +36,16 @@ class Scene(Part, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    camera : Camera
-        What takes the picture.
-    dock : Dock
-        Its number of lights must be known.
-    pose : Pose
-        Where the dock is.
-    lights : Lights
-        How bright and large the dock's lights are, and which are dead.
-    water : Water
-        What absorbs and scatters the light.
-    psf : Psf
-        How the scattered light spreads around each light.
+    camera, dock, pose : Camera, Dock, Pose
+        What takes the picture; what it shows, with a known number of lights; where that is.
+    lights, water, psf : Lights, Water, Psf
+        How bright and large the dock's lights are, what absorbs and scatters their light, and how that spreads.
     background : Background
         The water's own brightness, glares and haze.
-    panel : Panel or None
-        The plate that the lights are on.
-    snow : Snow or None
-        Bright specks in the water.
-    mirror : Mirror or None
-        The water's surface, which shows the ring a second time.
-    lamps : tuple of Lamp
-        Lights that are not the dock's.
-    occluders : tuple of Occluder
-        What hides parts of the picture.
-    texts : tuple of Text
-        Words burnt into the picture.
+    panel, snow, mirror : Panel, Snow, Mirror or None
+        The plate behind the lights, bright specks, and the water's surface, which shows the ring a second time.
+    lamps, occluders, texts : tuples of Lamp, Occluder, Text
+        Lights that are not the dock's, what hides parts of the picture, and words burnt into it.
     sensor : Sensor
         Exposure, noise, blur, bits and colours.
     seed : int

@@ -10,7 +10,7 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.circle import CirclePose, angles_of, rotation_from_angles
 from dockpose.simulate.motion import Approach, ClosedLoop, Hover, Motion, Sweep
 from dockpose.simulate.parts import Pose
 from dockpose.simulate.render import render
@@ -202,8 +202,7 @@ def _carried(position_m: np.ndarray, rotation: np.ndarray, drift: np.ndarray) ->
 
 def _with_pose(scene: Scene, position_m: np.ndarray, rotation: np.ndarray, index: int) -> Scene:
     """The scene with another pose and another frame's noise; the first frame keeps the scene's own seed."""
-    normal = -rotation[:, 2]
-    theta_x, theta_y = math.asin(max(-1.0, min(1.0, normal[1]))), math.atan2(-normal[0], -normal[2])
+    theta_x, theta_y = angles_of(-rotation[:, 2])
     roll = rotation_from_angles(theta_x, theta_y).T @ rotation
     pose = Pose(
         position_m=(float(position_m[0]), float(position_m[1]), float(position_m[2])),

@@ -25,14 +25,10 @@ class Truth:
         The dock's centre in the camera frame.
     normal : (3,) float array
         Unit normal of the dock's face in the camera frame.
-    lights_m : (N, 3) float array, metres
-        The lights in the camera frame.
-    lights_px : (N, 2) float array, pixels
-        Their images; NaN for those behind the camera.
-    lit : (N,) bool array
-        Neither missing nor off in this picture.
-    visible : (N,) bool array
-        Lit, facing the camera, inside the picture and not hidden.
+    lights_m, lights_px : (N, 3) and (N, 2) float arrays, metres and pixels
+        The lights in the camera frame, and their images; NaN for those behind the camera.
+    lit, visible : (N,) bool arrays
+        Neither missing nor off in this picture; lit, facing the camera, inside the picture and not hidden.
     centre_px : (2,) float array, pixels
         Image of the dock's centre.
     ellipse : Ellipse or None

@@ -128,14 +128,10 @@ class Peak:
 
     Attributes
     ----------
-    level : int
-        Where the peak is.
-    down_to : int
-        The darkest level it stands for.
-    groups : int
-        The number of groups at most of the levels it stands for.
-    votes : int
-        The number of those levels.
+    level, down_to : int
+        Where the peak is, and the darkest level it stands for.
+    groups, votes : int
+        The number of groups at most of the levels it stands for, and the number of those levels.
     """
 
     level: int
@@ -152,10 +148,8 @@ class Threshold:
     ----------
     method : str
         Name of the method in ``METHODS``.
-    level : int
-        0..255; 256 keeps nothing.
-    native_level : int
-        The same on the picture's own scale (16-bit pictures: up to 65536).
+    level, native_level : int
+        0..255, 256 keeps nothing; and the same on the picture's own scale (16-bit pictures: up to 65536).
     histogram : (256,) int array
         Number of pixels of each level. The HATS methods only look at bright pixels; theirs is, for a large picture,
         estimated from every few rows below ``floor``.

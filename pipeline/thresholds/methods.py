@@ -30,9 +30,7 @@ class Entry(NamedTuple):
     """A threshold method, and how people see it."""
 
     title: str
-    method: Callable[
-        ..., Threshold
-    ]  # of a histogram, and of ``min_area_px`` and ``level`` where it has such parameters
+    method: Callable[..., Threshold]  # of a histogram, and ``min_area_px`` and ``level`` where it has them
     colour: str  # as in HTML
     mark: str  # of Matplotlib
     short: str = ""  # the title where space is scarce

@@ -13,7 +13,6 @@ _ROUNDS = 20  # at the most; it ends when no chain turns
 _STARTS = 6  # chains that it begins from, the longest
 _CLEAR = 0.25  # of a light's spacing: the farthest that the dock may seem to roll from one frame to the next
 _LIKE = 0.7  # correlation of the unevenness seen by one half of the views and by the other
-_HALF_SEEN = 0.5  # views, relative to the most, in which a light must be to be compared
 
 
 def aligned(placed: Sequence[Placed], dock: Dock) -> list[Placed] | None:

@@ -4,11 +4,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import cv2
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.pose.learned.views import DockView, Placed, derivatives, is_same, place_view, residuals_px, turned_by
+from dockpose.pose.learned.views import DockView, Placed, derivatives, is_same, place_view, residuals_px
 from dockpose.pose.refine import light_rays
 
 _STEPS = 12  # at the most
@@ -86,7 +87,7 @@ class Bundle:
         step = -inverse @ right
         for index, (each, solved) in enumerate(zip(self.placed, kept, strict=True)):
             move = -(solved[:, -1] + solved[:, :-1] @ step)
-            turn = turned_by(move[3:])
+            turn = cv2.Rodrigues(move[3:])[0]
             self.placed[index] = replace(each, position_m=each.position_m + move[:3], rotation=each.rotation @ turn)
         change = (self.basis @ step[: self.basis.shape[1]]).reshape(-1, 3)
         self.offsets_m = self.offsets_m + change

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -80,8 +81,7 @@ def _fitted(view: DockView, camera: Camera, dock: Dock) -> tuple[LightRays, Plac
 
 def about_z(angle: float) -> np.ndarray:
     """Rotation (3, 3) by an angle in radians about the third axis."""
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    return cv2.Rodrigues(np.array([0.0, 0.0, angle]))[0]
 
 
 def residuals_px(rays: LightRays, rotation: np.ndarray, position_m: np.ndarray, points_m: np.ndarray) -> np.ndarray:
@@ -106,16 +106,6 @@ def derivatives(each: Placed, points_m: np.ndarray) -> tuple[np.ndarray, np.ndar
     cross = np.array([[zero, h, -y], [-h, zero, x], [y, -x, zero]]).transpose(2, 0, 1)
     by_pose = np.concatenate([by_seen, by_point @ cross], axis=2).reshape(-1, 6)
     return residuals_px(each.rays, each.rotation, each.position_m, points_m), by_pose, by_point
-
-
-def turned_by(vector: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) by a vector (3,) in radians (Rodrigues)."""
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    if angle < 1e-9:
-        return np.eye(3) + K
-    return np.eye(3) + math.sin(angle) / angle * K + (1 - math.cos(angle)) / angle**2 * K @ K
 
 
 def is_same(one: np.ndarray, other: np.ndarray) -> bool:

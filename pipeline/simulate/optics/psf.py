@@ -21,9 +21,7 @@ class Psf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     inner_cutoff_deg: float = 0.02  # for "hou" and "hou_poisson", which are singular at 0: constant within this angle
     theta0_rad: float | None = None  # for the same, the mean scattering angle; None takes the water's
     width_deg: float = 1.0  # for "gaussian", its standard deviation
-    mtf_csv: str | None = (
-        None  # for "mtf", a file with the columns cycles_per_rad, mtf; ends at the direct light's share
-    )
+    mtf_csv: str | None = None  # for "mtf": a file of cycles_per_rad and mtf, down to the direct light's share
     mtf_distance_m: float = 1.0  # distance at which that was measured
     # the glow is seen rotated by this angle about an axis in the picture, which makes it asymmetric
     tilt_deg: float = 0.0

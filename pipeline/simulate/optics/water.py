@@ -32,9 +32,7 @@ class Water(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         make_plain(self)
         for name in ("absorption_per_m", "scattering_per_m"):
-            check_number(name, getattr(self, name))
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be at least 0")
+            check_number(name, getattr(self, name), least=0)
         if self.phase_function not in PHASE_FUNCTIONS:
             raise ValueError(
                 f"phase_function is {self.phase_function!r}; it must be one of {', '.join(PHASE_FUNCTIONS)}"

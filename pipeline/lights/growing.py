@@ -2,7 +2,7 @@
 
 import numpy as np
 from dockpose.compiled import compiled
-from dockpose.lights.reprojection import as_pose, fit_affine, one_pose, solve
+from dockpose.lights.reprojection import Sought, as_pose, fit_affine, one_pose, solve
 
 NARROWEST = 0.12  # minor to major axis: a dock seen at 83 degrees
 SMALLEST_RADIUS_PX = 3.0  # of a smaller ring the lights are not apart
@@ -16,11 +16,9 @@ _PERSPECTIVE_PRIOR = 0.03  # weak, see _fit
 
 
 @compiled
-def grow_all(
-    points: np.ndarray, unit: np.ndarray, triples: np.ndarray, focal_px: float, tolerance_px: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def grow_all(sought: Sought, triples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners (K, N), sums of squares (K,) and homographies (K, 3, 3) of the polygons that triples grow to."""
-    sides = len(unit)
+    sides, points = len(sought.unit), sought.points
     corners = np.full((len(triples), sides), -1)
     squares = np.empty(len(triples))
     mappings = np.empty((len(triples), 3, 3))
@@ -34,13 +32,13 @@ def grow_all(
         if _is_known(corners[:found], start):
             continue
         most = 0
-        for guess in _perspectives(points, unit, start, focal_px):
-            grown, square, mapping = _grow(points, order, across, unit, start, guess, focal_px, tolerance_px)
+        for guess in _perspectives(sought, start):
+            grown, square, mapping = _grow(sought, order, across, start, guess)
             members = np.count_nonzero(grown >= 0)
             if square < 0 or members <= most or _is_known(corners[:found], grown):
                 continue
-            square, mapping = as_pose(points, grown, unit, mapping, focal_px)
-            exact = max(tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
+            square, mapping = as_pose(sought, grown, mapping)
+            exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
             if square <= members * exact**2:
                 most = members
                 corners[found], squares[found], mappings[found] = grown, square, mapping
@@ -49,15 +47,15 @@ def grow_all(
 
 
 @compiled
-def _perspectives(points, unit, start, focal_px):  # type: ignore[no-untyped-def]
+def _perspectives(sought: Sought, start: np.ndarray) -> np.ndarray:
     """Perspectives (K, 2) to grow three corners with: none, and those of the two poses that have it in full."""
     guesses = np.zeros((3, 2))
     count = 1
-    _, affine = fit_affine(points, start, unit, 0.0, 0.0)
-    if stretch(affine)[0] / focal_px < _GROWING_TOLERANCE / 2:
+    _, affine = fit_affine(sought, start, 0.0, 0.0)
+    if stretch(affine)[0] / sought.focal_px < _GROWING_TOLERANCE / 2:
         return guesses[:1]
     for sign in (-1.0, 1.0):
-        _, mapping = one_pose(points, start, unit, affine, focal_px, sign)
+        _, mapping = one_pose(sought, start, affine, sign)
         if np.hypot(mapping[2, 0], mapping[2, 1]) > _GROWING_TOLERANCE / 2:
             guesses[count] = mapping[2, :2]
             count += 1
@@ -91,15 +89,17 @@ def _is_known(found: np.ndarray, corners: np.ndarray) -> bool:
 
 
 @compiled
-def _grow(points, order, across, unit, start, guess, focal_px, tolerance_px):  # type: ignore[no-untyped-def]
+def _grow(
+    sought: Sought, order: np.ndarray, across: np.ndarray, start: np.ndarray, guess: np.ndarray
+) -> tuple[np.ndarray, float, np.ndarray]:
     """Grow a polygon from three corners and a guess at the perspective, from near corners to far ones."""
-    sides = len(unit)
+    points, unit, sides = sought.points, sought.unit, len(sought.unit)
     corners = start.copy()
     places, off, nearest, spacing = np.empty((sides, 2)), np.empty(sides), np.empty(sides, np.int64), np.empty(sides)
     strict = 0
     mapping = np.eye(3)
     while True:
-        ok, mapping = _fit(points, corners, unit, guess, focal_px)
+        ok, mapping = _fit(sought, corners, guess)
         if not ok:
             return corners, -1.0, mapping
         for c in range(sides):
@@ -124,7 +124,7 @@ def _grow(points, order, across, unit, start, guess, focal_px, tolerance_px):  #
             off[c], nearest[c] = np.sqrt(best) if number >= 0 else np.inf, number
         if strict == _STRICT_ROUNDS:
             break
-        exact = max(tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
+        exact = max(sought.tolerance_px, TOLERANCE_OF_RADIUS * stretch(mapping)[1])
         known = 0
         grown = np.full(sides, -1)
         for c in range(sides):
@@ -158,8 +158,9 @@ def _grow(points, order, across, unit, start, guess, focal_px, tolerance_px):  #
 
 
 @compiled
-def _fit(points, corners, unit, guess, focal_px):  # type: ignore[no-untyped-def]
+def _fit(sought: Sought, corners: np.ndarray, guess: np.ndarray) -> tuple[bool, np.ndarray]:
     """Homography (3, 3) of the unit circle's corners to the points, as near to a guess in perspective as they allow."""
+    points, unit = sought.points, sought.unit
     count, x0, y0 = 0, 0.0, 0.0
     for corner in corners:
         if corner >= 0:
@@ -200,7 +201,7 @@ def _fit(points, corners, unit, guess, focal_px):  # type: ignore[no-untyped-def
     major, minor = stretch(mapping)
     # The scale changes across a dock by its radius over its range, which is its radius in the picture over the focal
     # length, times the sine of its tilt; what the lights' own noise feigns comes on top.
-    most = _PERSPECTIVE_MARGIN * major / focal_px + _NOISE_PX / max(minor, 1e-9)
+    most = _PERSPECTIVE_MARGIN * major / sought.focal_px + _NOISE_PX / max(minor, 1e-9)
     plausible = (
         minor >= max(SMALLEST_RADIUS_PX / 3, NARROWEST * major)
         and major >= SMALLEST_RADIUS_PX
@@ -210,7 +211,7 @@ def _fit(points, corners, unit, guess, focal_px):  # type: ignore[no-untyped-def
 
 
 @compiled
-def stretch(mapping):  # type: ignore[no-untyped-def]
+def stretch(mapping: np.ndarray) -> tuple[float, float]:
     """Singular values, larger first, of how the mapping stretches around the circle's middle."""
     a = mapping[0, 0] - mapping[0, 2] * mapping[2, 0]
     b = mapping[0, 1] - mapping[0, 2] * mapping[2, 1]

@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from dockpose.compiled import compiled
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_PX, grow_all, stretch
-from dockpose.lights.reprojection import as_pose
+from dockpose.lights.reprojection import Sought, as_pose
 from scipy.spatial import KDTree
 
 # The brightest points are looked at, first few, then more.
@@ -63,6 +64,7 @@ def find_polygons(
     near = np.asarray(KDTree(points[first]).query(points[first], k=most + 1)[1])
     near = np.ascontiguousarray(first[near[:, 1:]])
     unit = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
+    sought = Sought(points, unit, float(focal_px), float(tolerance_px))
     steps = np.vstack([_STEPS, _more_steps(sides)]) if count <= FEW_POINTS else _STEPS
     steps = steps[steps.sum(axis=1) < sides]
     found: list[Polygon] = []
@@ -71,8 +73,8 @@ def find_polygons(
             break
         trials = _TRIALS if even else 2 * _TRIALS
         beyond = _beyond(some, sides, all_corners=count <= FEW_POINTS)
-        triples = _promising(points, first, near, unit, some, _inverses(unit, some), beyond, even, trials, focal_px)
-        grown, squares, mappings = grow_all(points, unit, triples, focal_px, tolerance_px)
+        triples = _promising(sought, first, near, some, _inverses(unit, some), beyond, even, trials)
+        grown, squares, mappings = grow_all(sought, triples)
         found += [_polygon(*row) for row in zip(grown, squares.tolist(), mappings, strict=True)]
     return found
 
@@ -89,7 +91,7 @@ def without_worst(polygon: Polygon, points_px: np.ndarray, unit: np.ndarray, foc
     corners = polygon.corners.copy()
     corners[np.argmax(np.where(corners >= 0, off_px, -1.0))] = -1
     points = np.ascontiguousarray(points_px, dtype=float)
-    squares_px2, mapping = as_pose(points, corners, unit, polygon.mapping, focal_px)
+    squares_px2, mapping = as_pose(Sought(points, unit, float(focal_px), 0.0), corners, polygon.mapping)
     return _polygon(corners, float(squares_px2), mapping)
 
 
@@ -121,21 +123,29 @@ def _inverses(unit: np.ndarray, steps: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.linalg.inv(places.transpose(0, 1, 3, 2)))
 
 
+class _Predicted(NamedTuple):
+    """Three points taken for three corners, by which others are predicted."""
+
+    corners: tuple[int, int, int]
+    triple: tuple[int, int, int]  # numbers of the points
+    inverse: np.ndarray  # (3, 3): turns the points into an affine image
+    spacing: float  # of neighbouring corners, in pixels
+    beyond: np.ndarray  # (K,): corners to predict, counted from the first; 0 for none
+
+
 @compiled
 def _promising(
-    points: np.ndarray,
+    sought: Sought,
     middles: np.ndarray,
     near: np.ndarray,
-    unit: np.ndarray,
     steps: np.ndarray,
     inverses: np.ndarray,
     beyond: np.ndarray,
     even: bool,
     trials: int,
-    focal_px: float,
 ) -> np.ndarray:
     """Triples (T, 6) of points and their corners that predict most of the next corners, and most exactly, first."""
-    sides = len(unit)
+    points, sides = sought.points, len(sought.unit)
     best = np.full(trials, -1.0)
     kept = np.full((trials, 6), -1)
     worst, least = 0, -1.0
@@ -159,9 +169,8 @@ def _promising(
                         if (even and (a > 4 * b or b > 4 * a)) or abs(cross) < 0.04 * a * b * one * two:
                             continue
                         corners, triple = (first, middle, last), (i, m, j)
-                        score = _score(
-                            points, near[row], unit, inverse, corners, triple, min(a, b), beyond[step], least, focal_px
-                        )
+                        predicted = _Predicted(corners, triple, inverse, min(a, b), beyond[step])
+                        score = _score(sought, near[row], predicted, least)
                         if score > least:
                             best[worst] = score
                             kept[worst] = np.array([i, m, j, first, middle, last])
@@ -173,8 +182,10 @@ def _promising(
 
 
 @compiled
-def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond, least, focal_px):  # type: ignore[no-untyped-def]
+def _score(sought: Sought, candidates: np.ndarray, predicted: _Predicted, least: float) -> float:
     """How many of the next corners have a point, and how near; -1 for no image of a dock, or if less than the least."""
+    points, unit = sought.points, sought.unit
+    corners, triple, inverse, spacing, beyond = predicted
     p = np.empty((2, 3))
     for k in range(3):
         p[0, k], p[1, k] = points[triple[k], 0], points[triple[k], 1]
@@ -191,7 +202,7 @@ def _score(points, candidates, unit, inverse, corners, triple, spacing, beyond, 
     sides = len(unit)
     score, missed = 0.0, 0
     # A dock whose radius is a large share of its range is bent by up to that share.
-    spacing *= 1 + min(major / focal_px, 1.0)
+    spacing *= 1 + min(major / sought.focal_px, 1.0)
     last = (corners[2] - corners[0]) % sides
     for ahead in beyond:
         if ahead == 0:

@@ -19,6 +19,15 @@ class LightRays(NamedTuple):
     slopes_px: np.ndarray  # (N, 2, 2), or (1, 2, 2) for all: how far the picture point moves per step of the tangents
 
 
+class Sought(NamedTuple):
+    """A polygon of N lights that is sought among M points."""
+
+    points: np.ndarray  # (M, 2): in pixels, from the principal point
+    unit: np.ndarray  # (N, 2): its corners on the unit circle
+    focal_px: float
+    tolerance_px: float  # by which a light may be off its corner
+
+
 @compiled
 def sum_products(
     products: np.ndarray, R: np.ndarray, t: np.ndarray, lights: np.ndarray, rays: LightRays, are_free: bool
@@ -101,20 +110,20 @@ def solve(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def as_pose(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
+def as_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, np.ndarray]:
     """Sum of squares and homography of the circle's pose nearest to a homography, which could bend any points."""
     least, best = np.inf, mapping
     for sign in (-1.0, 1.0):
-        squares, trial = one_pose(points, corners, unit, mapping, focal_px, sign)
+        squares, trial = one_pose(sought, corners, mapping, sign)
         if squares < least:
             least, best = squares, trial
     return least, best
 
 
 @compiled
-def one_pose(points, corners, unit, mapping, focal_px, sign):  # type: ignore[no-untyped-def]
+def one_pose(sought: Sought, corners: np.ndarray, mapping: np.ndarray, sign: float) -> tuple[float, np.ndarray]:
     """Sum of squares and homography of the one or the other of these two poses."""
-    squares, trial = np.inf, mapping
+    squares, trial, focal_px = np.inf, mapping, sought.focal_px
     for _ in range(_ROUNDS):
         cx, cy = trial[0, 2] / focal_px, trial[1, 2] / focal_px
         a = (trial[0, 0] - trial[0, 2] * trial[2, 0]) / focal_px
@@ -127,16 +136,16 @@ def one_pose(points, corners, unit, mapping, focal_px, sign):  # type: ignore[no
         turn = np.arctan2(2 * hxy, hxx - hyy) / 2
         long = np.sqrt(np.hypot(hxx - hyy, 2 * hxy) / k)
         px, py = -sign * long * np.sin(turn) - gx / k, sign * long * np.cos(turn) - gy / k
-        squares, trial = fit_affine(points, corners, unit, px, py)
-    refined, pose = _refined(points, corners, unit, trial, focal_px)
+        squares, trial = fit_affine(sought, corners, px, py)
+    refined, pose = _refined(sought, corners, trial)
     # Few points can be nearer to an affine part of another pose than to any pose; that counts for nothing.
     return (refined, pose) if refined < np.inf else (squares, trial)
 
 
 @compiled
-def _refined(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyped-def]
+def _refined(sought: Sought, corners: np.ndarray, mapping: np.ndarray) -> tuple[float, np.ndarray]:
     """Sum of squares and homography of the pose near a homography with the least squares, by Gauss-Newton steps."""
-    R, t = np.empty((3, 3)), np.empty(3)
+    R, t, focal_px = np.empty((3, 3)), np.empty(3), sought.focal_px
     for row in range(2):
         for k in range(2):
             R[row, k] = mapping[row, k] / focal_px
@@ -146,10 +155,10 @@ def _refined(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyp
     _upright(R)
     lit = np.flatnonzero(corners >= 0)
     lights = np.zeros((len(lit), 3))
-    lights[:, :2] = unit[lit]
+    lights[:, :2] = sought.unit[lit]
     slopes = np.zeros((1, 2, 2))
     slopes[0, 0, 0] = slopes[0, 1, 1] = focal_px
-    rays = LightRays(points[corners[lit]] / focal_px, np.zeros(len(lit)), slopes)
+    rays = LightRays(sought.points[corners[lit]] / focal_px, np.zeros(len(lit)), slopes)
     least, best = np.inf, mapping
     products, step = np.empty((7, 7)), np.empty((6, 1))
     for _ in range(_STEPS):
@@ -179,7 +188,7 @@ def _refined(points, corners, unit, mapping, focal_px):  # type: ignore[no-untyp
 
 
 @compiled
-def _upright(R):  # type: ignore[no-untyped-def]
+def _upright(R: np.ndarray) -> None:
     """Make the first two columns of a matrix perpendicular unit vectors, alike turned, and add the third; in place."""
     for _ in range(2):
         for k in range(2):
@@ -197,8 +206,9 @@ def _upright(R):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def fit_affine(points, corners, unit, px, py):  # type: ignore[no-untyped-def]
+def fit_affine(sought: Sought, corners: np.ndarray, px: float, py: float) -> tuple[float, np.ndarray]:
     """Sum of squares and homography (3, 3) of the best affine part for a given perspective."""
+    points, unit = sought.points, sought.unit
     normal, right = np.zeros((3, 3)), np.zeros((3, 2))
     row = np.empty(3)
     for c in range(len(corners)):

@@ -25,6 +25,8 @@ OF_SEVERAL = {
     "app/commands/test_sigterm.py",
     "app/experiment/test_session_faults.py",
     "app/export/test_formats.py",
+    "app/test_recipes.py",
+    "app/web/test_calls.py",
     "pipeline/paper/test_paper.py",
     "pipeline/sources/test_sources.py",
     "pipeline/test_docstrings.py",

@@ -9,7 +9,7 @@ from pathlib import Path
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, add_camera_and_dock, add_rotate, camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put, say
-from dockpose.app.drawing.overlay import LAYERS, check_layers
+from dockpose.app.drawing.annotated import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session

@@ -1,19 +1,15 @@
-"""The annotated picture: lights, ellipse, centres, both poses, and the numbers in a corner."""
+"""The annotated picture: what the library draws, the masks, a scale, and the numbers in a corner."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from typing import Any
 
 import cv2
 import numpy as np
-from dockpose.app.drawing import overlay
-from dockpose.app.drawing.canvas import Canvas, to_bgr8
 from dockpose.app.drawing.colours import (
     DROPPED_COLOUR,
     ELLIPSE_COLOUR,
-    LIGHT_COLOUR,
     MASK_COLOUR,
     POSE_COLOURS,
     POSE_NAMES,
@@ -22,10 +18,12 @@ from dockpose.app.drawing.colours import (
     bgr,
 )
 from dockpose.app.drawing.numbers import chance, length_words, level_words, pose_cells
-from dockpose.app.drawing.overlay import LAYERS, check_layers
-from dockpose.estimate import Estimate
+from dockpose.estimate import Estimate, geometry
+from dockpose.estimate.canvas import Canvas, to_bgr8
+from dockpose.estimate.drawing import PARTS, draw_parts
 from dockpose.lights.masks import Mask, hidden_pixels
 
+LAYERS = (*PARTS, "text", "scale")
 ON_PAGE = LAYERS[:-1]
 
 
@@ -42,20 +40,19 @@ def annotate(
     canvas = Canvas(to_bgr8(image))
     for mask in estimate.settings.masks:
         _draw_mask(canvas, mask)
-    outline = overlay.outline(estimate)
-    if "ellipse" in layers and outline is not None:
-        canvas.polyline(outline, ELLIPSE_COLOUR, closed=True)
-    if "lights" in layers:
-        _draw_lights(canvas, estimate)
-    for index in reversed(range(len(estimate.candidates))):
-        _draw_pose(canvas, estimate, index, layers)
-    if "centres" in layers:
-        _draw_centres(canvas, estimate)
+    draw_parts(canvas, estimate, layers)
     if "scale" in layers:
         _draw_scale(canvas, estimate)
     if words and "text" in layers:
         canvas.lines([*([headline] if headline else []), *_lines(estimate)])
     return canvas.pixels
+
+
+def check_layers(layers: Collection[str]) -> None:
+    """Raise ValueError for a layer that is not in ``LAYERS``."""
+    for layer in layers:
+        if layer not in LAYERS:
+            raise ValueError(f"layers has {layer!r}; there are {', '.join(LAYERS)}")
 
 
 def _draw_mask(canvas: Canvas, mask: Mask) -> None:
@@ -74,47 +71,8 @@ def _draw_mask(canvas: Canvas, mask: Mask) -> None:
     canvas.text("masked", (max(min(left, pixels.shape[1] - width), 0), max(y, height)), MASK_COLOUR)
 
 
-def _draw_lights(canvas: Canvas, estimate: Estimate) -> None:
-    if estimate.markers is None:
-        return
-    points = estimate.markers.points_px
-    radii = np.clip(2 * np.sqrt(estimate.markers.areas_px / math.pi) / canvas.unit, 6, 24)
-    for point, radius, is_light in zip(points, radii, overlay.on_ring(estimate), strict=True):
-        if is_light:
-            canvas.circle(point, radius, LIGHT_COLOUR)
-        else:
-            canvas.cross(point, 2 * radius, DROPPED_COLOUR, tilted=True)
-    for index, label, outward in overlay.light_labels(estimate):
-        width, height = canvas.text_size(label, 0.45)
-        middle = points[index] + outward * (radii[index] + 10) * canvas.unit
-        canvas.text(label, (middle[0] - width / 2, middle[1] + height / 2), size=0.45)
-
-
-def _draw_pose(canvas: Canvas, estimate: Estimate, index: int, layers: Collection[str]) -> None:
-    pose, colour = estimate.candidates[index], POSE_COLOURS[index]
-    chosen = pose is estimate.selected
-    if "axes" in layers:
-        for ends in overlay.axes(pose, estimate):
-            if np.isfinite(ends).all():
-                canvas.polyline(ends, colour, 1 if chosen else 0.5)
-    ends = overlay.normal(pose, estimate)
-    if "normals" in layers and np.isfinite(ends).all():
-        canvas.polyline(ends, colour, 2 if chosen else 1)
-        canvas.circle(ends[1], 4, colour, filled=chosen)
-        canvas.text(POSE_NAMES[index], ends[1] + np.array([7, 5]) * canvas.unit, colour, 0.55)
-
-
-def _draw_centres(canvas: Canvas, estimate: Estimate) -> None:
-    ellipse, dock = overlay.centres(estimate)
-    if ellipse is not None:
-        canvas.cross(ellipse, 12, ELLIPSE_COLOUR)
-    if dock is not None:
-        canvas.circle(dock, 5, TEXT_COLOUR)
-        canvas.circle(dock, 1, TEXT_COLOUR, filled=True)
-
-
 def _draw_scale(canvas: Canvas, estimate: Estimate) -> None:
-    bar = overlay.scale_bar(estimate)
+    bar = geometry.scale_bar(estimate)
     if bar is None:
         return
     length_m, length_px = bar

@@ -66,10 +66,7 @@ def caption(name: str, found: Estimate, truth: KnownPose | None = None) -> list[
 
 
 def around_ring(found: Estimate, around: float = _AROUND) -> Part | None:
-    """Return the part of a picture that shows a ring with a margin, 4 to 3; None where no ring was found.
-
-    Its height is ``around`` times the ring's longest diameter.
-    """
+    """Return the part of a picture that shows a ring with a margin, 4 to 3; None where no ring was found."""
     if found.ellipse is None:
         return None
     x, y = found.ellipse.centre_px

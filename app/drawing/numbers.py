@@ -37,7 +37,7 @@ def chance(pose: CirclePose, before: str = "") -> str:
 
 def pose_values(pose: CirclePose | KnownPose) -> tuple[float, ...]:
     """Return a pose in the order and the units of ``QUANTITIES``."""
-    x, y, z = (100 * float(value) for value in pose.position_m)
+    x, y, z = [100 * float(value) for value in pose.position_m]
     if isinstance(pose, KnownPose):
         return x, y, z, pose.theta_x_deg, pose.theta_y_deg
     return x, y, z, math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)
@@ -47,12 +47,12 @@ def pose_sigmas(pose: CirclePose) -> tuple[float | None, ...]:
     """Return the one-sigma of each of :func:`pose_values`; None where it is unknown."""
     x, y, z = pose.sigma_position_m or (math.inf,) * 3
     sigmas = (100 * x, 100 * y, 100 * z, *map(math.degrees, pose.sigma_theta_rad or (math.inf,) * 2))
-    return tuple(sigma if math.isfinite(sigma) else None for sigma in sigmas)
+    return tuple([sigma if math.isfinite(sigma) else None for sigma in sigmas])
 
 
 def pose_cells(pose: CirclePose | KnownPose, decimals: int = 1) -> list[str]:
     """Return :func:`pose_values` as text."""
-    return [number(value, decimals) for value in pose_values(pose)]
+    return [f"{round(value, decimals) + 0.0:.{decimals}f}" for value in pose_values(pose)]  # + 0.0: no -0.0
 
 
 def count(amount: int, noun: str) -> str:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dockpose import Estimate
-from dockpose.app.drawing import overlay
-from dockpose.app.drawing.canvas import to_bgr8
+from dockpose.app.drawing.annotated import LAYERS, check_layers
 from dockpose.app.drawing.colours import (
     DROPPED_COLOUR,
     ELLIPSE_COLOUR,
@@ -20,7 +19,8 @@ from dockpose.app.drawing.colours import (
 )
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.drawing.numbers import chance, length_words, pose_cells, status_words
-from dockpose.app.drawing.overlay import LAYERS, check_layers
+from dockpose.estimate import geometry
+from dockpose.estimate.canvas import to_bgr8
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,7 +57,7 @@ def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
     for index, (x, y, width, height) in enumerate(estimate.settings.masks):
         name = "masked" if index == 0 else None
         axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=MASK_COLOUR, label=name))
-    outline = overlay.outline(estimate)
+    outline = geometry.outline(estimate)
     if "ellipse" in layers and outline is not None:
         axes.plot(*np.vstack([outline, outline[:1]]).T, color=ELLIPSE_COLOUR, lw=0.8, label="ellipse")
     if "lights" in layers:
@@ -65,19 +65,19 @@ def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
     for index, pose in enumerate(estimate.candidates):
         width = 1.4 if pose is estimate.selected else 0.7
         style: dict[str, Any] = {"color": POSE_COLOURS[index], "linewidth": width}
+        _, diameters, normal = geometry.pose_lines(pose, estimate)
         if "axes" in layers:
-            for ends in overlay.axes(pose, estimate):
+            for ends in diameters:
                 axes.plot(*ends.T, color=style["color"], linewidth=width / 2)
         if "normals" in layers:
-            ends = overlay.normal(pose, estimate)
-            axes.plot(*ends.T, **style, marker="o", markersize=3, markevery=[1])
-            axes.annotate(POSE_NAMES[index], ends[1], (4, -3), textcoords="offset points", color=style["color"])
+            axes.plot(*normal.T, **style, marker="o", markersize=3, markevery=[1])
+            axes.annotate(POSE_NAMES[index], normal[1], (4, -3), textcoords="offset points", color=style["color"])
         if "text" in layers:
             axes.plot([], [], **style, label=_pose_words(estimate, index))
     if "text" in layers and not estimate.candidates:
         axes.plot([], [], " ", label=f"no pose ({status_words(estimate.status)})")
     if "centres" in layers:
-        ellipse, dock = overlay.centres(estimate)
+        ellipse, dock = geometry.centres(estimate)
         if ellipse is not None:
             axes.plot(*ellipse, "+", color=ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
         if dock is not None:
@@ -89,19 +89,19 @@ def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
 def _draw_lights(axes: Axes, estimate: Estimate) -> None:
     if estimate.markers is None:
         return
-    points, on_ring = estimate.markers.points_px, overlay.on_ring(estimate)
+    points, on_ring = estimate.markers.points_px, geometry.on_ring(estimate)
     lights, others = points[on_ring], points[~on_ring]
     if len(lights):
         axes.plot(*lights.T, "o", color=LIGHT_COLOUR, markerfacecolor="none", markersize=8, label="light on the ring")
     if len(others):
         axes.plot(*others.T, "x", color=DROPPED_COLOUR, markersize=6, label="other group")
     place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}
-    for index, label, (x, y) in overlay.light_labels(estimate):
+    for index, label, (x, y) in geometry.light_labels(estimate):
         axes.annotate(label, points[index], (10 * x, -10 * y), color="white", fontsize=7, **place)
 
 
 def _draw_scale(axes: Axes, estimate: Estimate) -> None:
-    bar = overlay.scale_bar(estimate)
+    bar = geometry.scale_bar(estimate)
     if bar is None:
         return
     length_m, length_px = bar

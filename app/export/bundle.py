@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 from dockpose import Camera, Dock, Settings
 from dockpose.app.drawing import figures
-from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.drawing.montage import montage
-from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.export.data import result_line, settings_yaml, to_csv, to_json, to_png

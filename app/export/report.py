@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import cv2
 import numpy as np
 from dockpose import Estimate
-from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.figures import to_svg
 from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, percent, pose_cells, pose_sigmas, status_words
-from dockpose.app.drawing.overlay import LAYERS
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.experiment.table import table
 from dockpose.app.experiment.versions import versions

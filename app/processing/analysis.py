@@ -78,10 +78,14 @@ def headline_of(trust: Trust) -> tuple[str, str]:
     return trust.verdict, TRUST_COLOURS[trust.colour]
 
 
-def analyse(view: View) -> Analysis:
-    """Render the view if it is stale, run the pipeline on it, and apply the operator's choice of pose, if any."""
+def analyse(view: View, last: Analysis | None = None) -> Analysis:
+    """Render the view if it is stale, run the pipeline on it, and apply the operator's choice of pose, if any.
+
+    What the ``last`` one found in the same picture is not searched for again.
+    """
     view = rendered(view)
-    found = estimate(view.image, view.camera, view.dock, view.settings)
+    like = last.estimate if last is not None and last.view.image is view.image else None
+    found = estimate(view.image, view.camera, view.dock, view.settings, like=like)
     return Analysis(view, found if view.by_hand is None else chosen_by_hand(found, view.by_hand))
 
 

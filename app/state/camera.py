@@ -58,10 +58,7 @@ def with_default_values(view: View) -> View:
 
 
 def with_camera_file(view: View, data: bytes, name: str) -> View:
-    """Take the camera of a file that a browser sent; it is My tank's from then on.
-
-    Raises ValueError, naming the file, where it is not a camera file or is for pictures of another shape.
-    """
+    """Take the camera of a file that a browser sent; it is My tank's from then on."""
     loaded = with_own_camera(view, read_sent(data, name, load_camera), name)
     return replace(loaded, given_camera=loaded.camera, given_of=("tank", loaded.given_of[1]))
 

@@ -39,12 +39,15 @@ def _offers(view: View, fitting_lights: int | None) -> list[Chip]:
         label = f"{fitting_lights} lights form a ring; the dock is set to {view.dock.lights}. Use {fitting_lights}?"
         hint = "Sets the number of lights, evenly spaced."
         offers.append(Chip(label, hint, lambda view: with_lights(view, fitting_lights)))
-    mine = with_my_tank(view)
     is_known = view.tank.camera is not None or view.camera_of == "tank"
-    if is_known and not is_in_force(view) and (mine.camera, mine.dock) != (view.camera, view.dock):
+    if is_known and not is_in_force(view) and _differs(with_my_tank(view), view):
         hint = "Look at this picture with the operator's own camera and dock."
         offers.append(Chip("Use My tank for this picture", hint, with_my_tank))
     return offers
+
+
+def _differs(one: View, other: View) -> bool:
+    return (one.camera, one.dock) != (other.camera, other.dock)
 
 
 def _removable(view: View) -> list[Chip]:

@@ -34,10 +34,7 @@ def with_these_as_mine(view: View) -> View:
 
 
 def with_own_camera(view: View, camera: Camera, name: str) -> View:
-    """Take a camera that the operator gave, in a file of that name, for My tank, and look with it.
-
-    Raises UserError, naming the file, where it is for pictures of another shape.
-    """
+    """Take a camera that the operator gave, in a file of that name, for My tank, and look with it."""
     height, width = view.image.shape[:2]
     try:
         fitting = camera.for_size(width, height)

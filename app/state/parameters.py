@@ -41,8 +41,8 @@ class Limits:
 class Parameter:
     """One number of a view."""
 
-    label: str  # as the page shows them
-    hint: str  # as the page shows them
+    label: str  # as the page shows it
+    hint: str  # likewise
     path: str  # what holds the number, as "camera.fx" or "scene.pose.position_m.2"
     limits: Limits | Callable[[View], Limits]  # range in the label's unit, or a function that returns it for a view
     scale: float = 1  # how many times as large as the stored number people see it
@@ -50,8 +50,6 @@ class Parameter:
     # in place of ``scale``: ``shown(part)`` is the number for what is at ``path``, and ``stored(number, part)`` is what
     # to put there for a number
     shown: Callable[[Any], float] | None = None
-    # in place of ``scale``: ``shown(part)`` is the number for what is at ``path``, and ``stored(number, part)`` is what
-    # to put there for a number
     stored: Callable[[float, Any], Any] | None = None
 
     def range(self, view: View) -> Limits:

@@ -23,10 +23,7 @@ MEASURED_LIMITS = {
 
 
 def with_pose_by_hand(view: View, pose: CirclePose | None) -> View:
-    """Use this pose, whichever is the likelier; None leaves the choice to the program.
-
-    It is remembered by its normal: which of the two is called A changes with the numbers.
-    """
+    """Use this pose, whichever is the likelier; None leaves the choice to the program."""
     if pose is None:
         return replace(view, by_hand=None)
     x, y, z = (float(value) for value in pose.normal)
@@ -34,10 +31,7 @@ def with_pose_by_hand(view: View, pose: CirclePose | None) -> View:
 
 
 def with_measured(view: View, values: Mapping[str, Any] | None) -> View:
-    """Compare with a pose measured by hand: centimetres and degrees by the names in ``MEASURED_LIMITS``, or None.
-
-    A number that is missing or None was not measured. Raises UserError for what is no number, or out of bounds.
-    """
+    """Compare with a pose measured by hand: centimetres and degrees by the names in ``MEASURED_LIMITS``, or None."""
     if values is None:
         return replace(view, measured=None)
     numbers = []

@@ -55,10 +55,7 @@ def settings_file(view: View) -> bytes:
 
 
 def with_settings_file(view: View, data: bytes, name: str) -> View:
-    """Take settings, camera and dock from a file that a browser sent; camera and dock are My tank's from then on.
-
-    Raises ValueError, naming the file and the key, for whatever is unknown or wrong in it.
-    """
+    """Take settings, camera and dock from a file that a browser sent; camera and dock are My tank's from then on."""
     content = read_sent(data, name, _read_settings)
     if content.camera is not None:
         view = with_own_camera(view, content.camera, name)

@@ -64,10 +64,7 @@ def with_scene(view: View, scene: Scene, *, keep: bool = True) -> View:
 
 
 def rendered(view: View) -> View:
-    """The view with the picture of its scene, where that is still to be rendered.
-
-    Raises ValueError where the water's point spread function does not reach as far as the dock is.
-    """
+    """The view with the picture of its scene, where that is still to be rendered."""
     if not view.is_stale or view.scene is None:
         return view
     return replace(view, image=render(view.scene)[0], is_stale=False)

@@ -40,10 +40,7 @@ def tank_words(tank: Tank) -> str:
 
 
 class Tanks:
-    """The saved tanks, in a folder of the user's; None keeps them only while the program runs.
-
-    ``trouble`` says why the file that is there could not be read; empty where it could.
-    """
+    """The saved tanks, in a folder of the user's; None keeps them only while the program runs."""
 
     def __init__(self, folder: Path | None) -> None:
         self._path = None if folder is None else folder / "tanks.yaml"

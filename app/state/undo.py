@@ -68,15 +68,14 @@ class History:
 
 def changed_names(before: View, after: View) -> set[str]:
     """Which numbers differ, as "camera.fx"."""
-    return {name for field in _NOTED for name in _differences(field, getattr(before, field), getattr(after, field))}
+    names = {name for name in _NOTED if getattr(before, name) is not getattr(after, name)}
+    return {one for name in names for one in _differences(name, getattr(before, name), getattr(after, name))}
 
 
 def _differences(name: str, before: Any, after: Any) -> set[str]:
     if before is after or before == after:
         return set()
-    if type(before) is type(after) and isinstance(before, msgspec.Struct):
-        parts = before.__struct_fields__
-        return {
-            one for part in parts for one in _differences(f"{name}.{part}", getattr(before, part), getattr(after, part))
-        }
-    return {name}
+    if type(before) is not type(after) or not isinstance(before, msgspec.Struct):
+        return {name}
+    parts = [(f"{name}.{part}", getattr(before, part), getattr(after, part)) for part in before.__struct_fields__]
+    return {one for part in parts if part[1] != part[2] for one in _differences(*part)}

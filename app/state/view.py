@@ -41,7 +41,6 @@ class View:
     tank: Tank = NO_TANK  # the operator's own, whichever are in force
     # whose camera and dock are in force: those of My tank, those that came with the picture, or assumed ones
     camera_of: Owner = "picture"
-    # whose camera and dock are in force: those of My tank, those that came with the picture, or assumed ones
     dock_of: Owner = "picture"
     given_of: tuple[Owner, Owner] = ("picture", "picture")  # whose ``given_camera`` and ``given_dock`` are
     sample: str | None = None  # name of the sample scene that this is
@@ -54,8 +53,6 @@ class View:
     # the list of pictures that this one is in ("samples", "uploads", "folder" for the one that the page may show,
     # "beside" for that of the picture given at the start, "sequence"), and its name there
     list_name: str = ""
-    # the list of pictures that this one is in ("samples", "uploads", "folder" for the one that the page may show,
-    # "beside" for that of the picture given at the start, "sequence"), and its name there
     item: str = ""
     sha256: str | None = None  # of the bytes that the picture was read from
 
@@ -109,10 +106,7 @@ def with_sample(view: View, name: Any) -> View:
 
 
 def with_file(view: View, path: Path, name: str, list_name: str = "folder") -> View:
-    """Show a picture of a folder on this machine, called ``name`` there.
-
-    What the YAML beside it says goes before My tank; see :func:`with_upload`.
-    """
+    """Show a picture of a folder on this machine, called ``name`` there."""
     beside = read_sidecar(path) if path.with_suffix(".yaml").resolve().parent == path.parent else Sidecar()
     data = _read_bytes(path, name)
     shown = _view(decode(data, name), name, view.tank, beside.camera, beside.dock, view.settings, truth=beside.truth)
@@ -134,10 +128,7 @@ def with_upload(view: View, data: bytes, name: str) -> View:
 
 
 def with_first_frame(view: View, image: np.ndarray, source: str, camera: Camera | None, dock: Dock | None) -> View:
-    """Show the first frame of a sequence, called ``source``.
-
-    ``camera`` and ``dock`` are those that the sequence brings along; None takes My tank's.
-    """
+    """Show the first frame of a sequence, called ``source``."""
     return replace(_view(image, source, view.tank, camera, dock, view.settings), list_name="sequence")
 
 

@@ -217,6 +217,7 @@ class App:
             notify=self.notify,
             sessions=SessionFolder(options.sessions),
             recordings=options.sessions.with_name(RECORDINGS_FOLDER),
+            has_viewers=self._looks.has_viewers,
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
@@ -237,6 +238,7 @@ class App:
         self._uploads.detach(client)
         self._notices.forget(client)
         self._layout.settings.forget(client)
+        self._layout.live.forget(client)
         self._layout.strip.count_browsers(len(self._server.get_clients()))
 
     def _work(self, job: View | Frame | None) -> None:
@@ -249,7 +251,7 @@ class App:
                 self._show(self._newest)
             return
         try:
-            analysis = analyse(job)
+            analysis = analyse(job, self._current)
             if not self._is_warm:  # the first run loads compiled code, and its time is not that of a picture
                 self._is_warm, analysis = True, analyse(job)
         except ValueError as error:  # a scene that cannot be rendered
@@ -258,10 +260,7 @@ class App:
         self._show(analysis)
 
     def _work_on_frame(self, frame: Frame) -> None:
-        """Put the frame in the place of what is shown, search it, and show what was found.
-
-        Of frames that follow each other faster than browsers draw them, some are searched but not shown.
-        """
+        """Put the frame in the place of what is shown, search it, and show what was found."""
         with self._lock:
             follower, before = self._sequence.follower, self._view
             if follower is None:  # closed meanwhile

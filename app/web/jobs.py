@@ -53,14 +53,17 @@ class Speed(Wish, tag="speed", frozen=True):
     speed: str
 
 
+class Look(Wish, tag="look", frozen=True):
+    """Keep up to date what this browser has in view: places of a :class:`~dockpose.app.web.live.LivePage`."""
+
+    names: list[str]
+
+
 Acts = dict[type[Wish], Callable[[Any, viser.ClientHandle], object]]
 
 
 class JobsPanel(Panel):
-    """The bar of main jobs, static/jobs.js, and what is done for the wishes of all elements that use its text box.
-
-    ``acts`` has what to do for each kind of :class:`Wish`, with the wish and the browser that it came from.
-    """
+    """The bar of main jobs, static/jobs.js, and what is done for the wishes of all elements that use its text box."""
 
     def __init__(self, gui: viser.GuiApi, acts: Acts) -> None:
         self._acts, self._last = acts, -1

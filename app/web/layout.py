@@ -14,7 +14,7 @@ from dockpose.app.state.preferences import Memory
 from dockpose.app.state.tank import Tanks
 from dockpose.app.web.calibration.panel import CalibrationPanel
 from dockpose.app.web.html import help_link
-from dockpose.app.web.jobs import Compare, GoTo, JobsPanel, Play, Speed, Take, Use, Zip
+from dockpose.app.web.jobs import Compare, GoTo, JobsPanel, Look, Play, Speed, Take, Use, Zip
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.camera import CameraPanel
@@ -60,6 +60,7 @@ class Parts:
     notify: Notify
     sessions: SessionFolder
     recordings: Path
+    has_viewers: Callable[[], bool]
 
 
 class Layout:
@@ -90,13 +91,13 @@ class Layout:
             source = SourcePanel(gui, change, parts.uploads, parts.root, parts.beside, parts.sequence, parts.memory)
         with tab("Tank", "tank"):
             tanks = TanksPanel(gui, parts.tanks, change, parts.notify)
-            camera = CameraPanel(gui, change)
+            camera = CameraPanel(gui, self.live, change)
             calibration = CalibrationPanel(gui, change, parts.notify, parts.fail)
             budget = BudgetPanel(gui)
         with tab("Detect", "detect"):
-            detect = DetectPanel(gui, change)
+            detect = DetectPanel(gui, self.live, change)
             with gui.add_folder("Which of the two poses", expand_by_default=False):
-                pose = PosePanel(gui, change)
+                pose = PosePanel(gui, self.live, change)
                 gui.add_html(help_link("pose"))
         with tab("Simulate", "simulate"):
             simulator = SimulatorPanel(gui, change)
@@ -112,15 +113,14 @@ class Layout:
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels = [*self.panels, self.sequence, self.live, source, simulator, tanks, camera, budget, calibration]
-        self.panels += [detect, pose]
+        self.panels += [self.sequence, camera, detect, pose, self.live, source, simulator, tanks, budget, calibration]
         self.panels += [self.settings, self.experiment, self.export, viewpoint, self.chips, self.compare]
 
     def _add_pictures(self, server: viser.ViserServer, parts: Parts) -> None:
         gui = server.gui
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            self.live = live = LivePage(gui, server.flush)
+            self.live = live = LivePage(gui, server.flush, parts.has_viewers)
             self.strip = StripPanel(gui, live, parts.tanks)
             status = StatusPanel(gui, live)
             self.chips = ChipsPanel(gui, parts.change)
@@ -134,6 +134,7 @@ class Layout:
                     Play: lambda wish, client: self.sequence.toggle(),
                     GoTo: lambda wish, client: self.sequence.go_to(wish.frame),
                     Speed: lambda wish, client: self.sequence.set_speed(wish.speed),
+                    Look: lambda wish, client: live.look(set(wish.names), client),
                 },
             )
             shown = gui.add_tab_group()

@@ -96,10 +96,7 @@ def add_upload_button(
     mime_type: str = ".yaml,.yml",
     order: float | None = None,
 ) -> None:
-    """Give one browser a button in ``area`` that hands a file's bytes and name to ``take``.
-
-    A shared button would show each browser the uploads of the others.
-    """
+    """Give one browser a button in ``area`` that hands a file's bytes and name to ``take``."""
     with area:
         button = client.gui.add_upload_button(
             label, icon=viser.Icon.UPLOAD, mime_type=mime_type, hint=hint, order=order
@@ -211,10 +208,7 @@ class Saver:
         self.close = self._work.close
 
     def save(self, client: viser.ClientHandle, name: str, make: Callable[[Progress], bytes]) -> None:
-        """Make a file and send it to the browser's downloads under that name.
-
-        Where ``make`` raises ValueError, its sentence is shown there.
-        """
+        """Make a file and send it to the browser's downloads under that name."""
 
         def work(progress: Progress) -> None:
             try:

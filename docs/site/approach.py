@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from dockpose import Camera, Dock, Estimate, Tracker
 from dockpose.app.drawing.annotated import annotate
-from dockpose.app.drawing.canvas import Canvas
 from dockpose.app.drawing.colours import POSE_COLOURS
 from dockpose.app.drawing.numbers import pose_cells
 from dockpose.app.processing.following import chosen_by_track
+from dockpose.estimate.canvas import Canvas
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene, Sensor, film
 from dockpose.simulate.parts import Background, Lights, Snow
 from PIL import Image

@@ -3,6 +3,7 @@
 import os
 import time
 from dataclasses import dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,7 @@ from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
+_LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class _Picture:
     histogram: Histogram  # of the part
     part: tuple[int, int, int, int]  # left, top, right and bottom of it
     width: int  # of the whole picture, in pixels
+    like: Estimate | None  # another estimate of it, whose threshold and groups hold here
 
 
 def estimate(
@@ -57,6 +60,7 @@ def estimate(
     *,
     fall_back: bool = True,
     region: Region | None = None,
+    like: Estimate | None = None,
 ) -> Estimate:
     """Find the dock in one picture.
 
@@ -78,6 +82,9 @@ def estimate(
     region : Region or None
         Rectangle (x_px, y_px, width_px, height_px), clipped to the picture and begun at an even pixel, outside of
         which nothing is looked at; None searches the whole picture. What is found is in pixels of the whole picture.
+    like : Estimate or None
+        An estimate of this very picture, as with another camera or dock. Where settings and region are the same, its
+        threshold and its groups are taken over, which saves most of the time.
 
     Returns
     -------
@@ -125,7 +132,8 @@ def estimate(
     if hidden is not None:
         hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
     grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
-    picture = _Picture(image, grey, histogram_of(grey, counted), part, width)
+    like = like if like is not None and (like.settings, like.region) == (settings, region) else None
+    picture = _Picture(image, grey, histogram_of(grey, counted), part, width, like)
     if counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
     else:
@@ -156,8 +164,12 @@ def _search(
     picture: _Picture, camera: Camera, dock: Dock, settings: Settings, fall_back: bool
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages that were reached."""
+    like = None if picture.like is None else picture.like.threshold
     try:
-        threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
+        if like is not None and like.method == settings.method:  # and not that of the lights one by one
+            threshold = like
+        else:
+            threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
     except MethodError as error:
         return "method_failed", f"{str(error)[:1].upper()}{str(error)[1:]}.", {}
     status, message, stages = _search_with(threshold, picture, camera, dock, settings)
@@ -205,9 +217,14 @@ def _find_lights(
     picture: _Picture, threshold: Threshold, camera: Camera, dock: Dock, settings: Settings
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
-    stages: dict[str, Any] = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
-    markers = find_markers(picture.grey, picture.histogram, threshold, settings.min_area_px, settings.centroid)
-    markers = stages["markers"] = markers_in_whole(markers, picture.part)
+    like = picture.like
+    if like is not None and like.markers is not None and threshold is like.threshold:
+        markers = like.markers
+        stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
+    else:
+        stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
+        markers = find_markers(picture.grey, picture.histogram, threshold, settings.min_area_px, settings.centroid)
+        markers = stages["markers"] = markers_in_whole(markers, picture.part)
     if len(markers) == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
         return "no_lights", f"No lights: {small}.", stages
@@ -221,11 +238,20 @@ def _find_lights(
         small = f" and {markers.dropped} below {settings.min_area_px} pixels" if markers.dropped else ""
         found = f"{few_in_words(markers, len(markers))}{small} at level {threshold.level}"
         return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.", stages
-    points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-    ring = stages["ring"] = ring_in(points_px, markers, camera, dock, picture.part)
+    if like is not None and markers is like.markers and _same_lights(like, camera, dock):
+        ring = like.ring
+    else:
+        points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
+        ring = ring_in(points_px, markers, camera, dock, picture.part)
+    stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages
     return "ok", "", stages
+
+
+def _same_lights(like: Estimate, camera: Camera, dock: Dock) -> bool:
+    """Whether the ring of another estimate holds for this camera and dock, which may have another diameter."""
+    return like.camera == camera and _LIGHTS_OF(like.dock) == _LIGHTS_OF(dock)
 
 
 def _labels(picture: _Picture, markers: Markers, ring: Ring, dock: Dock) -> list[str | None] | None:

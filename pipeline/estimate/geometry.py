@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,10 @@ from dockpose.pose.circle import CirclePose, rotation_from_angles
 if TYPE_CHECKING:
     from dockpose.estimate.result import Estimate
 
+_BAR_SHARE = 0.25  # of the picture's width, at most
 _NORMAL_RADII = 1.3  # long enough to end outside the ring
+_ANGLES = np.linspace(0, 2 * np.pi, 120, endpoint=False)
+_ON_CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
 def in_picture(estimate: Estimate, points_px: np.ndarray) -> np.ndarray:
@@ -36,25 +40,16 @@ def centres(estimate: Estimate) -> tuple[np.ndarray | None, np.ndarray | None]:
     )
 
 
-def axes(pose: CirclePose, estimate: Estimate) -> np.ndarray:
-    """Return the ends (2, 2, 2) of two diameters of the dock; NaN for what is behind the camera."""
-    rotation = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad)
-    ends = [pose.position_m + estimate.dock.radius * np.outer([-1, 1], axis) for axis in rotation.T[:2]]
-    return np.array([estimate.camera.project(pair) for pair in ends])
+def pose_lines(pose: CirclePose, estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a pose's circle (120, 2), and the ends of two diameters (2, 2, 2) and of its normal (2, 2), in pixels.
 
-
-def dock_outline(pose: CirclePose, estimate: Estimate, points: int = 120) -> np.ndarray:
-    """Return so many points (N, 2) on the dock's circle by a pose; NaN for what is behind the camera."""
-    right, down = rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad).T[:2]
-    angles = np.linspace(0, 2 * np.pi, points, endpoint=False)[:, None]
-    circle = pose.position_m + estimate.dock.radius * (np.cos(angles) * right + np.sin(angles) * down)
-    return estimate.camera.project(circle)
-
-
-def normal(pose: CirclePose, estimate: Estimate) -> np.ndarray:
-    """Return the ends (2, 2) of the dock's normal, 1.3 radii long; NaN for what is behind the camera."""
-    tip = pose.position_m + _NORMAL_RADII * estimate.dock.radius * pose.normal
-    return estimate.camera.project(np.array([pose.position_m, tip]))
+    NaN for what is behind the camera.
+    """
+    radius = estimate.dock.radius
+    plane = radius * rotation_from_angles(pose.theta_x_rad, pose.theta_y_rad).T[:2]
+    ends = np.array([-plane[0], plane[0], -plane[1], plane[1], np.zeros(3), _NORMAL_RADII * radius * pose.normal])
+    points_px = estimate.camera.project(pose.position_m + np.concatenate([_ON_CIRCLE @ plane, ends]))
+    return points_px[:-6], points_px[-6:-2].reshape(2, 2, 2), points_px[-2:]
 
 
 def on_ring(estimate: Estimate) -> np.ndarray:
@@ -62,3 +57,31 @@ def on_ring(estimate: Estimate) -> np.ndarray:
     if estimate.markers is None:
         return np.zeros(0, dtype=bool)
     return np.zeros(len(estimate.markers), dtype=bool) if estimate.ring is None else estimate.ring.on_ring
+
+
+def light_labels(estimate: Estimate) -> list[tuple[int, str, np.ndarray]]:
+    """Return for each light on the ring the index of its group, its number from 1, and the way (2,) out of the ring."""
+    lights = on_ring(estimate)
+    if estimate.markers is None or not lights.any():
+        return []
+    points, numbers = estimate.markers.points_px, estimate.light_numbers()
+    outward = points - points[lights].mean(axis=0)
+    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
+    labels = [index if light is None else light for index, light in enumerate(numbers)]
+    return [(index, str(labels[index] + 1), outward[index]) for index in np.flatnonzero(lights).tolist()]
+
+
+def scale_bar(estimate: Estimate) -> tuple[float, float] | None:
+    """Return a round length at the dock's distance, in metres and in pixels; None where there is no pose."""
+    pose = estimate.selected
+    if pose is None:
+        return None
+    ends = pose.position_m + np.outer([-0.5, 0.5], [estimate.dock.radius, 0, 0])
+    left, right = estimate.camera.project(ends)
+    per_metre = float(np.linalg.norm(right - left)) / estimate.dock.radius
+    if not math.isfinite(per_metre) or per_metre <= 0:
+        return None
+    longest = _BAR_SHARE * estimate.width / per_metre
+    power = 10.0 ** math.floor(math.log10(longest))
+    length = max([factor * power for factor in (1, 2, 5) if factor * power <= longest * (1 + 1e-9)])
+    return length, length * per_metre

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import msgspec
@@ -105,12 +106,12 @@ class Estimate:
         poses = self.candidates or (None,)
         return pandas.DataFrame([self._row(name, pose) for name, pose in zip(names, poses, strict=True)])
 
-    @property
+    @cached_property
     def candidates(self) -> tuple[CirclePose, ...]:
         """The two poses, the likelier first; empty where there are none."""
         return () if self.choice is None else self.choice.candidates
 
-    @property
+    @cached_property
     def selected(self) -> CirclePose | None:
         """The chosen pose."""
         return None if self.choice is None else self.choice.candidates[self.choice.selected]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -85,12 +86,12 @@ class CirclePose:
         centre_px = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
         return cls(position_m, normal, centre_px, **known)
 
-    @property
+    @cached_property
     def theta_x_rad(self) -> float:
         """The paper's pitch: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
         return angles_of(self.normal)[0]
 
-    @property
+    @cached_property
     def theta_y_rad(self) -> float:
         """The paper's yaw: n = Ry(theta_y) Rx(theta_x) (0, 0, -1)."""
         return angles_of(self.normal)[1]

@@ -270,3 +270,19 @@ def test_pixels_that_numpy_masks_are_not_looked_at():
     np.testing.assert_array_equal(colour.selected.position_m, same.selected.position_m)
     part = estimate(np.ma.array(glare, mask=hidden), CAMERA, DOCK, region=(0, 0, 90, 60))
     assert part.status == "no_lights"
+
+
+@pytest.mark.parametrize("method", ["hats", "otsu", "hats_local"])
+@pytest.mark.parametrize(
+    ("camera", "dock"),
+    [(CAMERA, Dock(0.4, 10)), (CAMERA, Dock(0.3, 8)), (Camera(600, 600, 319.5, 239.5, 640, 480), DOCK)],
+)
+def test_what_another_estimate_found_in_the_picture_is_taken_over_unchanged(method, camera, dock):
+    settings = Settings(method=method)
+    image = render(random_scene(3))[0]
+    like = estimate(image, CAMERA, DOCK, settings)
+    anew, taken_over = (estimate(image, camera, dock, settings, like=one) for one in (None, like))
+    assert anew.to_dict() | {"elapsed_ms": 0} == taken_over.to_dict() | {"elapsed_ms": 0}
+    assert taken_over.markers is like.markers
+    other = estimate(image, camera, dock, Settings(method=method, min_area_px=9), like=like)
+    assert other.markers is not like.markers

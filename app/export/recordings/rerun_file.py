@@ -10,11 +10,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from dockpose.app.drawing import overlay
-from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, bgr
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.recordings.messages import Seen, jpeg
+from dockpose.estimate import geometry
+from dockpose.estimate.canvas import to_bgr8
 from dockpose.files.durable_files import GrowingFile
 
 ENDING = ".rrd"
@@ -62,8 +62,8 @@ class RerunFile(contextlib.AbstractContextManager["RerunFile"]):
             log("camera/image", rerun.Pinhole(image_from_camera=camera.matrix, resolution=size))
         if seen.original is not None:
             log("camera/image", rerun.EncodedImage(contents=jpeg(to_bgr8(seen.original)), media_type="image/jpeg"))
-        lights = np.zeros((0, 2)) if found.markers is None else found.markers.points_px[overlay.on_ring(found)]
-        outline = overlay.outline(found)
+        lights = np.zeros((0, 2)) if found.markers is None else found.markers.points_px[geometry.on_ring(found)]
+        outline = geometry.outline(found)
         # Rerun counts pixels from the corner of the first one, we from its middle.
         log("camera/image/lights", rerun.Points2D(lights + 0.5, radii=4.0, colors=[_rgb(LIGHT_COLOUR)]))
         strips = [] if outline is None else [np.vstack([outline, outline[:1]]) + 0.5]

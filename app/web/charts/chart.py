@@ -94,10 +94,7 @@ def without_gaps(values: np.ndarray, ends: Ends) -> np.ndarray:
 
 
 def fitting_ends(numbers: np.ndarray, least: float) -> Ends:
-    """Return ends of an axis around all numbers but NaN, in whole steps, so that they seldom move.
-
-    The step is a power of ten, no smaller than that of the span ``least``.
-    """
+    """Return ends of an axis around all numbers but NaN, in whole steps, so that they seldom move."""
     known = numbers[~np.isnan(numbers)]
     if len(known) == 0:
         return 0.0, 1.0

@@ -33,10 +33,7 @@ CHARTS = (
 
 
 def error_points(rows: Sequence[Row], marks: Marks) -> np.ndarray:
-    """Return range in metres and errors, (n, 1 + quantities), nearest first; NaN for what is unknown.
-
-    Rows without a range and rows without any error are left out.
-    """
+    """Return range in metres and errors, (n, 1 + quantities), nearest first; NaN for what is unknown."""
     numbers = [(row.range_cm, *(row.errors[index] for index in marks.which)) for row in rows]
     table = np.array(numbers, dtype=float).reshape(-1, 1 + len(marks.which))  # None becomes NaN
     table[:, 0] /= 100

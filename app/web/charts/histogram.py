@@ -22,10 +22,7 @@ class HistogramNumbers:
         self._curve: Threshold | None = None
 
     def of(self, analysis: Analysis, *, is_playing: bool) -> dict[str, Any] | None:
-        """Return the numbers; None where no threshold was reached.
-
-        Of a level set by hand, HATS tells the curve of groups; while playing there is no time for that.
-        """
+        """Return the numbers; None where no threshold was reached."""
         threshold, settings = analysis.estimate.threshold, analysis.estimate.settings
         if threshold is None:
             return None

@@ -26,10 +26,7 @@ def sweep_data(sweep: LevelSweep) -> tuple[np.ndarray, ...]:
 
 
 def sweep_top_px(sweep: LevelSweep) -> float:
-    """Return the end of the vertical axis: a round number with nearly all errors below.
-
-    It seldom moves while a sweep grows.
-    """
+    """Return the end of the vertical axis: a round number with nearly all errors below."""
     known = sweep.errors_px[~np.isnan(sweep.errors_px)]
     return round_above(1.1 * float(np.quantile(known, 0.97)) if len(known) else 1.0)
 

@@ -8,6 +8,7 @@ from html import escape
 from typing import Any
 
 import viser
+from dockpose import Camera
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.camera import (
     OTHER_INDEX,
@@ -24,6 +25,7 @@ from dockpose.app.state.camera import (
 from dockpose.app.state.dock import MAX_LIGHTS, angles_text, dropped_sentence, with_angles, with_lights
 from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, Parameter, put
 from dockpose.app.state.view import View
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.widgets import (
     Change,
@@ -50,18 +52,23 @@ def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
     return view
 
 
+def field_of_view_html(camera: Camera) -> str:
+    """How much the camera sees."""
+    return f'<div style="{_SMALL}">{escape(field_of_view_sentence(camera))}</div>'
+
+
 class CameraPanel(Panel):
     """Sliders with typed values for lens, port and dock; camera files are loaded and saved."""
 
-    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
-        self._change = change
+    def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change) -> None:
+        self._live, self._change = live, change
         self._sliders: dict[str, Slider] = {}
         self._putters = {name: partial(self._with_focal, name) for name in ("fx", "fy")}
         with gui.add_folder("Dock"):
             self._add_dock(gui)
         self._area = gui.add_folder("Camera")
         with self._area:
-            self._field = gui.add_html("", order=2)
+            live.place(gui, "field-of-view", order=2)
             with gui.add_folder("Focal length and image centre", expand_by_default=False, order=3):
                 self._add_intrinsics(gui)
             with gui.add_folder("Lens distortion", expand_by_default=False, order=4):
@@ -89,7 +96,7 @@ class CameraPanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Say how much the camera sees."""
-        self._field.content = f'<div style="{_SMALL}">{escape(field_of_view_sentence(analysis.view.camera))}</div>'
+        self._live.put_folded("field-of-view", partial(field_of_view_html, analysis.view.camera))
 
     def _add_sliders(self, gui: viser.GuiApi, parameters: dict[str, Parameter]) -> None:
         for name, parameter in parameters.items():

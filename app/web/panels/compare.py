@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import viser
 from dockpose import Estimate
-from dockpose.app.drawing import colours, overlay
+from dockpose.app.drawing import colours
 from dockpose.app.drawing.montage import around_ring
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
 from dockpose.app.drawing.thresholded import kept_pixels
@@ -25,6 +25,7 @@ from dockpose.app.web.live import data_html
 from dockpose.app.web.panels.view import runs
 from dockpose.app.web.widgets import BackgroundWork, Change, Panel, on_click
 from dockpose.camera.image import to_grey, to_levels
+from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, METHODS
 
@@ -60,13 +61,13 @@ def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, A
     methods = []
     for name, one in found.items():
         kept = cropped(kept_pixels(view.image, one).astype(np.uint8), cv2.INTER_NEAREST)
-        outline = overlay.outline(one)
+        outline = geometry.outline(one)
         drawn = {
             "kept": runs(np.flatnonzero(kept)),
             "groups": [] if one.markers is None else placed(one.markers.points_px),
-            "onRing": overlay.on_ring(one).tolist(),
+            "onRing": geometry.on_ring(one).tolist(),
             "ellipse": [] if outline is None else placed(outline[::_OUTLINE_STEP]),
-            "dock": [] if one.selected is None else placed(overlay.dock_outline(one.selected, one)),
+            "dock": [] if one.selected is None else placed(geometry.pose_lines(one.selected, one)[0]),
         }
         methods.append({"name": name, "label": METHODS.short(name)} | method_words(one, view) | drawn)
     picture = base64.b64encode(cv2.imencode(".png", grey)[1].tobytes()).decode()

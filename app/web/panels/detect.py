@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from html import escape
 from typing import Any
 
@@ -20,6 +21,7 @@ from dockpose.app.state.detection import (
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.widgets import Change, Panel, Slider, on_change, on_click
 from dockpose.thresholds import LEVELS, METHODS
 
@@ -53,10 +55,16 @@ def thrown_out_sentence(found: Estimate) -> str:
     return " ".join(parts) or "Nothing was masked or thrown out."
 
 
+def detect_html(found: Estimate) -> str:
+    """What the threshold keeps, and what was left out of it."""
+    return f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>{escape(thrown_out_sentence(found))}</div>'
+
+
 class DetectPanel(Panel):
     """Method, level, smallest group, kind of centre, and masks."""
 
-    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
+    def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change) -> None:
+        self._live = live
         self._labels = {METHODS.title(method): method for method in METHODS}
         self._method = gui.add_dropdown(
             "Threshold by",
@@ -70,7 +78,7 @@ class DetectPanel(Panel):
             tuple(_CENTROIDS),
             hint="Weighed by brightness is the more exact; the middle of the pixels kept is what the paper uses.",
         )
-        self._sentence = gui.add_html("")
+        live.place(gui, "detect")
         with gui.add_folder("Masks: parts not looked at", expand_by_default=False):
             self._add_masks(gui, change)
         on_change(self._method, change, self._with_method)
@@ -91,9 +99,7 @@ class DetectPanel(Panel):
     def show(self, analysis: Analysis) -> None:
         """Say what was found; let the level's slider follow a level that was found."""
         found = analysis.estimate
-        self._sentence.content = (
-            f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>{escape(thrown_out_sentence(found))}</div>'
-        )
+        self._live.put_folded("detect", partial(detect_html, found))
         if found.threshold is None:
             return
         # A result of before the slider was moved must not move it back.

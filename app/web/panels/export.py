@@ -7,7 +7,7 @@ from functools import partial
 
 import cv2
 import viser
-from dockpose.app.drawing.overlay import LAYERS
+from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
 from dockpose.app.export.data import to_png
@@ -129,10 +129,7 @@ class ExportPanel(Panel):
 
 
 def view_picture(client: viser.ClientHandle) -> bytes:
-    """Return the 3D view as one browser shows it, as PNG without a background.
-
-    Raises UserError where the browser does not draw it in time, as in a hidden window.
-    """
+    """Return the 3D view as one browser shows it, as PNG without a background."""
     size = client.camera.image_height, client.camera.image_width
     try:
         picture = client.get_render(*size, transport_format="png", timeout=_RENDER_S)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from html import escape
 
 import viser
@@ -24,6 +25,7 @@ from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.widgets import Change, Panel, on_change, on_click
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
@@ -89,6 +91,12 @@ def errors_html(found: Estimate, known: KnownPose | MeasuredPose | None, name: s
     return table(f"errors-{name}", QUANTITIES, rows, f"Estimated minus {name}. {words}")
 
 
+def both_errors_html(analysis: Analysis) -> str:
+    """How far the poses are from the truth and from the measured pose, where they are known."""
+    found, view = analysis.estimate, analysis.view
+    return errors_html(found, view.truth, "truth") + errors_html(found, view.measured, "measured")
+
+
 def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
     """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees; a dash where not known."""
     known_values = known.values if isinstance(known, MeasuredPose) else pose_values(known)
@@ -127,15 +135,16 @@ def _ellipse_words(found: Estimate) -> str:
 class PosePanel(Panel):
     """Tables, three buttons to overrule the choice, and five numbers of a measured pose."""
 
-    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
+    def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change) -> None:
+        self._live = live
         self._candidates: Sequence[CirclePose] = ()
-        self._details = gui.add_html("")
+        live.place(gui, "pose")
         use = gui.add_button_group(
             "Use pose",
             (PROGRAM, POSE_A, POSE_B),
             hint="Overrule the choice where you know better; it holds until the next picture.",
         )
-        self._peers = gui.add_html("")
+        live.place(gui, "peers")
         self._compare = gui.add_checkbox(
             "Compare with a measured pose",
             False,
@@ -154,7 +163,7 @@ class PosePanel(Panel):
             )
             for name in MEASURED_LIMITS
         }
-        self._errors = gui.add_html("")
+        live.place(gui, "errors")
         on_change(self._compare, change, self._with_measured)
         for box in self._measured.values():
             on_change(box, change, self._with_measured)
@@ -172,11 +181,9 @@ class PosePanel(Panel):
         """Fill the tables."""
         found = analysis.estimate
         self._candidates = found.candidates
-        self._details.content = details_html(found)
-        self._peers.content = peers_html(found)
-        self._errors.content = errors_html(found, analysis.view.truth, "truth") + errors_html(
-            found, analysis.view.measured, "measured"
-        )
+        self._live.put_folded("pose", partial(details_html, found))
+        self._live.put_folded("peers", partial(peers_html, found))
+        self._live.put_folded("errors", partial(both_errors_html, analysis))
 
     def _named(self, name: str) -> CirclePose | None:
         index = POSE_NAMES.index(name) if name in POSE_NAMES else len(self._candidates)

@@ -13,8 +13,7 @@ import msgspec
 import numpy as np
 import viser
 from dockpose import Estimate
-from dockpose.app.drawing import colours, overlay
-from dockpose.app.drawing.canvas import to_bgr8
+from dockpose.app.drawing import colours
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import length_words
 from dockpose.app.processing.analysis import Analysis
@@ -26,12 +25,15 @@ from dockpose.app.web.live import LivePage, data_html
 from dockpose.app.web.server.viser_private import identity
 from dockpose.app.web.widgets import Change, Panel, on_person
 from dockpose.camera.image import to_levels
+from dockpose.estimate import geometry
+from dockpose.estimate.canvas import to_bgr8
 from dockpose.thresholds import LEVELS, METHODS
 
 _JPEG_QUALITY = 85
 _MOST_PIXELS = 24_000_000  # a larger picture is sent smaller
 _OUTLINE_STEP = 2  # of the points on the ellipse, every second: a hundredth of a pixel off
 _LONGEST_WISH = 300  # letters
+_GROUP = ("at", "radius", "onRing", "label", "outward", "box")  # what is sent of each group of pixels
 _COLOURS = {
     "light": colours.LIGHT_COLOUR,
     "dropped": colours.DROPPED_COLOUR,
@@ -79,7 +81,7 @@ class PicturePanel(Panel):
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
         self._is_exact = False
-        self._numbers, self._histogram = HistogramNumbers(), {}
+        self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
         self._analysis: Analysis | None = None
         self._last_wish = -1
         self._wishes = gui.add_text("Done in the picture", "")
@@ -96,7 +98,10 @@ class PicturePanel(Panel):
         if image is not self._sent or not (self._is_exact or is_playing):
             self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)
             self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))
-        self._live.put(picture=self._picture_serial, overlay=overlay_numbers(analysis), isPlaying=is_playing)
+        if last is None or not _has_same_lights(last.estimate, analysis.estimate):
+            self._lights = lights_numbers(analysis.estimate)
+        numbers = self._lights | pose_numbers(analysis)
+        self._live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
         histogram = self._numbers.of(analysis, is_playing=is_playing)
         if histogram is not None and histogram != self._histogram:
             self._histogram = histogram
@@ -155,49 +160,57 @@ def picture_data(image: np.ndarray, serial: int, is_exact: bool) -> dict[str, An
     }
 
 
-def overlay_numbers(analysis: Analysis) -> dict[str, Any]:
-    """Return all that is drawn over the picture, in its pixels."""
-    found, tracked = analysis.estimate, analysis.tracked_frame
-    outline, (ellipse, centre), bar = overlay.outline(found), overlay.centres(found), overlay.scale_bar(found)
-    threshold = found.threshold
+def lights_numbers(found: Estimate) -> dict[str, Any]:
+    """Return what is drawn of the lights, whichever the poses."""
+    outline, threshold = geometry.outline(found), found.threshold
     return {
-        "name": analysis.view.source,
-        "frame": None if tracked is None else tracked.frame.index + 1,
         "level": LEVELS if threshold is None else threshold.level,
         "kept": None if threshold is None or threshold.kept is None else runs(threshold.kept[0].index),
         "groups": _groups(found),
         "outline": None if outline is None else _points(outline[::_OUTLINE_STEP]),
+        "small": None if found.markers is None else [found.markers.dropped, found.settings.min_area_px],
+    }
+
+
+def pose_numbers(analysis: Analysis) -> dict[str, Any]:
+    """Return what else is drawn, of the poses above all."""
+    found, tracked = analysis.estimate, analysis.tracked_frame
+    (ellipse, centre), bar = geometry.centres(found), geometry.scale_bar(found)
+    return {
+        "name": analysis.view.source,
+        "frame": None if tracked is None else tracked.frame.index + 1,
         "ellipse": None if ellipse is None else _points([ellipse])[0],
         "centre": None if centre is None or not np.isfinite(centre).all() else _points([centre])[0],
-        "poses": [
-            {
-                "name": POSE_NAMES[index],
-                "chosen": pose is found.selected,
-                "outline": _points(overlay.dock_outline(pose, found)),
-                "axes": [_points(ends) for ends in overlay.axes(pose, found)],
-                "normal": _points(overlay.normal(pose, found)),
-            }
-            for index, pose in enumerate(found.candidates)
-        ],
-        "small": None if found.markers is None else [found.markers.dropped, found.settings.min_area_px],
+        "poses": [_pose(index, found) for index in range(len(found.candidates))],
         "masks": [list(mask) for mask in found.settings.masks],
         "cmPerPx": None if bar is None else 100 * bar[0] / bar[1],
         "scale": None if bar is None else {"words": length_words(bar[0]), "px": bar[1]},
     }
 
 
+def _pose(index: int, found: Estimate) -> dict[str, Any]:
+    pose = found.candidates[index]
+    outline, axes, normal = geometry.pose_lines(pose, found)
+    return {
+        "name": POSE_NAMES[index],
+        "chosen": pose is found.selected,
+        "outline": _points(outline),
+        "axes": [_points(ends) for ends in axes],
+        "normal": _points(normal),
+    }
+
+
 def _groups(found: Estimate) -> list[dict[str, Any]]:
     if found.markers is None:
         return []
-    labels = {index: (label, outward) for index, label, outward in overlay.light_labels(found)}
-    radii = 2 * np.sqrt(found.markers.areas_px / math.pi)
-    parts = zip(found.markers.points_px, radii, overlay.on_ring(found), found.markers.boxes_px, strict=True)
-    groups = []
-    for index, (at, radius, is_light, box) in enumerate(parts):
-        label, outward = labels.get(index, ("", (0.0, 0.0)))
-        group = {"at": _points([at])[0], "radius": round(float(radius), 2), "onRing": bool(is_light)}
-        groups.append(group | {"label": label, "outward": _points([outward])[0], "box": [int(edge) for edge in box]})
-    return groups
+    count = len(found.markers)
+    labels, outward = [""] * count, np.zeros((count, 2))
+    for index, label, way in geometry.light_labels(found):
+        labels[index], outward[index] = label, way
+    radii = np.round(2 * np.sqrt(found.markers.areas_px / math.pi), 2).tolist()
+    places = _points(found.markers.points_px), radii, geometry.on_ring(found).tolist()
+    parts = zip(*places, labels, _points(outward), found.markers.boxes_px.astype(int).tolist(), strict=True)
+    return [dict(zip(_GROUP, part, strict=True)) for part in parts]
 
 
 def runs(indices: np.ndarray) -> list[list[int]]:
@@ -219,3 +232,9 @@ def _histogram_of(analysis: Analysis) -> tuple[Any, ...]:
     """Return what the level of every method follows from."""
     settings = analysis.estimate.settings
     return id(analysis.view.image), settings.masks, settings.min_area_px
+
+
+def _has_same_lights(one: Estimate, other: Estimate) -> bool:
+    """Whether the lights of two estimates are drawn alike: they share a ring, and no port bends the ellipse."""
+    is_same = one.ring is other.ring is not None and one.ellipse is other.ellipse and one.camera is other.camera
+    return is_same and one.camera.port is None and one.light_numbers() == other.light_numbers()

@@ -11,7 +11,6 @@ import msgspec
 import numpy as np
 import viser
 from dockpose import Camera, Dock, Estimate
-from dockpose.app.drawing.canvas import to_bgr8
 from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLOURS, POSE_NAMES, TRUTH_COLOUR, rgb
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
@@ -20,6 +19,7 @@ from dockpose.app.web.scene.known_poses import KnownDock
 from dockpose.app.web.scene.labels import Label, labels
 from dockpose.app.web.scene.port import PortDisc, port_radius_m
 from dockpose.app.web.scene.viewpoints import Extent
+from dockpose.estimate.canvas import to_bgr8
 from dockpose.pose.known import KnownPose
 from viser import transforms
 
@@ -91,9 +91,8 @@ def docks_of(found: Estimate, *known: KnownPose | None) -> Extent | None:
     return Extent(np.min(positions, axis=0) - found.dock.radius, np.max(positions, axis=0) + found.dock.radius)
 
 
-def extent_of(found: Estimate, *known: KnownPose | None) -> Extent:
-    """The box around the camera and all docks, estimated and known; a metre of water where there is no dock."""
-    docks = docks_of(found, *known)
+def extent_of(docks: Extent | None) -> Extent:
+    """The box around the camera and all docks; a metre of water where there is no dock."""
     if docks is None:
         return Extent(np.zeros(3), np.array([0.0, 0.0, 1.0]))
     return Extent(np.minimum(docks.low, 0.0), np.maximum(docks.high, 0.0))
@@ -164,7 +163,8 @@ class Scene3D:
     def show(self, analysis: Analysis) -> None:
         """Draw what was found; called from the worker's thread."""
         found, view = analysis.estimate, analysis.view
-        self.extent = extent_of(found, view.truth, view.measured_pose)
+        docks = docks_of(found, view.truth, view.measured_pose)
+        self.extent = extent_of(docks)
         plane_z = PLANE_AT * self.extent.depth_m
         with self._server.atomic():
             plane_bottom = self._show_camera(view, plane_z)
@@ -183,7 +183,6 @@ class Scene3D:
         # While a simulated scene is changed, or a sequence goes on, it is the same one that is looked at.
         looked_at = view.list_name if view.list_name == "sequence" else view.source
         is_other, self._looked_at = self._looked_at != looked_at, looked_at
-        docks = docks_of(found, view.truth, view.measured_pose)
         self._viewpoints.show(self.extent, docks, found.camera, is_other=is_other)
 
     def _pose_nodes(self, name: str, colour: tuple[int, int, int]) -> _PoseNodes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from dockpose import Camera
@@ -30,7 +31,7 @@ class Extent:
     low: np.ndarray
     high: np.ndarray
 
-    @property
+    @cached_property
     def depth_m(self) -> float:
         """How far it reaches from the camera."""
         return max(1e-3, float(self.high[2]))

@@ -10,7 +10,7 @@ from dockpose import Settings, estimate
 from dockpose.app.cli import main
 from dockpose.app.commands.export import export
 from dockpose.app.commands.replay import replay_session
-from dockpose.app.drawing.overlay import LAYERS
+from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import read_lines

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, estimate
 from dockpose.app.drawing.annotated import annotate
-from dockpose.app.drawing.overlay import in_picture
 from dockpose.camera.port import FlatPort
+from dockpose.estimate.geometry import in_picture
 from dockpose.simulate import render
 
 from tests.support.scenes import CAMERA, DOCK, random_scene

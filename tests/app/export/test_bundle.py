@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from dockpose import Settings
-from dockpose.app.drawing.annotated import annotate
-from dockpose.app.drawing.overlay import LAYERS
+from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.export.bundle import picture_files, read_lines, to_zip
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress

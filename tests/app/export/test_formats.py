@@ -12,12 +12,12 @@ import pypdfium2
 import pytest
 import yaml
 from dockpose import Camera, Dock, estimate
-from dockpose.app.drawing.annotated import annotate
+from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.drawing.figures import to_pdf, to_png, to_svg
-from dockpose.app.drawing.overlay import LAYERS, scale_bar
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.export.plots import histogram_figure
 from dockpose.app.export.recordings.messages import covariance, pose_yaml
+from dockpose.estimate.geometry import scale_bar
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import render

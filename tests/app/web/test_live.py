@@ -16,7 +16,7 @@ class Gui:
     def __init__(self):
         self.handles = []
 
-    def add_html(self, content):
+    def add_html(self, content, order=None):
         self.handles.append(SimpleNamespace(content=content))
         return self.handles[-1]
 
@@ -28,7 +28,7 @@ def gui():
 
 @pytest.fixture
 def live(gui):
-    return LivePage(gui, lambda: None)  # type: ignore[arg-type]
+    return LivePage(gui, lambda: None, lambda: False)  # type: ignore[arg-type]
 
 
 def sent(gui):
@@ -58,3 +58,37 @@ def test_nobody_sends_half_of_a_result(gui, live):
         live.put_html("strip", "two")
     other.join(60)
     assert sent(gui) == {"serial": 1, "picture": 2, "overlay": 2, "html": {"strip": "two"}}
+
+
+def test_what_is_folded_away_is_made_once_a_browser_has_it_in_view(gui, live):
+    one, other = SimpleNamespace(client_id=1), SimpleNamespace(client_id=2)
+    live.put(picture=1)
+    for words in ("first", "second"):
+        live.put_folded("pose", lambda words=words: words)
+        live.send()
+        assert sent(gui)["html"] == {}
+    live.look({"strip", "pose"}, one)
+    assert sent(gui)["html"] == {"pose": "second"}
+    live.look({"strip"}, other)  # another browser that does not look changes nothing
+    live.put_folded("pose", lambda: "third")
+    live.send()
+    assert sent(gui)["html"] == {"pose": "third"}
+    live.look({"pose"}, other)
+    live.forget(one)
+    live.send()
+    assert sent(gui)["html"] == {"pose": "third"}
+    live.look(set(), other)
+    live.send()
+    assert sent(gui)["html"] == {}
+
+
+def test_all_is_made_for_a_viewer_who_cannot_say_what_is_in_view(gui):
+    viewers = []
+    live = LivePage(gui, lambda: None, lambda: bool(viewers))  # type: ignore[arg-type]
+    live.put(picture=1)
+    live.put_folded("pose", lambda: "now")
+    live.send()
+    assert sent(gui)["html"] == {}
+    viewers.append("somebody")
+    live.add_upload(SimpleNamespace(client_id=1), None)  # type: ignore[arg-type]
+    assert sent(gui)["html"] == {"pose": "now"}

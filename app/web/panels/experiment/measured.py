@@ -50,10 +50,7 @@ def measured_texts(numbers: list[float | None]) -> Texts:
 
 
 def values_of(texts: Texts) -> dict[str, Any]:
-    """Values of a row, by column: a number or None, and the notes.
-
-    A decimal comma is accepted. Raises ValueError that names the box and its content.
-    """
+    """Values of a row, by column: a number or None, and the notes."""
     numbers = {name: typed_number(f"Measured {LABELS[name]}", texts[name]) for name in MEASURED_COLUMNS}
     return numbers | {"notes": texts["notes"]}
 

@@ -42,10 +42,7 @@ WHAT = {
 
 
 class ExperimentPanel(Panel):
-    """Session, button to take a frame, boxes for measured values, running table, charts and downloads.
-
-    What is typed belongs to the next frame or to the chosen row; drafts are kept apart until they are saved.
-    """
+    """Session, button to take a frame, boxes for measured values, running table, charts and downloads."""
 
     def __init__(
         self,

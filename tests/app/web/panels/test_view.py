@@ -7,7 +7,6 @@ from html import unescape
 import cv2
 import numpy as np
 import pytest
-from dockpose.app.drawing import overlay
 from dockpose.app.drawing.thresholded import kept_pixels
 from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
@@ -15,13 +14,18 @@ from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.app.web.live import data_html
-from dockpose.app.web.panels.view import _WISHES, fulfilled, overlay_numbers, picture_data, runs
+from dockpose.app.web.panels.view import _WISHES, fulfilled, lights_numbers, picture_data, pose_numbers, runs
+from dockpose.estimate import geometry
 from msgspec import DecodeError
 
 
 @pytest.fixture(scope="module")
 def analysis():
     return analyse(open_source("sample_images/tilted.png", None, None))
+
+
+def overlay_numbers(analysis):
+    return lights_numbers(analysis.estimate) | pose_numbers(analysis)
 
 
 def decoded(data):
@@ -34,7 +38,7 @@ def test_overlay_has_what_was_found(analysis):
     assert sorted(int(group["label"]) for group in lights) == list(range(1, 11))
     np.testing.assert_allclose([group["at"] for group in numbers["groups"]], found.markers.points_px, atol=0.006)
     assert [(pose["name"], pose["chosen"]) for pose in numbers["poses"]] == [("A", True), ("B", False)]
-    np.testing.assert_allclose(numbers["centre"], np.asarray(overlay.centres(found)[1]), atol=0.006)
+    np.testing.assert_allclose(numbers["centre"], np.asarray(geometry.centres(found)[1]), atol=0.006)
     assert numbers["level"] == found.threshold.level
     assert numbers["kept"] is None
     assert len(data_html("overlay", numbers)) < 16_000

@@ -68,7 +68,7 @@ def analysis(request):
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "Camera"])
 def test_labels_are_apart_and_in_view(analysis, name, size):
     found, view = analysis.estimate, analysis.view
-    extent = extent_of(found, view.truth, view.measured_pose)
+    extent = extent_of(docks_of(found, view.truth, view.measured_pose))
     shown = labels(found, view, extent.depth_m, port_radius_m(found.camera, extent.depth_m))
     assert {"A", "B", "truth", "measured", "camera", "x", "y", "z"} <= set(shown)
     seen = docks_of(found, view.truth, view.measured_pose) if name == CLOSE_UP else extent

@@ -8,6 +8,7 @@ from dockpose.app.state.detection import with_method
 from dockpose.app.state.view import open_source
 from dockpose.app.web.scene.labels import pose_label
 from dockpose.app.web.scene.scene import (
+    docks_of,
     extent_of,
     grid_cell_m,
     image_plane,
@@ -76,7 +77,7 @@ def test_lights_are_where_the_dock_has_them():
 def test_no_rays_without_a_pose():
     empty = analyse(with_method(open_source(None, None, None), "fixed", 255)).estimate
     assert rays_to_lights(empty).shape == (0, 2, 3)
-    assert extent_of(empty).depth_m == 1
+    assert extent_of(docks_of(empty)).depth_m == 1
 
 
 def test_dashed_ring_has_gaps():
@@ -133,8 +134,8 @@ def test_grid_squares_suit_the_distance(depth, cell):
 
 def test_extent_holds_known_docks_too(found):
     far = KnownPose((0.0, 0.0, 9.0), 0.0, 0.0)
-    assert extent_of(found, far).depth_m == pytest.approx(9 + found.dock.radius)
-    assert extent_of(found, None).depth_m < 3
+    assert extent_of(docks_of(found, far)).depth_m == pytest.approx(9 + found.dock.radius)
+    assert extent_of(docks_of(found, None)).depth_m < 3
 
 
 def test_known_pose_faces_as_an_estimated_one_does(found):

@@ -7,8 +7,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-from dockpose.app.drawing.colours import TEXT_COLOUR, bgr
 from dockpose.camera.image import to_levels
+from dockpose.palette import TEXT_COLOUR, bgr
 
 Point = np.ndarray | tuple[float, float]
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
@@ -19,7 +19,7 @@ class Canvas:
     """Draws on a picture in place.
 
     Points are in pixels; sizes and widths are in units of a 480th of the picture's shorter side, at least a pixel.
-    Colours are those of :mod:`dockpose.app.drawing.colours`.
+    Colours are those of :mod:`dockpose.palette`.
     """
 
     def __init__(self, pixels: np.ndarray) -> None:

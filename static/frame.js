@@ -77,17 +77,20 @@ class Live extends HTMLElement {
     const wasInView = inView.has(this.name);
     if (this.getClientRects().length > 0) inView.add(this.name);
     else inView.delete(this.name);
+    this.ariaBusy = inView.has(this.name) && this.html === undefined;
     if (inView.has(this.name) !== wasInView) tellSoon();
   }
 
   takeFrom(html) {
-    if (!(this.name in html) && inView.has(this.name)) tellSoon();
-    this.take(html[this.name] ?? "");
+    const isMissing = !(this.name in html);
+    this.ariaBusy = isMissing && inView.has(this.name);
+    if (this.ariaBusy === "true") tellSoon();
+    this.take(html[this.name]);
   }
 
   take(html) {
     if (html === this.html) return;
-    [this.html, this.innerHTML] = [html, html];
+    [this.html, this.innerHTML] = [html, html ?? ""];
   }
 }
 

@@ -70,7 +70,7 @@ class Live extends HTMLElement {
   disconnectedCallback() {
     this.end();
     resizes.unobserve(this);
-    inView.delete(this.name);
+    if (inView.delete(this.name)) tellSoon();
   }
 
   resized() {

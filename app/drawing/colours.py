@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dockpose.estimate.result import POSE_NAMES as POSE_NAMES
 from dockpose.palette import (
     BLUE,
     GREEN,
@@ -16,6 +15,7 @@ from dockpose.palette import DROPPED_COLOUR as DROPPED_COLOUR
 from dockpose.palette import ELLIPSE_COLOUR as ELLIPSE_COLOUR
 from dockpose.palette import LIGHT_COLOUR as LIGHT_COLOUR
 from dockpose.palette import POSE_COLOURS as POSE_COLOURS
+from dockpose.palette import POSE_NAMES as POSE_NAMES
 from dockpose.palette import TEXT_COLOUR as TEXT_COLOUR
 from dockpose.palette import bgr as bgr
 from dockpose.palette import rgb as rgb

@@ -12,8 +12,14 @@ import numpy as np
 from dockpose.camera.image import ImageError, read, to_grey
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import Canvas, to_bgr8
-from dockpose.estimate.words import POSE_NAMES
-from dockpose.palette import DROPPED_COLOUR, ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, TEXT_COLOUR
+from dockpose.palette import (
+    DROPPED_COLOUR,
+    ELLIPSE_COLOUR,
+    LIGHT_COLOUR,
+    POSE_COLOURS,
+    POSE_NAMES,
+    TEXT_COLOUR,
+)
 
 if TYPE_CHECKING:
     from dockpose.estimate.result import Estimate

@@ -16,13 +16,13 @@ from dockpose.lights.ellipse import Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.region import Region
 from dockpose.lights.ring import Ring
+from dockpose.palette import POSE_NAMES
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 from dockpose.thresholds import Threshold
 
 SCHEMA = 1
-POSE_NAMES = ("A", "B")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The names of the two poses, and the colours of a result: Okabe and Ito's, which colour-blind people can tell apart, as in HTML."""
+"""The names of the two poses, and a result's colours: Okabe and Ito's, which colour-blind people can tell apart."""
 
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY_BLUE, GREY, WHITE = "#CC79A7", "#56B4E9", "#7f8fa6", "#ffffff"

@@ -238,9 +238,8 @@ def _find_lights(
         small = f" and {markers.dropped} below {settings.min_area_px} pixels" if markers.dropped else ""
         found = f"{few_in_words(markers, len(markers))}{small} at level {threshold.level}"
         return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.", stages
-    if like is not None and markers is like.markers and _same_lights(like, camera, dock):
-        ring = like.ring
-    else:
+    ring = None if like is None or markers is not like.markers else _ring_of(like, camera, dock)
+    if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
         ring = ring_in(points_px, markers, camera, dock, picture.part)
     stages["ring"] = ring
@@ -249,9 +248,9 @@ def _find_lights(
     return "ok", "", stages
 
 
-def _same_lights(like: Estimate, camera: Camera, dock: Dock) -> bool:
-    """Whether the ring of another estimate holds for this camera and dock, which may have another diameter."""
-    return like.camera == camera and _LIGHTS_OF(like.dock) == _LIGHTS_OF(dock)
+def _ring_of(like: Estimate, camera: Camera, dock: Dock) -> Ring | None:
+    """The ring of another estimate, if it is that of this camera and dock too, whatever the dock's diameter."""
+    return like.ring if like.camera == camera and _LIGHTS_OF(like.dock) == _LIGHTS_OF(dock) else None
 
 
 def _labels(picture: _Picture, markers: Markers, ring: Ring, dock: Dock) -> list[str | None] | None:

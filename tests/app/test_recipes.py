@@ -35,6 +35,8 @@ def command(tmp_path, monkeypatch):
     path = tmp_path / "hello.py"
     path.write_text(COMMAND)
     spec = importlib.util.spec_from_file_location("hello", path)
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     monkeypatch.setitem(cli.COMMANDS, "hello", module)

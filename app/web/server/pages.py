@@ -9,7 +9,7 @@ from dockpose.app.resources import static_path
 from dockpose.app.web.server.viser_private import page_html
 
 ROLES = ("steer", "view")
-FOR_VIEWERS = "?view"  # ends the name of a page that is another for who may only look
+FOR_VIEWERS = "?view"  # ends the name of a page that differs for those who only view
 LOOK_PATH = "/look"  # asked for where a browser's look changed; that browser's own pages alone are told
 # The styles and the first scripts stand in the page itself, which would wait for them.
 _STYLES = ("page.css", "view.css", "viser.css", "modes.css")

@@ -20,7 +20,7 @@ from dockpose.sources.frames import SourceError
 # picture of 16 bits and 40 megapixels has 240 MB.
 MOST_BYTES = 256_000_000
 MOST_RECORDS = 500_000  # of a chunk that is gone through record by record; a MB holds at most some ten thousand
-# What Python raises for numbers that lead beyond the file, and for text that is none.
+# What Python raises for numbers that lead beyond the file, and for bytes that are no text.
 DAMAGE = (ValueError, struct.error, OverflowError, MemoryError, OSError, LookupError, EOFError, RuntimeError)
 
 

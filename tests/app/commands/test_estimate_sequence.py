@@ -213,7 +213,9 @@ def run_camera(monkeypatch, pictures, *words, lines=0, **more):
     def at_end():
         if not camera.is_unplugged:  # each further try to read is another end, which needs no second signal
             camera.is_unplugged = True  # or a busy machine opens it anew before it comes to the signal
-            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)  # which may be waiting for a frame
+            main_thread = threading.main_thread().ident  # which may be waiting for a frame
+            assert main_thread is not None
+            signal.pthread_kill(main_thread, signal.SIGINT)
 
     camera = V4l2Camera.make(
         pictures,

@@ -13,7 +13,7 @@ import pytest
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.camera import CameraPanel
 
-OURS = tuple(str(Path(package.__file__).resolve().parent) for package in (dockpose, dockpose.app))
+OURS = tuple(str(Path(package.__file__ or "").resolve().parent) for package in (dockpose, dockpose.app))
 BEFORE = 1097  # calls when every panel was painted, seen or not, and the lights were searched for with each move
 TIMEOUT_S = 300
 BROWSER = SimpleNamespace(client_id=1)
@@ -68,7 +68,7 @@ def move(app, value):
     slider = next(panel for panel in app._panels if isinstance(panel, CameraPanel))._sliders["diameter_cm"].handle
     slider.value = value
     for function in slider._impl.update_cb:
-        function(SimpleNamespace(client=BROWSER, target=slider))
+        function(SimpleNamespace(client=BROWSER, target=slider))  # type: ignore[arg-type]
     wait(app)
 
 

@@ -36,6 +36,11 @@ def sent(gui):
     return None if data is None else json.loads(unescape(data[1]))
 
 
+def html(gui):
+    data = sent(gui)
+    return None if data is None else data["html"]
+
+
 def test_nothing_is_sent_before_there_is_a_picture(gui, live):
     live.put(timeline={"name": None})
     live.send()
@@ -66,20 +71,20 @@ def test_what_is_folded_away_is_made_once_a_browser_has_it_in_view(gui, live):
     for words in ("first", "second"):
         live.put_folded("pose", lambda words=words: words)
         live.send()
-        assert sent(gui)["html"] == {}
+        assert html(gui) == {}
     live.look({"strip", "pose"}, one)
-    assert sent(gui)["html"] == {"pose": "second"}
+    assert html(gui) == {"pose": "second"}
     live.look({"strip"}, other)  # another browser that does not look changes nothing
     live.put_folded("pose", lambda: "third")
     live.send()
-    assert sent(gui)["html"] == {"pose": "third"}
+    assert html(gui) == {"pose": "third"}
     live.look({"pose"}, other)
     live.forget(one)
     live.send()
-    assert sent(gui)["html"] == {"pose": "third"}
+    assert html(gui) == {"pose": "third"}
     live.look(set(), other)
     live.send()
-    assert sent(gui)["html"] == {}
+    assert html(gui) == {}
 
 
 def test_all_is_made_for_a_viewer_who_cannot_say_what_is_in_view(gui):
@@ -88,7 +93,7 @@ def test_all_is_made_for_a_viewer_who_cannot_say_what_is_in_view(gui):
     live.put(picture=1)
     live.put_folded("pose", lambda: "now")
     live.send()
-    assert sent(gui)["html"] == {}
+    assert html(gui) == {}
     viewers.append("somebody")
     live.add_upload(SimpleNamespace(client_id=1), None)  # type: ignore[arg-type]
-    assert sent(gui)["html"] == {"pose": "now"}
+    assert html(gui) == {"pose": "now"}

@@ -10,7 +10,7 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import as_points
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
-from dockpose.pose.assignments import FEWEST, assignments, squares_of
+from dockpose.pose.assignments import FEWEST, assignments, basis_of, plane_of, squares_of
 from dockpose.pose.choice import Choice, choice_of
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.refine import HOPELESS, HOPELESS_PX2, Fit, LightRays, light_rays, refine
@@ -38,9 +38,10 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
     rays = light_rays(points[order], camera)
     if len(points) == FEWEST:
         best, squares = np.arange(len(rows)), np.zeros(len(rows))
+        which, rotations, positions = _starts_of_three(rays.tangents, dock.light_angles_rad()[rows], dock.radius)
     else:
         rays, best, squares = _best(rays, points[order], camera, dock)
-    which, rotations, positions = _starts(rays.tangents, dock.light_angles_rad()[rows[best]], dock.radius)
+        which, rotations, positions = _starts(rays.tangents, dock.light_angles_rad()[rows[best]], dock.radius)
     if not len(which):
         raise NoEllipseError("no pose of the dock explains the lights")
     if camera.port is not None:
@@ -127,26 +128,50 @@ def _likeliest(squares: np.ndarray, freedom: int) -> np.ndarray:
 
 
 def _starts(tangents: np.ndarray, angles_rad: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of K assignments (K, N) the poses by three or four of the points: which, rotation and position, facing us."""
+    """For K assignments (K, N) of angles to the points both poses of the homography of four of them."""
+    four = _widest(tangents)
+    A = basis_of(np.column_stack([tangents[four], np.ones(4)])[None])
+    if A is None:
+        return np.empty(0, dtype=int), np.empty((0, 3, 3)), np.empty((0, 3))
+    lights = np.stack([np.cos(angles_rad[:, four]), np.sin(angles_rad[:, four])], axis=-1)
+    centre = lights.mean(axis=1)
+    H = A @ plane_of(np.concatenate([lights - centre[:, None], np.ones((*lights.shape[:2], 1))], axis=2))
+    H = H / H[:, 2:, 2:]
+    # A point of the plane and its surroundings, as they are seen; turned so that the line of sight is the axis.
+    seen = H[:, :2, 2]
+    slopes = H[:, :2, :2] - seen[:, :, None] * H[:, 2:, :2]
+    ahead = np.concatenate([seen, np.ones((len(seen), 1))], axis=1)
+    sight = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    turned = _turned_to(sight)
+    local = np.linalg.solve(turned[:, :2, :2] - seen[:, :, None] * turned[:, 2:, :2], slopes)
+    xx, xy, yy = ((local[:, i] * local[:, j]).sum(axis=1) for i, j in ((0, 0), (0, 1), (1, 1)))
+    nearness = np.sqrt((xx + yy) / 2 + np.hypot((xx - yy) / 2, xy))
+    flat = local / nearness[:, None, None]
+    lengths = np.maximum(0.0, 1 - (flat * flat).sum(axis=1))
+    x, y = np.sqrt(lengths).T
+    y = np.where((flat[:, :, 0] * flat[:, :, 1]).sum(axis=1) > 0, -y, y)
     which, rotations, positions = [], [], []
-    used = _widest(tangents)
-    for row, angles in enumerate(angles_rad[:, used]):
-        model = radius_m * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
-        if len(used) == FEWEST:
-            _, turns, shifts = cv2.solveP3P(model, tangents, np.eye(3), None, cv2.SOLVEPNP_AP3P)
-        else:
-            _, turns, shifts, _ = cv2.solvePnPGeneric(model, tangents[used], np.eye(3), None, flags=cv2.SOLVEPNP_IPPE)
-        for turn, shift in zip(turns, shifts, strict=True):
-            R, t = cv2.Rodrigues(turn)[0], shift.ravel()
-            if np.isfinite(t).all() and np.isfinite(R).all() and t[2] > radius_m and R[:, 2] @ t > 0:
-                which.append(row)
-                rotations.append(R)
-                positions.append(t)
-    return np.array(which, dtype=int), np.array(rotations), np.array(positions)
+    for sign in (1.0, -1.0):
+        columns = np.concatenate([flat, sign * np.stack([x, y], axis=-1)[:, None]], axis=1)
+        R = turned @ np.concatenate([columns, np.cross(columns[:, :, 0], columns[:, :, 1])[:, :, None]], axis=2)
+        t = radius_m * (ahead / nearness[:, None] - (R[:, :, :2] @ centre[:, :, None])[..., 0])
+        with np.errstate(invalid="ignore"):
+            good = np.isfinite(R).all(axis=(1, 2)) & (t[:, 2] > radius_m) & ((R[:, :, 2] * t).sum(axis=1) > 0)
+        which.append(np.flatnonzero(good))
+        rotations.append(R[good])
+        positions.append(t[good])
+    return np.concatenate(which), np.concatenate(rotations), np.concatenate(positions)
+
+
+def _turned_to(sight: np.ndarray) -> np.ndarray:
+    """The shortest rotations (K, 3, 3) that bring the third axis to unit vectors (K, 3) in front of the camera."""
+    x, y, z = sight.T
+    c = 1 / (1 + z)
+    return np.stack([1 - c * x * x, -c * x * y, x, -c * x * y, 1 - c * y * y, y, -x, -y, z], axis=1).reshape(-1, 3, 3)
 
 
 def _widest(tangents: np.ndarray) -> list[int]:
-    """The four of the points, in order, whose smallest triangle is largest; of three all."""
+    """The four of the points, in order, whose smallest triangle is largest: they tell the homography best."""
 
     def smallest(four: tuple[int, ...]) -> float:
         return min(
@@ -154,7 +179,24 @@ def _widest(tangents: np.ndarray) -> list[int]:
             for three in combinations(four, 3)
         )
 
-    return list(max(combinations(range(len(tangents)), min(4, len(tangents))), key=smallest))
+    return list(max(combinations(range(len(tangents)), 4), key=smallest))
+
+
+def _starts_of_three(
+    tangents: np.ndarray, angles_rad: np.ndarray, radius_m: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same of three points, that fit every assignment in up to four poses."""
+    which, rotations, positions = [], [], []
+    for row, angles in enumerate(angles_rad):
+        model = radius_m * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+        _, turns, shifts = cv2.solveP3P(model, tangents, np.eye(3), None, cv2.SOLVEPNP_AP3P)
+        for turn, shift in zip(turns, shifts, strict=True):
+            R, t = cv2.Rodrigues(turn)[0], shift.ravel()
+            if np.isfinite(t).all() and np.isfinite(R).all() and t[2] > radius_m and R[:, 2] @ t > 0:
+                which.append(row)
+                rotations.append(R)
+                positions.append(t)
+    return np.array(which, dtype=int), np.array(rotations), np.array(positions)
 
 
 def _apart(fit: Fit) -> np.ndarray:

@@ -33,9 +33,10 @@ test-busy: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m tests.bench.busy --runs $(RUNS)
 
 # A fast part of the tests with the oldest version of each dependency, which compiles into a folder of its own.
+COMPILED_BY_OLDEST := NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled
 test-oldest: $(OLDEST)/.test
 	$(OLDEST)/bin/python --version
-	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/compiled $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
+	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
 		--no-loadscope-reorder -p no:cacheprovider \
 		tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
 		--ignore tests/pipeline/paper --ignore tests/app/commands/machine/test_serve.py
@@ -142,6 +143,8 @@ $(VENV)/.installed: $(VENV)/.made pyproject.toml
 $(VENV)/.test: $(VENV)/.installed
 	$(PIP) --editable ".[test]"
 	$(PIP) --no-deps pycalib-simple==2026.7.22.1
+	@# All methods compile nearly all loops, which else each process of the tests does for itself.
+	$(BIN)/dockpose compare sample_images/plain.png
 	touch $@
 
 $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt
@@ -149,6 +152,7 @@ $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt
 	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --constraint tests/constraints-oldest.txt \
 		--editable ".[test]"
 	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps pycalib-simple==2026.7.22.1
+	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/dockpose compare sample_images/plain.png
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.installed

@@ -14,6 +14,7 @@ STEP = 1e-6  # of the numeric derivatives: metres, radians, or a share of the fo
 _SMALLEST = 1e-100  # length of a derivative; 0 at a limit
 _NOTHING = 1e-12  # share of the information that is rounding
 _SETTLED = 1e-9  # share of the squares by which a step lowers them, below which it was the last
+_MOST_STEPS = 60  # a pose that fits takes six, and one that does not would take all of scipy's six hundred
 _LOST_PX = 1e6  # residual of a corner that has no image: any other pose is better
 
 
@@ -56,7 +57,7 @@ def settled_pose(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.nda
     """The pose (6,) of a board with the least reprojection error, from a start near it."""
     from scipy.optimize import least_squares  # takes half a second to import, which only calibration needs
 
-    return least_squares(lambda each: _off_px(camera, sighting, each), pose, method="lm").x
+    return least_squares(lambda each: _off_px(camera, sighting, each), pose, method="lm", max_nfev=_MOST_STEPS).x
 
 
 def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> tuple[np.ndarray, np.ndarray]:

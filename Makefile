@@ -143,8 +143,7 @@ $(VENV)/.installed: $(VENV)/.made pyproject.toml
 $(VENV)/.test: $(VENV)/.installed
 	$(PIP) --editable ".[test]"
 	$(PIP) --no-deps pycalib-simple==2026.7.22.1
-	@# All methods compile nearly all loops, which else each process of the tests does for itself.
-	$(BIN)/dockpose compare sample_images/plain.png
+	$(BIN)/python -m tests.support.compile_loops
 	touch $@
 
 $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt
@@ -152,7 +151,7 @@ $(OLDEST)/.test: pyproject.toml tests/constraints-oldest.txt
 	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --constraint tests/constraints-oldest.txt \
 		--editable ".[test]"
 	$(OLDEST)/bin/python -m pip --disable-pip-version-check install --quiet --no-deps pycalib-simple==2026.7.22.1
-	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/dockpose compare sample_images/plain.png
+	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/python -m tests.support.compile_loops
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.installed

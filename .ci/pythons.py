@@ -56,7 +56,7 @@ def passes(name: str, program: str) -> bool:
         [program, "-m", "venv", str(folder)],
         [*pip, "--editable", ".[test]"],
         [*pip, "--no-deps", PYCALIB],
-        [python, "-m", "dockpose", "compare", "sample_images/plain.png"],  # compiles the loops once for all tests
+        [python, "-m", "tests.support.compile_loops"],
         [*tests, "-p", "no:cacheprovider", *TESTS],
     )
     env = os.environ | {"NUMBA_CACHE_DIR": str(folder / "compiled")}

@@ -132,7 +132,7 @@ def test_a_journal_counts_what_it_leaves_out(caplog):
         told.note("10.0.0.2", "refused")
         told._told = {client: (at_s - 2, count) for client, (at_s, count) in told._told.items()}
         told.note("10.0.0.1", "refused again")
-    assert [record.getMessage() for record in caplog.records] == [
+    assert [text for text in caplog.messages if text.startswith("10.0.0.")] == [
         r"10.0.0.1: refused 0\nand \x1b[31m more",
         "10.0.0.2: refused",
         "10.0.0.1: refused again (and 4 more before)",

@@ -1,16 +1,12 @@
 // One frame, one update: a picture, what was found in it and all words about it are shown at the same moment, once the
 // picture is decoded. Of frames that come faster than they can be drawn, the newest is shown and the others are not.
 "use strict";
-import { wish } from "./jobs.js";
 import { follow, publish } from "./link.js";
 
 const pages = new Map(); // the newest page for each picture that is still to come or shown, by the picture's serial
 let [decoded, next, isDecoding] = [null, null, false];
 let isHidden = false; // the 3D view
 let isDue = false; // when the browser draws next
-const TELL_AFTER_MS = 150; // viser loses what is typed into two boxes at once
-const inView = new Set(); // names of the places that are not folded away
-let isTelling = false;
 
 // Decode the newest picture; those that come meanwhile wait, and of them only the newest is decoded.
 async function decode(picture) {
@@ -58,51 +54,19 @@ function show() {
 }
 
 // <dockpose-live name="...">: words of a frame, as HTML that the program made and escaped.
-// One that is in a closed tab or fold has no size; the program makes only what is in view.
 class Live extends HTMLElement {
   connectedCallback() {
-    this.style.display = "block";
-    this.name = this.getAttribute("name");
-    this.end = follow("frame", ({ html }) => this.takeFrom(html));
-    resizes.observe(this);
+    this.end = follow("frame", ({ html }) => this.take(html[this.getAttribute("name")] ?? ""));
   }
 
   disconnectedCallback() {
     this.end();
-    resizes.unobserve(this);
-    if (inView.delete(this.name)) tellSoon();
-  }
-
-  resized() {
-    const wasInView = inView.has(this.name);
-    if (this.getClientRects().length > 0) inView.add(this.name);
-    else inView.delete(this.name);
-    this.ariaBusy = inView.has(this.name) && this.html === undefined;
-    if (inView.has(this.name) !== wasInView) tellSoon();
-  }
-
-  takeFrom(html) {
-    const isMissing = !(this.name in html);
-    this.ariaBusy = isMissing && inView.has(this.name);
-    if (this.ariaBusy === "true") tellSoon();
-    this.take(html[this.name]);
   }
 
   take(html) {
     if (html === this.html) return;
-    [this.html, this.innerHTML] = [html, html ?? ""];
+    [this.html, this.innerHTML] = [html, html];
   }
-}
-
-const resizes = new ResizeObserver((entries) => entries.forEach((entry) => entry.target.resized()));
-
-function tellSoon() {
-  if (isTelling) return;
-  isTelling = true;
-  setTimeout(() => {
-    isTelling = false;
-    wish({ do: "look", names: [...inView] });
-  }, TELL_AFTER_MS);
 }
 
 follow("picture", decode);

@@ -217,7 +217,6 @@ class App:
             notify=self.notify,
             sessions=SessionFolder(options.sessions),
             recordings=options.sessions.with_name(RECORDINGS_FOLDER),
-            has_viewers=self._looks.has_viewers,
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
@@ -238,7 +237,6 @@ class App:
         self._uploads.detach(client)
         self._notices.forget(client)
         self._layout.settings.forget(client)
-        self._layout.live.forget(client)
         self._layout.strip.count_browsers(len(self._server.get_clients()))
 
     def _work(self, job: View | Frame | None) -> None:

@@ -53,12 +53,6 @@ class Speed(Wish, tag="speed", frozen=True):
     speed: str
 
 
-class Look(Wish, tag="look", frozen=True):
-    """Keep up to date what this browser has in view: places of a :class:`~dockpose.app.web.live.LivePage`."""
-
-    names: list[str]
-
-
 Acts = dict[type[Wish], Callable[[Any, viser.ClientHandle], object]]
 
 

@@ -14,7 +14,7 @@ from dockpose.app.state.preferences import Memory
 from dockpose.app.state.tank import Tanks
 from dockpose.app.web.calibration.panel import CalibrationPanel
 from dockpose.app.web.html import help_link
-from dockpose.app.web.jobs import Compare, GoTo, JobsPanel, Look, Play, Speed, Take, Use, Zip
+from dockpose.app.web.jobs import Compare, GoTo, JobsPanel, Play, Speed, Take, Use, Zip
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.camera import CameraPanel
@@ -60,7 +60,6 @@ class Parts:
     notify: Notify
     sessions: SessionFolder
     recordings: Path
-    has_viewers: Callable[[], bool]
 
 
 class Layout:
@@ -120,7 +119,7 @@ class Layout:
         gui = server.gui
         left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            self.live = live = LivePage(gui, server.flush, parts.has_viewers)
+            self.live = live = LivePage(gui, server.flush)
             self.strip = StripPanel(gui, live, parts.tanks)
             status = StatusPanel(gui, live)
             self.chips = ChipsPanel(gui, parts.change)
@@ -134,7 +133,6 @@ class Layout:
                     Play: lambda wish, client: self.sequence.toggle(),
                     GoTo: lambda wish, client: self.sequence.go_to(wish.frame),
                     Speed: lambda wish, client: self.sequence.set_speed(wish.speed),
-                    Look: lambda wish, client: live.look(set(wish.names), client),
                 },
             )
             shown = gui.add_tab_group()

@@ -146,19 +146,13 @@ class Page:
         label = self.page.get_by_text(title, exact=True)
         self.reveal(label)
         label.evaluate(f"(one) => ({_UNFOLD})(one.nextElementSibling.firstElementChild)")
-        self.filled()
 
     def tab(self, name):
         tab = self.page.get_by_role("tab", name=name, exact=True)
         if tab.get_attribute("aria-selected") != "true":
             tab.click()
             self.until(lambda: tab.get_attribute("aria-selected") == "true")
-        self.filled()
-
-    def filled(self):
-        """Wait until the words that came into view have been sent."""
         self.page.evaluate(_DRAWN)
-        self.until(lambda: self.page.locator("dockpose-live[aria-busy=true]").count() == 0)
 
     def box(self, label):
         return self.row(label).locator("input:not([type=hidden])")

@@ -96,7 +96,7 @@ class CameraPanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Say how much the camera sees."""
-        self._live.put_folded("field-of-view", partial(field_of_view_html, analysis.view.camera))
+        self._live.put_html("field-of-view", field_of_view_html(analysis.view.camera))
 
     def _add_sliders(self, gui: viser.GuiApi, parameters: dict[str, Parameter]) -> None:
         for name, parameter in parameters.items():

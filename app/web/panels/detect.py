@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from html import escape
 from typing import Any
 
@@ -99,7 +98,7 @@ class DetectPanel(Panel):
     def show(self, analysis: Analysis) -> None:
         """Say what was found; let the level's slider follow a level that was found."""
         found = analysis.estimate
-        self._live.put_folded("detect", partial(detect_html, found))
+        self._live.put_html("detect", detect_html(found))
         if found.threshold is None:
             return
         # A result of before the slider was moved must not move it back.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from html import escape
 
 import viser
@@ -181,9 +180,9 @@ class PosePanel(Panel):
         """Fill the tables."""
         found = analysis.estimate
         self._candidates = found.candidates
-        self._live.put_folded("pose", partial(details_html, found))
-        self._live.put_folded("peers", partial(peers_html, found))
-        self._live.put_folded("errors", partial(both_errors_html, analysis))
+        self._live.put_html("pose", details_html(found))
+        self._live.put_html("peers", peers_html(found))
+        self._live.put_html("errors", both_errors_html(analysis))
 
     def _named(self, name: str) -> CirclePose | None:
         index = POSE_NAMES.index(name) if name in POSE_NAMES else len(self._candidates)

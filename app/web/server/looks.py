@@ -18,16 +18,11 @@ class Looks:
     ) -> None:
         self._server, self._guard, self._paint = server, guard, paint
         self._slow: set[int] = set()
-        self._viewers: set[int] = set()
         guard.on_look = self._on_look
 
     def draws_slowly(self) -> bool:
         """Whether a browser that steers has no graphics card; those that only view hold nobody up."""
         return bool(self._slow)
-
-    def has_viewers(self) -> bool:
-        """Whether a browser may only look, and so cannot say what it looks at."""
-        return bool(self._viewers)
 
     def heed(self, client: viser.ClientHandle, changed_to: Headers | None = None) -> None:
         """Heed a browser that came, or those of its pages that are open where it says something new."""
@@ -41,15 +36,12 @@ class Looks:
                 return
             look = anew
         self._paint(client, "dark" in look)
-        if self._guard.only_views(request.headers, request.path):
-            self._viewers.add(client.client_id)
-        elif "software" in look:
+        if "software" in look and not self._guard.only_views(request.headers, request.path):
             self._slow.add(client.client_id)
 
     def forget(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""
         self._slow.discard(client.client_id)
-        self._viewers.discard(client.client_id)
 
     def _on_look(self, headers: Headers) -> None:
         for client in self._server.get_clients().values():

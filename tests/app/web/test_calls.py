@@ -14,7 +14,7 @@ from dockpose.app.web.app import App
 from dockpose.app.web.panels.camera import CameraPanel
 
 OURS = tuple(str(Path(package.__file__ or "").resolve().parent) for package in (dockpose, dockpose.app))
-BEFORE = 1097  # calls when every panel was painted, seen or not, and the lights were searched for with each move
+BEFORE = 1097  # calls when the lights were searched for with each move, and sentences painted that had not changed
 TIMEOUT_S = 300
 BROWSER = SimpleNamespace(client_id=1)
 
@@ -72,10 +72,9 @@ def move(app, value):
     wait(app)
 
 
-def test_a_move_makes_half_of_the_calls_that_it_made(app, calls):
-    app._layout.live.look({"field-of-view"}, BROWSER)  # what a fold of the tab with the slider shows
+def test_a_move_makes_two_thirds_of_the_calls_that_it_made(app, calls):
     move(app, 40)
     with calls:
         move(app, 45)
     assert app._current.view.dock.diameter == pytest.approx(0.45)
-    assert sum(calls.values()) <= BEFORE / 2, calls.most_common(40)
+    assert sum(calls.values()) <= BEFORE * 2 / 3, calls.most_common(40)

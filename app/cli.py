@@ -53,7 +53,7 @@ COMMANDS = {
     "completion": completion,
 }
 _LOG = logging.getLogger("dockpose")
-_COMPILING = "compiling the loops over pixels; the first run takes some seconds longer"
+_COMPILING = "compiling the loops over pixels; the first run takes up to a minute longer"
 
 
 def main(argv: Sequence[str] | None = None) -> int:

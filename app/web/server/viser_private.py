@@ -195,8 +195,7 @@ def protect_broadcasts(server: viser.ViserServer) -> None:
     message gets the ValueError. Replaced by: viser packing a message when it is queued.
     """
     buffer = server._websock_server.get_message_buffer()
-    buffer.message_event.__class__ = _EventOfLoop  # as in wake_from_the_loop, without the way through it
-    push = functools.partial(inspect.unwrap(AsyncMessageBuffer.push), buffer)
+    push = buffer.push
 
     def push_if_sendable(message: messages.Message) -> None:
         try:

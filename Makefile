@@ -12,16 +12,22 @@ ADDRESS := --host 127.0.0.1 --port 8080
 
 # The parts of the page that every change is tried on.
 CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).py)
+REST_OF_PAGE := $(filter-out $(CORE_OF_PAGE),$(wildcard tests/browser/test_*.py))
+ABREAST := --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
-.PHONY: licences release try-release run report test test-page test-busy test-oldest test-pythons resolve lint bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
 
+# The quick tests, and the core of the page: four minutes on two cores.
 test: $(VENV)/.test $(VENV)/.chromium
 	@# In the order of folders: by itself xdist leaves the files with few, long tests to the end, for one process.
-	$(BIN)/python -m pytest --ignore tests/browser --numprocesses 3 --dist loadfile --no-loadscope-reorder
-	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(CORE_OF_PAGE)
+	$(BIN)/python -m pytest -m "not slow" $(ABREAST) $(addprefix --ignore=,$(REST_OF_PAGE))
+
+# The tests that take four seconds or more: as long again.
+test-slow: $(VENV)/.test
+	$(BIN)/python -m pytest -m slow $(ABREAST) --ignore tests/browser
 
 # Everything that the page does, in a real browser: about nine minutes.
 test-page: $(VENV)/.test $(VENV)/.chromium

@@ -25,6 +25,7 @@ def test_there_are_these_examples():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == set(PRINTS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PRINTS)
 def test_an_example_runs_from_any_folder(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

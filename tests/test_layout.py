@@ -40,6 +40,7 @@ OF_SEVERAL = {
 }
 
 
+@pytest.mark.slow
 def test_imports_between_folders_point_one_way():
     assert set(layout.wrong_imports()) - STILL_WRONG == set()
 
@@ -138,6 +139,7 @@ def test_each_test_file_stands_where_its_subject_stands():
     assert set(layout.tests_without_subject()) - OF_SEVERAL == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("house", HOUSES)
 def test_names_that_are_not_public_have_no_sections(house):
     """Their type hints and names say it; of the public ones test_docstrings.py asks for them."""

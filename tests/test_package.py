@@ -74,6 +74,7 @@ def run(arguments, cwd, **variables):
     )
 
 
+@pytest.mark.slow
 def test_the_wheel_has_one_name_at_its_top(unpacked):
     names = sorted(path.name for path in unpacked.iterdir())
     assert names[0] == "dockpose"
@@ -144,6 +145,7 @@ def test_the_wheel_estimates_its_own_sample_outside_the_checkout(unpacked, tmp_p
     assert line["status"] == "ok"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("installed", ["wheel", "editable"])
 def test_modules_of_a_lab_called_pipeline_and_app_are_left_alone(installed, unpacked, lab):
     path = [lab] if installed == "editable" else [lab, unpacked]
@@ -176,6 +178,7 @@ with on_compiling(lambda: print("compiling")):
 NOWHERE = {"HOME": "/dev/null/home", "XDG_CACHE_HOME": "/dev/null/cache", "NUMBA_CACHE_DIR": ""}
 
 
+@pytest.mark.slow
 def test_a_read_only_installation_keeps_what_it_compiled_in_a_temporary_folder(read_only, tmp_path):
     (tmp_path / "temporary").mkdir()
     program = [sys.executable, "-B", "-c", BRIGHT]

@@ -48,6 +48,7 @@ def test_commands_are_understood(name, words):
     cli._parser().parse_args(cli._with_command(shlex.split(words)[1:]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "words"), COMMANDS, ids=lambda value: value)
 def test_commands_run(name, words, request, monkeypatch, capsys):
     reason = why_not_run(words)

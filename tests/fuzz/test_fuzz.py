@@ -21,6 +21,7 @@ def test_what_was_found_once_is_refused_or_taken(name):
         assert not judge(TARGETS[name], path.read_bytes()), path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(TARGETS) - {"own files", "array"}))  # the slow ones are left to make fuzz
 def test_a_few_inputs_of_each_target(name):
     seeds, rng = TARGETS[name].seeds(), random.Random(name)

@@ -26,6 +26,7 @@ print(len(bright_pixels(np.full((2, 2), 9, np.uint8), 5)))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit on files here")
 def test_a_full_disk_does_not_end_the_run(tmp_path):
     pytest.importorskip("resource")
@@ -35,6 +36,7 @@ def test_a_full_disk_does_not_end_the_run(tmp_path):
     assert (done.returncode, done.stdout.strip()) == (0, "4"), done.stderr[-500:]
 
 
+@pytest.mark.slow
 def test_an_edited_helper_changes_what_calls_it_from_another_file(tmp_path):
     folder = tmp_path / "loops" / "steps"
     folder.mkdir(parents=True)

@@ -18,6 +18,7 @@ def test_the_ring_is_found_whatever_befalls_the_picture(kind):
         assert outcome(drawn, found) == "right", (seed, found.status, found.message)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_same_lamps_strewn_are_no_ring(kind):
     for seed in SEEDS:
@@ -32,6 +33,7 @@ def letters(text: str, scale: float, y: int) -> np.ndarray:
     return image
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lights", [*range(4, 13), None])
 def test_the_letters_of_a_clock_alone_are_no_dock(lights):
     camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)

@@ -45,6 +45,7 @@ def without_names(line):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_a_bag_gives_the_poses_of_its_pictures(course, jobs, capsys):
     camera = ["--camera", str(course / "camera.yaml")]

@@ -90,6 +90,7 @@ def test_an_unplugged_camera_is_told_and_what_was_done_is_kept(pictures, words, 
     assert len(lines) > 0
 
 
+@pytest.mark.slow
 def test_a_stream_that_is_cut_within_a_picture_is_told_and_what_was_done_is_kept(pictures, words, tmp_path, capsys):
     whole = cv2.imencode(".jpg", pictures[0])[1].tobytes()
     lost = threading.Event()

@@ -137,6 +137,7 @@ def test_masks_are_left_out_by_both_commands(tank, capsys, command):
         assert line["methods"]["hats"]["groups"] == 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["compare", "estimate"])
 @pytest.mark.parametrize("mask", ["1,2,3", "1,2,3,x", "1,2,0,5", "nan,0,5,5", ""])
 def test_a_mask_that_is_none_ends_with_2_and_one_sentence(tank, capsys, command, mask):

@@ -64,6 +64,7 @@ def test_a_standard_output_that_is_closed_is_one_sentence():
     assert done.returncode == 1
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs a shell that closes files")
 def test_nothing_that_is_said_lands_in_a_file_where_all_standard_streams_are_closed(tmp_path):
     path = tmp_path / "a.jsonl"

@@ -157,6 +157,7 @@ def test_a_fixed_level_is_used(tank, capsys):
     assert line["threshold"]["level"] == 60
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -185,6 +186,7 @@ def test_bad_arguments_end_with_2_and_one_sentence(tank, capsys, arguments, mess
     assert captured.out == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -204,6 +206,7 @@ def test_an_unknown_method_or_option_ends_with_2_and_one_line(tank, capsys, argu
     assert line.endswith(" (dockpose estimate --help lists the options)")
 
 
+@pytest.mark.slow
 def test_the_program_runs_as_a_process(tank):
     command = [sys.executable, "-m", "dockpose.app.cli", "estimate", str(tank / "s1.png"), "--json", "-"]
     done = subprocess.run(
@@ -213,6 +216,7 @@ def test_the_program_runs_as_a_process(tank):
     assert json.loads(done.stdout)["status"] == "ok"
 
 
+@pytest.mark.slow
 def test_text_that_stays_put_over_pictures_of_one_size_is_masked_told_once_and_shown(tank, capsys):
     (tank / "film").mkdir()
     for index in range(10):

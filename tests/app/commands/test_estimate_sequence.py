@@ -104,6 +104,7 @@ def test_a_sequence_without_outputs_says_a_sentence_a_frame(here, capsys):
     assert told[3].startswith("film.avi frame 3 (0.150 s): 10 lights on the ring")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [[], ["--jobs", "2"]], ids=["one", "split"])
 def test_annotated_frames_are_numbered_and_overwrite_no_original(here, tmp_path, jobs):
     before = {path: path.read_bytes() for path in (here / "pictures").iterdir()}
@@ -148,6 +149,7 @@ def test_what_cannot_be_read_is_one_sentence(here, capfd, arguments, status, mes
     assert captured.out == ""
 
 
+@pytest.mark.slow
 def test_a_stopped_run_keeps_all_it_did_and_a_cut_stream_comes_back(here, tmp_path):
     capture = cv2.VideoCapture("film.avi")
     pictures = [capture.read()[1] for _ in range(FRAMES)]

@@ -44,6 +44,7 @@ def test_full_device_is_one_sentence(option, capsys):
     assert capsys.readouterr().err == "dockpose: /dev/full: cannot be written (the disk is full)\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [["estimate", PLAIN], ["estimate", PLAIN, "--json", "-"], ["compare", PLAIN]])
 def test_full_standard_output_is_one_sentence(words):
     with open("/dev/full", "w") as full:
@@ -55,6 +56,7 @@ def test_full_standard_output_is_one_sentence(words):
     assert len(told) <= 2
 
 
+@pytest.mark.slow
 def test_lines_on_a_full_disk_are_whole(tmp_path, video):
     done = run_on_full_disk(20_000, tmp_path, "estimate", str(video), "--json", "a.jsonl", "--csv", "a.csv")
     assert done.returncode == 1
@@ -173,6 +175,7 @@ def test_device_is_written_to_and_not_replaced(tmp_path):
     assert not os.path.isfile("/dev/null")
 
 
+@pytest.mark.slow
 def test_sigterm_ends_cleanly(tmp_path):
     command = [sys.executable, "-m", "dockpose.app.cli", "simulate", "--out", "sim", "--frames", "5000"]
     program = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)

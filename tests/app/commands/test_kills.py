@@ -10,6 +10,7 @@ def killer(tmp_path_factory):
     return Killer(tmp_path_factory.mktemp("kills"), seed=3)
 
 
+@pytest.mark.slow
 def test_a_killed_command_leaves_files_that_can_be_read(killer):
     command = next(one for one in COMMANDS if one.name == "estimate --annotate .mkv")
     told = killer.kill(command, 4)

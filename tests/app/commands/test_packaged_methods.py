@@ -31,6 +31,7 @@ def lab(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_estimate_with_a_method_of_a_package_in_two_processes(lab):
     pictures = [PLAIN, str(sample_path("tilted"))]
     done = run_beside(lab, "estimate", *pictures, "--method", "by_mask", "--jobs", "2", "--json", "-")

@@ -117,12 +117,14 @@ def ends_cleanly(inputs, tmp_path, name):
     return lasted_s
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["video", "two jobs"])
 def test_sigterm_ends_it_cleanly(inputs, tmp_path, name):
     """The others are in tests/bench/bench_sigterm.py: each starts Python several times."""
     ends_cleanly(inputs, tmp_path, name)
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_program_that_is_killed(inputs, tmp_path):
     with running(inputs, tmp_path, "two jobs") as program:
         assert len(alive(program.pid)) >= 3

@@ -227,6 +227,7 @@ def test_a_session_half_made_is_made_again(tmp_path):
         assert session.take(PICTURE, FOUND, "a").number == 1
 
 
+@pytest.mark.slow
 @needs_forkserver
 def test_kills_lose_nothing(tmp_path: Path):
     told = kill_often(tmp_path, kills=10, seed=1)

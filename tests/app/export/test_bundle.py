@@ -29,6 +29,7 @@ def files_of(analysis, **options):
     return {name: archive.read(name) for name in archive.namelist()}
 
 
+@pytest.mark.slow
 def test_all_files_agree(analysis):
     files = files_of(analysis)
     assert set(files) == {

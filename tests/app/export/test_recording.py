@@ -220,6 +220,7 @@ def test_a_stream_of_jpeg_is_kept_byte_by_byte_with_the_dropped_frames(tmp_path)
     assert [frame.time_unix_s for frame in again] == pytest.approx([f.time_unix_s for f in arrived], abs=2e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format", ["MJPG", "YUYV", "Y16"])
 def test_a_camera_is_kept_with_every_frame_and_its_times(tmp_path, monkeypatch, format):
     kind = np.uint16 if format == "Y16" else np.uint8

@@ -45,6 +45,7 @@ def test_there_are_a_dozen_and_they_stay_small():
     assert sum(path.stat().st_size for path in samples_folder().iterdir()) < MOST_BYTES
 
 
+@pytest.mark.slow
 def test_all_are_rendered_again_byte_for_byte(tmp_path):
     # What `make samples` does, on a copy.
     copy = tmp_path / "samples"

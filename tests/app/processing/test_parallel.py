@@ -48,6 +48,7 @@ def run(arguments, capsys):
     return status, [json.dumps(line) for line in lines], "\n".join(told)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "source", [["film.avi"], ["pictures", "--rate", "10", *KNOWN], ["pictures", *KNOWN]], ids=["video", "rate", "each"]
 )
@@ -60,6 +61,7 @@ def test_processes_give_the_same_lines_in_the_same_order(tank, monkeypatch, caps
     assert alone[0] == (1 if source[0] == "pictures" else 0)
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_gives_the_same_lines(tank, monkeypatch, capsys):
     monkeypatch.chdir(tank)
     alone = run(["film.avi"], capsys)

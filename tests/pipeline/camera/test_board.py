@@ -70,11 +70,13 @@ def test_no_board_is_missed_in_haze(seed):
     assert find_board(murky(seed), CHESSBOARD) is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_clutter_is_no_board(seed):
     assert find_board(clutter(seed), Board(6, 5, SQUARE_M)) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("squares", [(8, 7), (11, 7), (5, 4)])
 def test_a_board_of_another_size_is_not_taken_for_it(squares):
     columns, rows = squares

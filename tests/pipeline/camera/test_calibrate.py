@@ -69,6 +69,7 @@ def pictures(board, camera, count=10, farther=1.0):
     return [(f"board{seed}.png", picture(board, camera, seed, farther)) for seed in range(count)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("board", [CHESSBOARD, CHARUCO], ids=["chessboard", "charuco"])
 def test_a_known_camera_comes_back(board):
     done = calibrate(pictures(board, TRUE), board, "auto" if board is CHESSBOARD else "tangential")
@@ -106,6 +107,7 @@ def test_pictures_are_dropped_with_their_reason():
     assert done.camera.fx == pytest.approx(TRUE.fx, rel=0.015)
 
 
+@pytest.mark.slow
 def test_a_board_described_by_its_corners_is_understood():
     by_corners = Board(COLUMNS - 1, ROWS - 1, SQUARE_M)
     done = calibrate(pictures(CHESSBOARD, TRUE, 3), by_corners, "k2")

@@ -45,6 +45,7 @@ def test_standard_errors_agree_with_opencvs():
     assert np.median(ours / deviations[:9]) < 1.3
 
 
+@pytest.mark.slow
 def test_a_fisheye_is_found_from_a_perspective_start():
     true = Camera(300, 300, 322, 236, *SIZE, (-0.02, 0.01, -0.004, 0.001), fisheye=True)
     for seed in range(2):
@@ -63,6 +64,7 @@ def test_boards_that_are_all_square_on_do_not_tell_the_focal_length():
     assert sigmas_of(fitted, seen).values["fx"] > fitted.camera.fx
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("camera", "name"),
     [

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 from tests.support.boards import TRUE, sightings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap_m", [0.01, 0.05])
 def test_the_air_gap_is_found_within_its_error(gap_m):
     true = replace(TRUE, port=FlatPort(gap_m, 0.010))
@@ -19,6 +20,7 @@ def test_the_air_gap_is_found_within_its_error(gap_m):
     assert found.errors_px.mean() == pytest.approx(0.14, abs=0.02)
 
 
+@pytest.mark.slow
 def test_glass_cannot_be_told_from_the_gap_and_is_left_as_given():
     true = replace(TRUE, port=FlatPort(0.03, 0.010))
     found = fit_port(sightings(true, 1, count=6), replace(TRUE, port=FlatPort(0.02, 0.004)))
@@ -37,6 +39,7 @@ def test_far_boards_do_not_tell_the_gap():
         fit_port(sightings(replace(far, port=FlatPort(0.03, 0.01)), 0, count=3, ranges_m=(4, 5)), far)
 
 
+@pytest.mark.slow
 def test_pictures_in_air_have_no_port():
     with pytest.raises(CalibrationError, match=r"no flat port explains|cannot determine"):
         fit_port(sightings(TRUE, 0, count=3), replace(TRUE, fx=700.0, distortion=()))

@@ -37,6 +37,7 @@ def test_a_lattice_is_no_ring_and_says_so(kind, turned_rad, count):
     assert "repeat as in a lattice" in ring.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [4, 6, 8, 10, None])
 def test_lamps_in_rows_and_columns_are_no_ring(count):
     grids = [lamp_grid(np.random.default_rng(seed)) for seed in range(20)]

@@ -111,6 +111,7 @@ def test_a_dock_whose_lights_are_two_per_cent_of_its_radius_out_of_place_is_stil
     assert ring_of(np.vstack([text(), ours]), 5).on_ring.sum() == 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [10, None])
 @pytest.mark.parametrize("seed", range(15))
 def test_snow_and_text_without_a_dock_are_no_ring(count, seed):
@@ -209,6 +210,7 @@ def test_a_ring_close_to_a_wide_lens_and_nearly_square_on_is_found_with_a_light_
         assert ring.on_ring.tolist() == [True] * 9 + [False] * 4, seed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [5, 6, 8, 12])
 def test_random_points_before_a_wide_lens_are_no_ring(count):
     camera, found = Camera(320.0, 320.0, 319.5, 239.5, 640, 480), 0

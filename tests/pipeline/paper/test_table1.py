@@ -106,6 +106,7 @@ def closed_loop(seed, *, wrong):
     return right
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("wrong", [False, True])
 def test_a_steered_vehicle_finds_the_right_orientation_in_the_second_frame(seed, wrong):

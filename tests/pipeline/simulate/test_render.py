@@ -84,6 +84,7 @@ def test_the_middle_of_a_light_has_the_level_that_was_asked_for():
     assert image[240, 320] == pytest.approx(150, rel=0.05)  # the pixel is square, not a point
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bits", "limit_px"), [(8, 0.02), (16, 0.002)])
 @pytest.mark.parametrize("water", ["clear", "tank"])
 def test_the_centre_of_an_isolated_light_lies_at_the_truth_at_any_subpixel_place(water, bits, limit_px):

@@ -143,6 +143,7 @@ def off_axis_deg(frame):
     return math.degrees(math.acos(-frame.truth.normal @ position / np.linalg.norm(position)))
 
 
+@pytest.mark.slow
 def test_a_steered_vehicle_squares_up_and_closes_in():
     frames = steered()
     eccentricity = [frame.truth.ellipse.eccentricity for frame in frames[:12]]

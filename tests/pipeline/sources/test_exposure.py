@@ -59,6 +59,7 @@ def truth(scene: Scene, rendering: Rendering) -> tuple[float, float]:
     return cut, contrast
 
 
+@pytest.mark.slow
 def test_lights_are_called_saturated_or_drowned_where_they_are_and_good_in_between():
     seen = {"saturated": 0, "drowned": 0, "good": 0}
     for seed in range(36):

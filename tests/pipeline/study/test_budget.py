@@ -38,6 +38,7 @@ def test_errors_grow_as_the_noise_and_fall_as_the_resolution():
         assert same == pytest.approx(mine)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lights", [4, 6, 10, 24])
 @pytest.mark.parametrize(("range_m", "tilt_deg"), [(0.6, 15), (2, 30), (4, 20)])
 def test_simulated_lights_have_the_expected_errors(lights, range_m, tilt_deg):
@@ -74,6 +75,7 @@ def test_the_poses_are_told_apart_as_often_as_expected(noise_px, tilt_deg):
     assert found == pytest.approx(expected, abs=3 * math.sqrt(expected * (1 - expected) / DRAWS) + 0.02)
 
 
+@pytest.mark.slow
 def test_behind_a_port_as_simulated():
     camera = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(air_gap_m=0.02, glass_m=0.01))
     expected, found = budget(camera, DOCK, 1.5, 25), simulated_budget(camera, DOCK, 1.5, 25, draws=DRAWS)

@@ -115,6 +115,7 @@ def test_sezan_of_a_few_levels_far_apart_keeps_the_two_fullest_peaks():
     assert sezan(histogram).level == (44 + 172) / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_sezan_takes_any_few_levels(seed):
     rng = np.random.default_rng(seed)

@@ -28,6 +28,7 @@ def plain(found):
     return found.to_dict() | {"elapsed_ms": 0}
 
 
+@pytest.mark.slow
 def test_a_region_finds_what_the_whole_picture_shows(course):
     found = searched(course)
     assert [index for index, each in enumerate(found) if each.region is None] == [0, BLOCK, 2 * BLOCK]

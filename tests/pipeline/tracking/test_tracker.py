@@ -336,6 +336,7 @@ def approach(seed, *, frames=30, **lights):
     return film(FilmPlan(scene=scene, motion=motion))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_simulated_approach_with_flickering_lights(seed):
     tracker, apart = Tracker(CAMERA, DOCK), Tracker(CAMERA, DOCK, use_region=False)

@@ -19,6 +19,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_a_folder_becomes_a_camera_file(folder, tmp_path, capsys):
     out = tmp_path / "camera.yaml"
     assert main(["calibrate", str(folder), "--board", "10x7", "--square", "0.024", "--out", str(out)]) == 0
@@ -38,6 +39,7 @@ def test_the_file_can_be_for_ros(folder, tmp_path):
     assert "distortion_model: plumb_bob" in out.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "message"),
     [

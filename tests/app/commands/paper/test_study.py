@@ -28,6 +28,7 @@ def alone(tmp_path_factory, few_plots):
     return folder
 
 
+@pytest.mark.slow
 def test_the_table_loads_with_pandas(alone):
     table = pd.read_csv(alone / "study.csv")
     assert len(table) == SCENES * len(METHODS)

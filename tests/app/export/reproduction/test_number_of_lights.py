@@ -1,8 +1,10 @@
+import pytest
 from dockpose.app.export.reproduction import number_of_lights
 from dockpose.app.export.reproduction.number_of_lights import figure_17, part_of
 from dockpose.paper.light_numbers import errors_with
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes(monkeypatch, tmp_path):
     monkeypatch.setattr(number_of_lights, "errors_with", lambda seen, lights, seed: errors_with(seen, lights, seed, 4))
     for name in ("one", "two"):

@@ -75,6 +75,7 @@ def test_columns_in_which_it_exceeds_the_paper_are_named(undrawn):
     assert "In no column" in budget_part(budget(0.05)).differs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "made",
     [

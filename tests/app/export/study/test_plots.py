@@ -1,3 +1,4 @@
+import pytest
 from dockpose.app.export.parts import Plot
 from dockpose.app.export.study.plots import factor_figure, methods_figure
 from dockpose.study.methods import METHODS
@@ -12,6 +13,7 @@ def summary():
     return summary_of(table(20, lambda scene, method: "success" if scene % 3 else "wrong pose", docks=15))
 
 
+@pytest.mark.slow
 def test_a_factors_plot_names_every_method_and_bin(monkeypatch):
     monkeypatch.setattr(THRESHOLDS, "_entries", dict(THRESHOLDS._entries))
     register_threshold("half_way", title="Half way up (mean)")(lambda grey: 128)

@@ -36,6 +36,7 @@ def test_trust_by_range(summary):
     assert rows[0][6] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_the_page_has_everything_and_stands_alone(summary, columns):
     few = {name: summary["factors"][name] for name in DRAWN}  # each takes a second to draw
     summary = summary | {"factors": few}

@@ -34,6 +34,7 @@ def open_sockets():
     return len(os.listdir("/proc/self/fd"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: "])
 def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
     port, token = page

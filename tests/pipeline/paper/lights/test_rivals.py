@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from dockpose.paper.lights.literal import STEPS, Scheme, Vote
 from dockpose.paper.lights.rivals import (
     ANY_LEVEL,
@@ -11,6 +12,7 @@ from dockpose.paper.lights.rivals import (
 )
 
 
+@pytest.mark.slow
 def test_what_every_method_finds_is_counted_scene_by_scene():
     methods, schemes = compare_methods(4, 2), compare_schemes(4, 2)
     for tally, names in ((methods, [*METHODS_COMPARED]), (schemes, [*STEPS, OURS])):

@@ -28,6 +28,7 @@ def test_twice_the_corners_errors_scatter_twice_as_much():
     assert large == pytest.approx(2 * small, rel=0.05)  # the same draws, and nearly linear
 
 
+@pytest.mark.slow
 def test_rendered_boards_are_found_and_calibrate_the_camera():
     done = rendered_calibration(TRUE, seed=2)
     assert sum(not view.dropped for view in done.views) >= VIEWS - 2

@@ -11,6 +11,7 @@ def learn(true, views, camera=CAMERA, **how):
     return learn_dock(views, camera, nominal(true), **how)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lights", "focal_px", "noise_px", "rolls"),
     [

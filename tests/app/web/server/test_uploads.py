@@ -41,6 +41,7 @@ def app():
 def page(app):
     with Visitor(app.address) as visitor:
         assert visitor.until(lambda page: BUTTON in page.buttons)
+        assert until(lambda: any(visitor.buttons[BUTTON] in one._receivers for one in app._uploads._clients.values()))
         yield visitor
 
 

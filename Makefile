@@ -15,7 +15,7 @@ CORE_OF_PAGE := $(foreach part,page view tank policy,tests/browser/test_$(part).
 REST_OF_PAGE := $(filter-out $(CORE_OF_PAGE),$(wildcard tests/browser/test_*.py))
 ABREAST := --numprocesses 3 --dist loadfile --no-loadscope-reorder
 
-.PHONY: licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
+.PHONY: licences release try-release run report test test-slow test-page test-busy test-oldest test-pythons resolve lint real bench bench-readme fuzz security soak samples screenshots figures docs newcomer clean
 
 run: $(VENV)/.installed
 	$(BIN)/dockpose serve $(ADDRESS)
@@ -61,6 +61,11 @@ lint: $(VENV)/.test $(VENV)/.lint
 	@# Type checkers do not read the editable install's map of folders; links show them the package as it is installed.
 	rm -rf $(VENV)/types && mkdir -p $(VENV)/types/dockpose && ln -sfn $(CURDIR)/pipeline/* $(CURDIR)/app $(VENV)/types/dockpose/
 	$(BIN)/pyright
+
+# Scores photographs and pictures by other programs in DATA; fails where what they reach is lost again.
+DATA ?= ../shared/data
+real: $(VENV)/.test
+	$(BIN)/python -m tests.bench.real $(DATA)
 
 bench: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest tests/bench -s -o python_files='bench_*.py' -o faulthandler_timeout=0

@@ -1,7 +1,9 @@
 """The flow chart: image, threshold, markers, ring, ellipse, poses, choice."""
 
+import math
 import os
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
@@ -30,13 +32,17 @@ from dockpose.lights.markers import Markers, find_markers
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, markers_in_whole, masks_within, part_of, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
-from dockpose.pose.detection import chance_of_ring, detection_of, few_in_words, found_in_words, why_no_dock
+from dockpose.pose.detection import detection_of, few_in_words, found_in_words, log_chance_of_ring, why_no_dock
 from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
+from dockpose.thresholds.scales import at_scales
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
+# Lights so near their places, and so many of them, leave no other threshold much to better: half a pixel is more than
+# noise does to a centre, and a hundredth of the radius half of what docks are built to.
+_EXACT_PX, _EXACT_OF_AXIS, _MOST_OF = 0.5, 0.01, 0.75
 _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
 
@@ -172,25 +178,55 @@ def _search(
             threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
     except MethodError as error:
         return "method_failed", f"{str(error)[:1].upper()}{str(error)[1:]}.", {}
-    status, message, stages = _search_with(threshold, picture, camera, dock, settings)
-    found = status == "ok" and stages["ring"].on_ring.sum() >= MIN_POINTS
-    too_many = "markers" in stages and stages["markers"].left_out > 0  # levels of their own would show still more
-    if found or settings.method != "hats" or not fall_back or too_many:
-        return status, message, stages
-    local = hats_local(picture.histogram, settings.min_area_px)
-    second, second_message, second_stages = _search_with(local, picture, camera, dock, settings)
-    if second == "ok" and (status != "ok" or second_stages["ring"].on_ring.sum() >= MIN_POINTS):
-        return second, f"{second_message} No one level shows the ring; each light was given its own.", second_stages
-    return status, message, stages
+    first = _search_with(threshold, picture, camera, dock, settings)
+    if settings.method != "hats" or not fall_back or first.is_exact:
+        return first.status, first.message, first.stages
+    best = first
+    for other in _levels_of_their_own(picture.histogram, settings.min_area_px):
+        found = _search_with(other, picture, camera, dock, settings)
+        best = max(best, found, key=_Found.rank)
+        if found.is_exact:
+            break
+    own = "" if best is first else " No one level shows the ring; each light was given its own."
+    return best.status, best.message + own, best.stages
 
 
-def _search_with(
-    threshold: Threshold, picture: _Picture, camera: Camera, dock: Dock, settings: Settings
-) -> tuple[str, str, dict[str, Any]]:
-    """Status, message and the stages from one threshold on."""
+def _levels_of_their_own(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
+    """The lights, each by a level of its own: wherever it rises enough, and then those of one size after another."""
+    yield hats_local(histogram, min_area_px)
+    yield from at_scales(histogram, min_area_px)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """How far the search came with one threshold."""
+
+    status: str
+    message: str
+    stages: dict[str, Any]
+    log_chance: float = math.inf  # of the ring, if there is one
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether no other threshold is likely to show more: nearly all lights are there, each where it should be."""
+        if self.status != "ok":
+            return False
+        ring, ellipse, choice = (self.stages[name] for name in ("ring", "ellipse", "choice"))
+        count, rms_px = int(ring.on_ring.sum()), choice.candidates[choice.selected].rms_px or 0.0
+        complete = count >= max(MIN_POINTS, _MOST_OF * (ring.lights or count))
+        return complete and rms_px <= max(_EXACT_PX, _EXACT_OF_AXIS * ellipse.semi_axes_px[0])
+
+    def rank(self) -> tuple[bool, bool, bool, float]:
+        """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance."""
+        found, lights = self.status == "ok", int(self.stages["ring"].on_ring.sum()) if "ring" in self.stages else 0
+        return found and lights >= MIN_POINTS, found, lights > 0, -self.log_chance
+
+
+def _search_with(threshold: Threshold, picture: _Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
+    """What is found from one threshold on."""
     status, message, stages = _find_lights(picture, threshold, camera, dock, settings)
     if status != "ok":
-        return status, message, stages
+        return _Found(status, message, stages)
     ring = stages["ring"]
     points_px = stages["markers"].points_px[ring.on_ring]
     if dock.lights is None and ring.lights:
@@ -202,15 +238,14 @@ def _search_with(
         if len(points_px) < MIN_POINTS:
             kept = {name: stages[name] for name in ("threshold", "markers")}
             found = few_in_words(stages["markers"], len(points_px))
-            return "too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept
-        return "no_ellipse", f"No ellipse: {error}.", stages
-    area_px2 = float(picture.grey.size)
-    chance = chance_of_ring(ring, stages["markers"], ellipse, choice, dock, area_px2)
-    reason = why_no_dock(ring, stages["markers"], ellipse, choice, dock, chance)
+            return _Found("too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept)
+        return _Found("no_ellipse", f"No ellipse: {error}.", stages)
+    log_chance = log_chance_of_ring(ring, stages["markers"], ellipse, choice, dock, float(picture.grey.size))
+    reason = why_no_dock(ring, stages["markers"], ellipse, choice, dock, log_chance)
     if reason is not None:
-        return "not_a_ring", reason, stages
-    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(chance)}
-    return "ok", found_in_words(ring, choice, dock), stages
+        return _Found("not_a_ring", reason, stages, log_chance)
+    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance)}
+    return _Found("ok", found_in_words(ring, choice, dock), stages, log_chance)
 
 
 def _find_lights(

@@ -8,26 +8,27 @@ from dockpose.lights.chance import ACCEPTED, NUMBERS, log_chance_rings, neighbou
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring, light_diameter_px, tolerance_px
+from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
 
 _MOST_OFF = 1.5  # tolerances of a single light that all may be off, root mean square
 
 
-def chance_of_ring(
+def log_chance_of_ring(
     ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, area_px2: float
 ) -> float:
-    """Return the expected number of chance rings in the picture as good as a pose's."""
+    """Return the logarithm of the expected number of chance rings in the picture as good as a pose's."""
     count = int(ring.on_ring.sum())
     if count < 4:
-        return 0.0
+        return -math.inf
     sides = dock.lights or ring.lights
     if sides is None or count > sides:
-        return 0.0  # lights anywhere on an ellipse: judged where that was found
+        return log_chance_of_all(ellipse, count, count / area_px2)  # lights anywhere on an ellipse
     tests = math.log(len(NUMBERS)) if dock.lights is None else 0.0
     members, brightness = np.flatnonzero(ring.on_ring), markers.areas_px * markers.peaks.astype(float)
     near = neighbours(markers.points_px, brightness, members, ellipse.centre_px, ellipse.semi_axes_px[0])
     rms_px = choice.candidates[0].rms_px or 0.0
-    logarithm = tests + log_chance_rings(
+    return tests + log_chance_rings(
         count,
         sides,
         even=not dock.angles_deg,
@@ -36,11 +37,10 @@ def chance_of_ring(
         near=near,
         area_px2=area_px2,
     )
-    return math.exp(min(logarithm, 100.0))
 
 
 def why_no_dock(
-    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, chance: float
+    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, log_chance: float
 ) -> str | None:
     """Return why the lights of a ring are not the dock's, as a sentence; None where they are."""
     count = int(ring.on_ring.sum())
@@ -51,16 +51,16 @@ def why_no_dock(
     most = _MOST_OFF * tolerance_px(ellipse.semi_axes_px[0], light_px)
     if rms_px > most:
         return f"{count} groups come near a ring, but lie {rms_px:.1f} px off their places on it, more than {most:.1f}."
-    if chance > ACCEPTED:
+    if log_chance > math.log(ACCEPTED):
         others = len(markers) - count
         among = f"among {others} other{'' if others == 1 else 's'} " if others else ""
         return f"{count} groups {among}lie on a ring, but so inexactly, {rms_px:.1f} px, that it may be chance."
     return None
 
 
-def detection_of(chance: float) -> float:
-    """Return the probability that a ring is a dock, from the expected number of chance rings and even odds before."""
-    return 1 / (1 + chance)
+def detection_of(log_chance: float) -> float:
+    """Return the probability that a ring is a dock, by how many chance would make, and even odds before."""
+    return 1 / (1 + math.exp(min(log_chance, 100.0)))
 
 
 def few_in_words(markers: Markers, lights: int) -> str:

@@ -40,9 +40,10 @@ from dockpose.thresholds.scales import at_scales
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
-# Lights so near their places, and so many of them, leave no other threshold much to better: half a pixel is more than
-# noise does to a centre, and a hundredth of the radius half of what docks are built to.
-_EXACT_PX, _EXACT_OF_AXIS, _MOST_OF = 0.5, 0.01, 0.75
+# Lights so near their places, so many of them, and so sure not to be chance leave other thresholds little to better:
+# half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; where
+# that one shows it to a hundredth of the radius, half of what docks are built to, it will do.
+_EXACT_PX, _EXACT_OF_AXIS, _MOST_OF, _NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6)
 _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
 
@@ -179,13 +180,13 @@ def _search(
     except MethodError as error:
         return "method_failed", f"{str(error)[:1].upper()}{str(error)[1:]}.", {}
     first = _search_with(threshold, picture, camera, dock, settings)
-    if settings.method != "hats" or not fall_back or first.is_exact:
+    if settings.method != "hats" or not fall_back or first.is_exact():
         return first.status, first.message, first.stages
     best = first
     for other in _levels_of_their_own(picture.histogram, settings.min_area_px):
         found = _search_with(other, picture, camera, dock, settings)
         best = max(best, found, key=_Found.rank)
-        if found.is_exact:
+        if best.is_exact(_EXACT_OF_AXIS):
             break
     own = "" if best is first else " No one level shows the ring; each light was given its own."
     return best.status, best.message + own, best.stages
@@ -206,15 +207,14 @@ class _Found:
     stages: dict[str, Any]
     log_chance: float = math.inf  # of the ring, if there is one
 
-    @property
-    def is_exact(self) -> bool:
-        """Whether no other threshold is likely to show more: nearly all lights are there, each where it should be."""
-        if self.status != "ok":
+    def is_exact(self, of_axis: float = 0.0) -> bool:
+        """Whether nearly all lights are there, where they should be, within a share of the major semi-axis."""
+        if self.status != "ok" or self.log_chance > _NO_CHANCE:
             return False
         ring, ellipse, choice = (self.stages[name] for name in ("ring", "ellipse", "choice"))
         count, rms_px = int(ring.on_ring.sum()), choice.candidates[choice.selected].rms_px or 0.0
         complete = count >= max(MIN_POINTS, _MOST_OF * (ring.lights or count))
-        return complete and rms_px <= max(_EXACT_PX, _EXACT_OF_AXIS * ellipse.semi_axes_px[0])
+        return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
     def rank(self) -> tuple[bool, bool, bool, float]:
         """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance."""

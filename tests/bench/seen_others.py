@@ -32,7 +32,7 @@ _FIXED = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
 def mirrored(
     towards: tuple[float, float, float], bright: tuple[float, float], soft: bool = False
 ) -> Callable[[np.random.Generator], Shown]:
-    """A dock and its image in a flat mirror that stands in a direction (x, y, z) of the camera, turned a little.
+    """A dock and its image in a flat mirror that stands towards (x, y, z) or (-x, y, z), turned a little.
 
     The image has so much of the dock's light. Both are wholly in view, apart, and 4 % or more differ in range.
     """
@@ -40,7 +40,7 @@ def mirrored(
     def draw(rng: np.random.Generator) -> Shown:
         while True:
             lamps = dock_drawn(rng, *told(rng), share=(0.1, 0.25), focal=(0.5, 1.0))
-            facing = np.array(towards) + rng.normal(0, 0.1, 3)
+            facing = np.array(towards) * [rng.choice([-1, 1]), 1, 1] + rng.normal(0, 0.1, 3)
             facing /= np.linalg.norm(facing)
             distance_m = float((lamps.points_m @ facing).max() + rng.uniform(0.05, 1.0))
             behind = distance_m - lamps.points_m @ facing
@@ -60,11 +60,14 @@ def mirrored(
 
 
 def with_every_second_inside(rng: np.random.Generator) -> Shown:
-    """A full ring around one of half as many lamps, which is every second of the ring's, were it as far."""
+    """A ring, up to two lights out, around a brighter one of half as many lamps: every second of a ring farther."""
     lights = int(rng.choice([12, 16, 20, 24]))
+    lit = rng.permutation(lights)[rng.integers(3) :]
     inner = circle(even(lights // 2) + rng.uniform(0, np.pi), RADIUS_M * rng.uniform(0.4, 0.65))
-    points = np.vstack([circle(even(lights)), inner])
-    return drawn(rng, dock_drawn(rng, points, Dock(DIAMETER_M, lights), share=(0.3, 0.44), tilt_deg=(5, 30)))
+    points = np.vstack([circle(even(lights)[lit]), inner])
+    lamps = dock_drawn(rng, points, Dock(DIAMETER_M, lights), share=(0.3, 0.44), tilt_deg=(5, 30))
+    lamps.share[: len(lit)] *= np.exp(rng.uniform(np.log(0.02), np.log(0.5)))
+    return drawn(rng, lamps)
 
 
 def with_lamps_on_its_rim(rng: np.random.Generator) -> Shown:
@@ -75,14 +78,20 @@ def with_lamps_on_its_rim(rng: np.random.Generator) -> Shown:
     return drawn(rng, dock_drawn(rng, circle(angles), Dock(DIAMETER_M, 8)))
 
 
+def with_strays(rng: np.random.Generator, lamps: Lamps, number: int) -> Lamps:
+    """Lamps of others beside the dock's, as large and bright, anywhere in the picture but on another lamp."""
+    for _ in range(number):
+        stray = lamps.points_px[0]
+        while np.linalg.norm(lamps.points_px - stray, axis=1).min() < 4 * lamps.radii_px.max() + CLOSEST_PX:
+            stray = rng.uniform(0.03, 0.97, 2) * [lamps.camera.width, lamps.camera.height]
+        lamps.add(stray[None], lamps.radii_px[:1], lamps.share[:1])
+    return lamps
+
+
 def four_and_a_stray(rng: np.random.Generator) -> Shown:
-    lamps = dock_drawn(rng, circle(even(4)), Dock(DIAMETER_M, 4))
-    size = np.array([lamps.camera.width, lamps.camera.height])
-    while True:
-        stray = rng.uniform(0.03, 0.97, 2) * size
-        if np.linalg.norm(lamps.points_px - stray, axis=1).min() > 20:
-            lamps.add(stray[None], lamps.radii_px[:1], lamps.share[:1])
-            return drawn(rng, lamps)
+    """Four lights off their places by a hundredth of the radius, and a lamp."""
+    points = circle(even(4)) + rng.normal(0, 0.01 * RADIUS_M, (4, 3)) * [1, 1, 0]
+    return drawn(rng, with_strays(rng, dock_drawn(rng, points, Dock(DIAMETER_M, 4)), 1))
 
 
 def four_of_unknown_number(rng: np.random.Generator) -> Shown:
@@ -90,13 +99,14 @@ def four_of_unknown_number(rng: np.random.Generator) -> Shown:
 
 
 def many(number_told: bool) -> Callable[[np.random.Generator], Shown]:
-    """A ring of 32, 48 or 60 lights."""
+    """A ring of 32, 48 or 60 lights, one or two of them out, and three other lamps."""
 
     def draw(rng: np.random.Generator) -> Shown:
         lights = int(rng.choice([32, 48, 60]))
         dock = Dock(DIAMETER_M, lights if number_told else None)
-        share = (0.3, 0.44)
-        return drawn(rng, dock_drawn(rng, circle(even(lights)), dock, share=share, tilt_deg=(5, 30)))
+        points = circle(even(lights)[rng.permutation(lights)[rng.integers(1, 3) :]])
+        lamps = dock_drawn(rng, points, dock, share=(0.3, 0.44), tilt_deg=(5, 30))
+        return drawn(rng, with_strays(rng, lamps, 3))
 
     return draw
 
@@ -126,25 +136,30 @@ def string_of_lamps(number_told: bool) -> Callable[[np.random.Generator], Shown]
 
 
 def specks(rng: np.random.Generator) -> Shown:
-    """From 25 to 80 small specks in a strip, as light on coral."""
-    camera, number = camera_drawn(rng), int(rng.integers(25, 81))
-    middle = rng.uniform(0.3, 0.7, 2) * [camera.width, camera.height]
-    angle, length = rng.uniform(0, np.pi), rng.uniform(0.1, 0.25) * camera.width
-    along, across = rng.normal(0, length, number), rng.normal(0, length * rng.uniform(0.1, 0.35), number)
-    axis = np.array([np.cos(angle), np.sin(angle)])
-    points = middle + along[:, None] * axis + across[:, None] * [-axis[1], axis[0]]
-    points = points[((points > 5) & (points < [camera.width - 5, camera.height - 5])).all(axis=1)]
-    lamps = Lamps(camera, points, rng.uniform(0.7, 2.0, len(points)), rng.uniform(0.2, 1.0, len(points)))
+    """Small specks as on coral: on ovals at a steep tilt, a tenth to a quarter of their spacing off, and strewn."""
+    camera = camera_drawn(rng)
+    size = np.array([camera.width, camera.height])
+    parts = [rng.uniform(0.05, 0.95, (5, 2)) * size]
+    for _ in range(rng.integers(2, 6)):
+        number = int(rng.integers(6, 13))
+        angles = even(number) + rng.normal(0, rng.uniform(0.1, 0.25), number) * 2 * np.pi / number
+        oval = circle(angles, rng.uniform(0.02, 0.08) * camera.width)[:, :2] * [1.0, rng.uniform(0.2, 0.5)]
+        turn = rng.uniform(0, np.pi)
+        across = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        parts.append(rng.uniform(0.15, 0.85, 2) * size + (oval * rng.normal(1, 0.08, (number, 1))) @ across)
+    points = np.vstack(parts)
+    points = points[((points > 5) & (points < size - 5)).all(axis=1)]
+    lamps = Lamps(camera, points, rng.uniform(0.7, 1.6, len(points)), rng.uniform(0.3, 1.0, len(points)))
     lamps.dock = Dock(DIAMETER_M, int(rng.integers(5, 13)))
     return drawn(rng, lamps, background=ramp(rng, camera, 20, rng.uniform(0, 40)), above=rng.uniform(100, 200))
 
 
 def short_arc(rng: np.random.Generator) -> Shown:
-    """From 5 to 8 lamps at 8 to 20 degrees from each other on a circle, and a number told that they need not fit."""
+    """From 5 to 8 lamps along 40 to 90 degrees of a circle, and a number told that they need not fit."""
     camera, number = camera_drawn(rng), int(rng.integers(5, 9))
     while True:
         radius = rng.uniform(0.3, 0.9) * camera.height
-        angles = rng.uniform(0, 2 * np.pi) + np.radians(rng.uniform(8, 20)) * np.arange(number)
+        angles = rng.uniform(0, 2 * np.pi) + np.radians(np.linspace(0, rng.uniform(40, 90), number))
         points = circle(angles, radius)[:, :2] * [1.0, rng.uniform(0.6, 1.0)]
         points += rng.uniform(0.1, 0.9, 2) * [camera.width, camera.height] - points.mean(axis=0)
         if is_inside(camera, points, 12) and closest_px(points) > CLOSEST_PX:

@@ -40,6 +40,7 @@ def mirrored(
     def draw(rng: np.random.Generator) -> Shown:
         while True:
             lamps = dock_drawn(rng, *told(rng), share=(0.1, 0.25), focal=(0.5, 1.0))
+            assert lamps.position_m is not None
             facing = np.array(towards) * [rng.choice([-1, 1]), 1, 1] + rng.normal(0, 0.1, 3)
             facing /= np.linalg.norm(facing)
             distance_m = float((lamps.points_m @ facing).max() + rng.uniform(0.05, 1.0))

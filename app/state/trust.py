@@ -10,7 +10,7 @@ from typing import Literal
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import count, number, percent
-from dockpose.lights.ring import light_diameter_px, tolerance_px
+from dockpose.lights.ring import tolerance_px
 from dockpose.pose.choice import DECIDED
 
 Colour = Literal["green", "amber", "red"]
@@ -102,10 +102,10 @@ def _doubts_about_ring(found: Estimate) -> Iterator[tuple[Colour, str]]:
         return
     lights = int(ring.on_ring.sum())
     major_px = 0.0 if found.ellipse is None else found.ellipse.semi_axes_px[0]
-    most_px = tolerance_px(major_px, light_diameter_px(markers.areas_px[ring.on_ring]))
+    most_px = tolerance_px(major_px)
     if pose.rms_px is not None and pose.rms_px > most_px:
-        off = f"{number(pose.rms_px)} px off their places, more than the {number(most_px)} px that their size allows"
-        yield "red", f"The lights lie {off}: check the dock and the camera."
+        off = f"{number(pose.rms_px)} px off their places, more than the {number(most_px)} px of a well-built dock"
+        yield "amber", f"The lights lie {off}: measure its angles_deg or run learn-dock, and check the camera."
     if lights <= 3:
         yield "amber", f"{count(lights, 'light')} fit a pose wherever they are, so nothing checks this one."
     if found.detection is not None and found.detection < DECIDED:

@@ -1,9 +1,9 @@
 """The flow chart: image, threshold, markers, ring, ellipse, poses, choice."""
 
+import itertools
 import math
 import os
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
@@ -26,6 +26,7 @@ from dockpose.checks import check_is, shown
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
 from dockpose.estimate.result import Estimate
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
 from dockpose.lights.markers import Markers, find_markers
@@ -41,9 +42,11 @@ from dockpose.thresholds.scales import at_scales
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
 # Lights so near their places, so many of them, and so sure not to be chance leave other thresholds little to better:
-# half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; where
-# that one shows it to a hundredth of the radius, half of what docks are built to, it will do.
+# half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; one
+# that shows it to a hundredth of the radius, half of what docks are built to, will do.
 _EXACT_PX, _EXACT_OF_AXIS, _MOST_OF, _NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6)
+# What is accepted among others, over ten: about so many scales are looked at, each with points of its own.
+_LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
 _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
 
@@ -183,19 +186,17 @@ def _search(
     if settings.method != "hats" or not fall_back or first.is_exact():
         return first.status, first.message, first.stages
     best = first
-    for other in _levels_of_their_own(picture.histogram, settings.min_area_px):
-        found = _search_with(other, picture, camera, dock, settings)
-        best = max(best, found, key=_Found.rank)
+    local = hats_local(picture.histogram, settings.min_area_px)
+    for other in itertools.chain([local], at_scales(picture.histogram, settings.min_area_px)):
+        # Of an unknown number, any few points of some scale make some ring.
+        of_few = dock.lights is not None or other is local
+        found = _search_with(other, picture, camera, dock, settings, of_few=of_few)
+        if other is local or found.status != "ok" or found.log_chance < _LITTLE_CHANCE:
+            best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
             break
     own = "" if best is first else " No one level shows the ring; each light was given its own."
     return best.status, best.message + own, best.stages
-
-
-def _levels_of_their_own(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
-    """The lights, each by a level of its own: wherever it rises enough, and then those of one size after another."""
-    yield hats_local(histogram, min_area_px)
-    yield from at_scales(histogram, min_area_px)
 
 
 @dataclass(frozen=True)
@@ -222,9 +223,11 @@ class _Found:
         return found and lights >= MIN_POINTS, found, lights > 0, -self.log_chance
 
 
-def _search_with(threshold: Threshold, picture: _Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
-    """What is found from one threshold on."""
-    status, message, stages = _find_lights(picture, threshold, camera, dock, settings)
+def _search_with(
+    threshold: Threshold, picture: _Picture, camera: Camera, dock: Dock, settings: Settings, *, of_few: bool = True
+) -> _Found:
+    """What is found from one threshold on; a ring of few lights only if asked for."""
+    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few)
     if status != "ok":
         return _Found(status, message, stages)
     ring = stages["ring"]
@@ -241,15 +244,15 @@ def _search_with(threshold: Threshold, picture: _Picture, camera: Camera, dock: 
             return _Found("too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept)
         return _Found("no_ellipse", f"No ellipse: {error}.", stages)
     log_chance = log_chance_of_ring(ring, stages["markers"], ellipse, choice, dock, float(picture.grey.size))
-    reason = why_no_dock(ring, stages["markers"], ellipse, choice, dock, log_chance)
+    reason = why_no_dock(ring, stages["markers"], ellipse, choice, camera, dock, log_chance)
     if reason is not None:
         return _Found("not_a_ring", reason, stages, log_chance)
-    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance)}
+    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring.alike)}
     return _Found("ok", found_in_words(ring, choice, dock), stages, log_chance)
 
 
 def _find_lights(
-    picture: _Picture, threshold: Threshold, camera: Camera, dock: Dock, settings: Settings
+    picture: _Picture, threshold: Threshold, camera: Camera, dock: Dock, settings: Settings, of_few: bool
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
     like = picture.like
@@ -276,7 +279,7 @@ def _find_lights(
     ring = None if like is None or markers is not like.markers else _ring_of(like, camera, dock)
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
-        ring = ring_in(points_px, markers, camera, dock, picture.part)
+        ring = ring_in(points_px, markers, camera, dock, picture.part, of_few=of_few)
     stages["ring"] = ring
     if not ring.found:
         return "not_a_ring", ring.reason, stages

@@ -12,13 +12,14 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import InputError
 from dockpose.dock import Dock
 from dockpose.estimate import drawing
-from dockpose.lights.ellipse import Ellipse
+from dockpose.lights.ellipse import Ellipse, NoEllipseError
 from dockpose.lights.markers import Markers
 from dockpose.lights.region import Region
 from dockpose.lights.ring import Ring
 from dockpose.palette import POSE_NAMES
 from dockpose.pose.choice import Choice
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.solve import find_poses
 from dockpose.settings import Settings
 from dockpose.thresholds import Threshold
 
@@ -203,9 +204,20 @@ class Estimate:
         }
 
     def _rival_dict(self, on_ring: np.ndarray) -> dict[str, Any]:
-        """Another ring in view: how many lights it has, and their middle."""
+        """Another ring in view: how many lights it has, their middle, and how far it is."""
         assert self.markers is not None
-        return {"lights": int(on_ring.sum()), "centre_px": self.markers.points_px[on_ring].mean(axis=0).tolist()}
+        points_px = self.markers.points_px[on_ring]
+        seen = {"lights": len(points_px), "centre_px": points_px.mean(axis=0).tolist()}
+        try:
+            pose = find_poses(points_px, self.camera, self.dock)[1].candidates[0]
+        except NoEllipseError:
+            return {**seen, "range_m": None, "sigma_range_m": None}
+        assert pose.sigma_position_m is not None
+        return {
+            **seen,
+            "range_m": float(np.linalg.norm(pose.position_m)),
+            "sigma_range_m": float(np.linalg.norm(pose.sigma_position_m)),
+        }
 
     def _marker_dicts(self) -> list[dict[str, Any]]:
         if self.markers is None:

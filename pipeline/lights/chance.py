@@ -15,8 +15,9 @@ _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
 _THRESHOLDS = 2  # that a picture is searched with
-_LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
-NUMBERS = range(4, 25)  # of lights that are tried where it is not known
+LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
+MOST_LIGHTS = 64  # that a dock is expected to have
+NUMBERS = range(4, 25)  # of lights that are tried by their corners where it is not known
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ def log_chance_rings(
     ways = math.lgamma(sides + 1) - math.lgamma(count + 1) - math.lgamma(sides - count + 1)
     if even:
         ways -= math.log(sides)
-    squares_px2 = max(squares_px2, (2 * count - 6) * _LEAST_PX**2)
+    squares_px2 = max(squares_px2, (2 * count - 6) * LEAST_PX**2)
     tube = math.log(2 * math.pi**2 / 3 * count**3 / 4) + _log_ball(2 * count - 6, squares_px2)
     common = tube + ways + math.log(_SIZES * max(1, sides - 3))
     around = min(4 * math.pi * major**2, area_px2)
@@ -146,7 +147,7 @@ def log_chance_rings(
 
 def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: float, total: int) -> float:
     """Natural logarithm of the expected number of ellipses that run as close to as many points strewn at random."""
-    width_px = 2 * 2.0 * max(rms_px, _LEAST_PX) * math.sqrt(count / (count - 5))
+    width_px = 2 * 2.0 * max(rms_px, LEAST_PX) * math.sqrt(count / (count - 5))
     beside = min(1.0, density * 2 * math.pi * radius_px * width_px)
     choose_five = math.log(math.comb(total, 5))
     others = math.log(math.comb(max(total - 5, count - 5), count - 5))

@@ -90,8 +90,15 @@ def without_worst(polygon: Polygon, points_px: np.ndarray, unit: np.ndarray, foc
     off_px = np.hypot(*(points_px[polygon.corners] - places[:, :2] / places[:, 2:]).T)
     corners = polygon.corners.copy()
     corners[np.argmax(np.where(corners >= 0, off_px, -1.0))] = -1
+    return refitted(corners, polygon.mapping, points_px, unit, focal_px)
+
+
+def refitted(
+    corners: np.ndarray, mapping: np.ndarray, points_px: np.ndarray, unit: np.ndarray, focal_px: float
+) -> Polygon:
+    """The polygon of these corners (N,), fitted as a pose from near a homography (3, 3)."""
     points = np.ascontiguousarray(points_px, dtype=float)
-    squares_px2, mapping = as_pose(Sought(points, unit, float(focal_px), 0.0), corners, polygon.mapping)
+    squares_px2, mapping = as_pose(Sought(points, unit, float(focal_px), 0.0), corners, mapping)
     return _polygon(corners, float(squares_px2), mapping)
 
 

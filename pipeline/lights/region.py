@@ -74,7 +74,9 @@ def crop(image: Any, part: Part) -> np.ndarray:
     return np.asarray(image)[top:bottom, left:right]
 
 
-def ring_in(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, part: Part) -> Ring:
+def ring_in(
+    points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, part: Part, *, of_few: bool = True
+) -> Ring:
     """Find the markers that are the dock's lights, none of which the edge of the searched part cuts."""
     left, top, right, bottom = part
     area_px2 = float((right - left) * (bottom - top))
@@ -83,8 +85,8 @@ def ring_in(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock,
     whole = np.all(inside, axis=1)
     kept, cut = int(whole.sum()), int((~whole).sum())
     if cut == 0 or kept < MIN_POINTS:
-        return find_ring(points_px, markers, camera, dock, area_px2)
-    ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2)
+        return find_ring(points_px, markers, camera, dock, area_px2, of_few=of_few)
+    ring = find_ring(points_px[whole], markers.part(whole), camera, dock, area_px2, of_few=of_few)
     on_ring, rivals = _among_all(ring.on_ring, whole), tuple(_among_all(rival, whole) for rival in ring.rivals)
     if ring.found and not rivals and len(markers) - on_ring.sum() >= MIN_POINTS:
         # Nobody measures by another ring, so of that the edge may cut some lights.

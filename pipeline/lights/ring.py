@@ -2,12 +2,13 @@
 
 import math
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, NUMBERS, Candidate, Scene, accepted
+from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, LEAST_PX, MOST_LIGHTS, NUMBERS, Candidate, Scene, accepted
+from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX
 from dockpose.lights.lattice import goes_on, repeating
@@ -21,9 +22,12 @@ from scipy.special import pdtrc
 TOLERANCE_OF_LIGHT = 0.15
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
+_AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
 # What is said of groups that show no one ring.
 _SEVERAL = "Several rings can be laid through the same groups; which of them is the dock is unknown."
-_UNEXPLAINED = 0.25  # other points on a ring, per light: of more it is no explanation
+# Other points on a ring, per light, above which it is a part of another: at the least of one with twice as many lights,
+# so that as many others lie on it, of which half may be missed.
+_UNEXPLAINED = 0.5
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
@@ -37,6 +41,7 @@ class Ring:
     ellipse: Ellipse | None = None  # through the lights, where it was fitted on the way
     lights: int | None = None  # how many lights the ring has, missing ones included
     rivals: tuple[np.ndarray, ...] = ()  # other rings in view that are as certain to be one, apart from this
+    alike: int = 0  # how many of these could as well be the dock: as near, and as bright
 
     @property
     def found(self) -> bool:
@@ -44,8 +49,10 @@ class Ring:
         return bool(self.on_ring.any())
 
 
-def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float) -> Ring:
-    """Find the markers, at undistorted places (N, 2), that are the dock's lights."""
+def find_ring(
+    points_px: np.ndarray, markers: Markers, camera: Camera, dock: Dock, area_px2: float, *, of_few: bool = True
+) -> Ring:
+    """Find the markers, at undistorted places (N, 2), that are the dock's lights; few of them if ``of_few``."""
     count = len(points_px)
     density = count / area_px2
     brightness = markers.areas_px * markers.peaks.astype(float)
@@ -58,15 +65,15 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
         whole = Ring(np.ones(count, dtype=bool), f"All {count} groups lie on one ellipse.", ellipse, lights or None)
         if lights in (0, count) or log_chance_of_all(ellipse, count, density) < math.log(ACCEPTED):
             return whole
-    numbers = len(NUMBERS) if dock.lights is None else 1
+    numbers = MOST_LIGHTS if dock.lights is None else 1
     focal_px = math.sqrt(camera.fx * camera.fy)
     scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, not dock.angles_deg, numbers)
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
-    found: list[Candidate] = []
+    found = _of_many(scene, np.sort(order[:MAX_POINTS]), dock, tolerance)
     # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves.
     for most, of_more in ((FIRST_POINTS, 0), (FEW_POINTS, FEW_POINTS), (MAX_POINTS, FIRST_POINTS)):
-        if not found and len(order) > of_more:
+        if of_few and not found and len(order) > of_more:
             chosen = np.sort(order[:most])
             found = _candidates(scene, chosen, dock, tolerance)
     nothing = np.zeros(count, dtype=bool)
@@ -75,14 +82,14 @@ def find_ring(points_px: np.ndarray, markers: Markers, camera: Camera, dock: Doc
             of_all = f"{count} largest of {markers.seen}" if markers.left_out else str(count)
             return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {_SEVERAL}")
         return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
-    best = _best(found, brightness)
+    best, alike = _best(found, scene)
     trouble = _trouble(best, found, dock, scene, tolerance)
     if trouble:
         return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
     best = _without_outliers(best, dock, scene)
     on_ring = _mask(count, best)
-    return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, rivals)
+    return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, rivals, alike)
 
 
 def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
@@ -134,6 +141,21 @@ def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) 
     return sorted(found, key=lambda candidate: candidate.log_chance)
 
 
+def _of_many(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
+    """Rings of many evenly spaced lights, by the ellipses that most of the chosen points lie on; the surest first."""
+    if dock.angles_deg or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
+        return []
+    found = []
+    points = scene.points_px[chosen]
+    for polygon in polygons_on_ellipses(points, dock.lights, scene.focal_px, tolerance, scene.area_px2):
+        sides = len(polygon.corners)
+        polygon = replace(polygon, corners=np.where(polygon.corners < 0, -1, chosen[polygon.corners]))
+        candidate = accepted(polygon, sides, scene)
+        if candidate is not None:
+            found.append(candidate)
+    return sorted(found, key=lambda candidate: candidate.log_chance)
+
+
 def _angles(sides: int, dock: Dock) -> np.ndarray:
     """Angles (N,) of the dock's lights around it, ascending."""
     if dock.angles_deg:
@@ -154,24 +176,34 @@ def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
     return best
 
 
-def _best(found: list[Candidate], brightness: np.ndarray) -> Candidate:
-    """The surest ring; of those apart from it and nearly as complete the brighter, of mirror images the lower."""
-    best = found[0]
-    for other in _apart_from(best, found):
-        if _mirrors(best, other):
-            if other.polygon.centre_px[1] > best.polygon.centre_px[1]:
-                best = other
-        elif len(other.members) >= 0.7 * len(best.members) and other.log_chance < _AS_CONVINCING * found[0].log_chance:
-            ours, theirs = (np.median(brightness[list(one.members)]) for one in (best, other))
-            best = other if theirs > ours else best
-    return best
+def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
+    """The nearest of the surest ring and others apart from it, and how many could as well be the dock.
+
+    What a flat mirror shows is always farther away than the dock itself. Where ranges do not tell, the brighter is it.
+    """
+    alike = [found[0]]
+    for other in _apart_from(found[0], found):
+        if len(other.members) >= _AS_COMPLETE * len(found[0].members) and (
+            other.log_chance < _AS_CONVINCING * found[0].log_chance
+        ):
+            alike.append(other)
+    places = [_range_radii(one.polygon, scene.focal_px) for one in alike]
+    nearest = int(np.argmin([range_radii for range_radii, _ in places]))
+    reach, sigma = places[nearest]
+    near = [k for k, (away, error) in enumerate(places) if away - reach <= 3 * math.hypot(sigma, error)]
+    light = [float(np.median(scene.brightness[alike[k].polygon.members])) for k in near]
+    brightest = max(light)
+    best = near[int(np.argmax(light))]
+    return alike[best], sum(one > _AS_BRIGHT * brightest for one in light) - 1
 
 
-def _mirrors(one: Candidate, other: Candidate) -> bool:
-    """Whether two rings stand above each other and are of one size, as a ring and its image in the surface."""
-    (x, _), (other_x, _) = one.polygon.centre_px, other.polygon.centre_px
-    radius, other_radius = one.polygon.semi_axes_px[0], other.polygon.semi_axes_px[0]
-    return abs(x - other_x) < radius / 2 and abs(radius - other_radius) < radius / 4
+def _range_radii(polygon: Polygon, focal_px: float) -> tuple[float, float]:
+    """Distance of a ring in radii of it, by the homography of its pose, and the standard error."""
+    columns = polygon.mapping / np.array([[focal_px], [focal_px], [1.0]])
+    away = float(np.linalg.norm(columns[:, 2]) / math.sqrt(np.prod(np.linalg.norm(columns[:, :2], axis=0))))
+    count = len(polygon.members)
+    noise_px = math.sqrt(polygon.squares_px2 / max(1, 2 * count - 6))
+    return away, away * max(noise_px, LEAST_PX) / polygon.semi_axes_px[0] * math.sqrt(2 / count)
 
 
 def _apart_from(best: Candidate, found: list[Candidate]) -> list[Candidate]:
@@ -206,9 +238,9 @@ def _trouble(best: Candidate, found: list[Candidate], dock: Dock, scene: Scene, 
 
 
 def _others_on(best: Candidate, exact: Candidate, points_px: np.ndarray, within_px: float) -> bool:
-    """Whether an incomplete ring's ellipse runs through more other points than chance would put there."""
+    """Whether a ring's ellipse runs through more other points than chance would put there."""
     members, polygon = exact.polygon.members, exact.polygon
-    if not MIN_POINTS <= len(members) < exact.sides:
+    if len(members) < MIN_POINTS:
         return False
     try:
         ellipse = fit_ellipse(points_px[members])

@@ -3,15 +3,19 @@
 import math
 
 import numpy as np
+from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, NUMBERS, log_chance_rings, neighbours
+from dockpose.lights.chance import ACCEPTED, MOST_LIGHTS, log_chance_rings, neighbours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
-from dockpose.lights.ring import Ring, light_diameter_px, tolerance_px
+from dockpose.lights.ring import Ring
 from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
+from dockpose.pose.refine import angles_on_planes, light_rays
 
-_MOST_OFF = 1.5  # tolerances of a single light that all may be off, root mean square
+# Lights that a hand has put on a rim are off their places by 2 % of the radius along each axis; half as much again is
+# left for its tail. What is farther off than this and than two pixels is not known to be the dock.
+BUILT_WITHIN, _TAIL, _MOST_PX = 0.02, 1.5, 2.0
 
 
 def log_chance_of_ring(
@@ -24,7 +28,7 @@ def log_chance_of_ring(
     sides = dock.lights or ring.lights
     if sides is None or count > sides:
         return log_chance_of_all(ellipse, count, count / area_px2)  # lights anywhere on an ellipse
-    tests = math.log(len(NUMBERS)) if dock.lights is None else 0.0
+    tests = math.log(MOST_LIGHTS) if dock.lights is None else 0.0
     members, brightness = np.flatnonzero(ring.on_ring), markers.areas_px * markers.peaks.astype(float)
     near = neighbours(markers.points_px, brightness, members, ellipse.centre_px, ellipse.semi_axes_px[0])
     rms_px = choice.candidates[0].rms_px or 0.0
@@ -40,17 +44,18 @@ def log_chance_of_ring(
 
 
 def why_no_dock(
-    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, dock: Dock, log_chance: float
+    ring: Ring, markers: Markers, ellipse: Ellipse, choice: Choice, camera: Camera, dock: Dock, log_chance: float
 ) -> str | None:
     """Return why the lights of a ring are not the dock's, as a sentence; None where they are."""
     count = int(ring.on_ring.sum())
-    if dock.lights is not None and choice.selected_by == "none" and not choice.coincide:
-        return f"{count} groups lie on an ellipse, but not spaced as the dock's lights are."
-    rms_px = choice.candidates[choice.selected].rms_px or 0.0
-    light_px = light_diameter_px(markers.areas_px[ring.on_ring])
-    most = _MOST_OFF * tolerance_px(ellipse.semi_axes_px[0], light_px)
-    if rms_px > most:
-        return f"{count} groups come near a ring, but lie {rms_px:.1f} px off their places on it, more than {most:.1f}."
+    pose = choice.candidates[choice.selected]
+    rms_px, most = pose.rms_px or 0.0, max(_MOST_PX, _TAIL * math.sqrt(2) * BUILT_WITHIN * ellipse.semi_axes_px[0])
+    is_spaced = dock.lights is None or choice.selected_by != "none" or choice.coincide
+    if not is_spaced or rms_px > most:
+        rays = light_rays(markers.points_px[ring.on_ring], camera, float(pose.position_m[2]))
+        angles = np.degrees(angles_on_planes(rays, pose.rotation[None], pose.position_m[None])[0])
+        where = f"{rms_px:.1f} px off the dock's" if is_spaced else "not spaced as the dock's lights are"
+        return _off_in_words(np.sort(angles), dock, where)
     if log_chance > math.log(ACCEPTED):
         others = len(markers) - count
         among = f"among {others} other{'' if others == 1 else 's'} " if others else ""
@@ -58,9 +63,25 @@ def why_no_dock(
     return None
 
 
-def detection_of(log_chance: float) -> float:
-    """Return the probability that a ring is a dock, by how many chance would make, and even odds before."""
-    return 1 / (1 + math.exp(min(log_chance, 100.0)))
+def _off_in_words(angles_deg: np.ndarray, dock: Dock, where: str) -> str:
+    """Say how far lights at ascending angles (N,) are off their places, and what to do about it."""
+    count = len(angles_deg)
+    lie = f"{count} groups lie on an ellipse, but {where}"
+    if dock.angles_deg or dock.lights != count:
+        return f"{lie}: other lights, another dock, or another camera."
+    step = 360 / count
+    off = angles_deg - angles_deg[0] - step * np.arange(count)
+    off -= (off.max() + off.min()) / 2
+    seen = ", ".join(f"{angle:.0f}" for angle in angles_deg - angles_deg[0])
+    return (
+        f"{lie}: they are seen at {seen} degrees, up to {np.abs(off).max():.0f} off even spacing. If this is the dock, "
+        "measure angles_deg or run learn-dock; else the camera file is another's."
+    )
+
+
+def detection_of(log_chance: float, alike: int) -> float:
+    """Return the probability that a ring is the dock: by how many chance would make, and how many others are alike."""
+    return 1 / (1 + alike + math.exp(min(log_chance, 100.0)))
 
 
 def few_in_words(markers: Markers, lights: int) -> str:

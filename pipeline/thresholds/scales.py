@@ -15,6 +15,7 @@ _SURROUND = 1.6  # width of what is taken off, relative to the blur (Marr and Hi
 # A peak of so many standard deviations of the noise is less than one in a picture of a million pixels.
 _CLEAR_NOISE = 6.0
 _QUANTISED = 0.29  # standard deviation of the rounding to whole levels, which noise can hide no less than
+_MOST_OBLONG = 10.0  # larger to smaller curvature of a peak, as of Lowe's key points
 _MOST_LIGHTS = 60  # of one scale: the clearest
 _HALF = 0.5  # of a peak, above which its pixels are its own
 _REACH = 3.0  # of the blur, within which they lie
@@ -98,5 +99,19 @@ def _peaks(response: np.ndarray, sigma_px: float) -> np.ndarray:
     size = 2 * math.ceil(sigma_px) + 1
     highest = cv2.dilate(response, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
     rows, columns = np.nonzero((response >= highest) & (response > _CLEAR_NOISE * noise))
+    round_ones = _are_round(response, rows, columns)
+    rows, columns = rows[round_ones], columns[round_ones]
     order = np.argsort(-response[rows, columns], kind="stable")[:_MOST_LIGHTS]
     return np.column_stack([rows[order], columns[order]])
+
+
+def _are_round(response: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Which peaks (N,) are no ridges, as edges and the rims of larger lights are, by their curvatures (Lowe 2004)."""
+    height, width = response.shape
+    y, x = np.clip(rows, 1, height - 2), np.clip(columns, 1, width - 2)
+    middle = 2 * response[y, x]
+    xx = response[y, x - 1] + response[y, x + 1] - middle
+    yy = response[y - 1, x] + response[y + 1, x] - middle
+    diagonal = response[y + 1, x + 1] + response[y - 1, x - 1] - response[y + 1, x - 1] - response[y - 1, x + 1]
+    determinant = xx * yy - (diagonal / 4) ** 2
+    return (determinant > 0) & ((xx + yy) ** 2 < (_MOST_OBLONG + 1) ** 2 / _MOST_OBLONG * determinant)

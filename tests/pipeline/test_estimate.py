@@ -276,7 +276,7 @@ def test_pixels_that_numpy_masks_are_not_looked_at():
 @pytest.mark.parametrize("method", ["hats", "otsu", "hats_local"])
 @pytest.mark.parametrize(
     ("camera", "dock"),
-    [(CAMERA, Dock(0.4, 10)), (CAMERA, Dock(0.3, 8)), (Camera(600, 600, 319.5, 239.5, 640, 480), DOCK)],
+    [(CAMERA, Dock(0.4, 10)), (CAMERA, Dock(0.3, 8)), (Camera(690, 690, 319.5, 239.5, 640, 480), DOCK)],
 )
 def test_what_another_estimate_found_in_the_picture_is_taken_over_unchanged(method, camera, dock):
     settings = Settings(method=method)

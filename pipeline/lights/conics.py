@@ -1,0 +1,155 @@
+"""Rings of many lights: ellipses through more points than chance would put there, and how many lights each has."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS, log_chance_ellipses
+from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
+from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
+from dockpose.lights.polygon import Polygon, refitted
+from scipy.spatial.distance import cdist
+
+LEAST_LIGHTS = 9  # fewer are found by their corners, and hardly by trying fives of the points
+_TRIALS = 600  # fives of points: one of them is all lights in 99 % of pictures where two in five points are
+_MOST_RINGS = 3
+_FILLED = 0.5  # of the corners, at the least: of one number every second is another
+_ROUNDS = 3  # of fitting an ellipse and looking which points are on it
+
+
+def polygons_on_ellipses(
+    points_px: np.ndarray, lights: int | None, focal_px: float, tolerance_px: float, area_px2: float
+) -> list[Polygon]:
+    """Rings of evenly spaced lights among points (M, 2), counted from the principal point, with corners for all."""
+    found = []
+    for ellipse, on in _ellipses(points_px, tolerance_px, area_px2):
+        numbers = range(LEAST_LIGHTS, MOST_LIGHTS + 1) if lights is None else [lights]
+        polygon = _spaced(points_px, np.flatnonzero(on), ellipse, numbers, focal_px, tolerance_px)
+        if polygon is not None:
+            found.append(polygon)
+    return found
+
+
+def _ellipses(points_px: np.ndarray, tolerance_px: float, area_px2: float) -> Iterator[tuple[Ellipse, np.ndarray]]:
+    """Ellipses and which points (M,) are on each, the one through most points first."""
+    left = np.ones(len(points_px), dtype=bool)
+    for _ in range(_MOST_RINGS):
+        if left.sum() < LEAST_LIGHTS:
+            return
+        best = _through_most(points_px[left], tolerance_px)
+        if best is None:
+            return
+        ellipse, on_left = best
+        on = np.zeros(len(points_px), dtype=bool)
+        on[np.flatnonzero(left)[on_left]] = True
+        radius_px, density = ellipse.semi_axes_px[0], (1 + left.sum() - on.sum()) / area_px2
+        chance = log_chance_ellipses(int(on.sum()), ellipse.rms_px, radius_px, density, int(left.sum()))
+        if chance > math.log(ACCEPTED_AMONG_OTHERS):
+            return
+        yield ellipse, on
+        left &= ~on
+
+
+def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, np.ndarray] | None:
+    """The ellipse through most of some points (M, 2), and which are on it (M,); None where it is through few."""
+    middle, scale = points_px.mean(axis=0), max(float(points_px.std()), 1e-9)
+    x, y = ((points_px - middle) / scale).T
+    design = np.column_stack([x * x, x * y, y * y, x, y, np.ones_like(x)])
+    rng = np.random.default_rng(len(points_px))  # the same picture gives the same ring
+    fives = np.array([rng.choice(len(points_px), MIN_POINTS, replace=False) for _ in range(_TRIALS)])
+    conics = np.linalg.svd(design[fives])[2][:, -1]
+    A, B, C, D, E, _ = conics.T[:, :, None]
+    slopes = np.hypot(2 * A * x + B * y + D, B * x + 2 * C * y + E)
+    off_px = scale * np.abs(conics @ design.T) / np.maximum(slopes, 1e-12)
+    counts = np.where(4 * conics[:, 0] * conics[:, 2] > conics[:, 1] ** 2, (off_px < tolerance_px).sum(axis=1), 0)
+    on = off_px[int(np.argmax(counts))] < tolerance_px
+    for _ in range(_ROUNDS):
+        if on.sum() < LEAST_LIGHTS:
+            return None
+        try:
+            ellipse = fit_ellipse(points_px[on])
+        except NoEllipseError:
+            return None
+        major, minor = ellipse.semi_axes_px
+        if minor < max(NARROWEST * major, SMALLEST_RADIUS_PX):
+            return None
+        on = ellipse.distances(points_px) < tolerance_px
+    return (fit_ellipse(points_px[on]), on) if on.sum() >= LEAST_LIGHTS else None
+
+
+def _spaced(
+    points_px: np.ndarray,
+    on: np.ndarray,
+    ellipse: Ellipse,
+    numbers: range | list[int],
+    focal_px: float,
+    tolerance_px: float,
+) -> Polygon | None:
+    """The polygon of the number of lights that points on an ellipse are spaced by; None where they are not."""
+    best, least = None, math.log(ACCEPTED_AMONG_OTHERS / 2)
+    for R, t in _planes(ellipse, focal_px):
+        rays = np.column_stack([points_px[on] / focal_px, np.ones(len(on))])
+        depth = (t @ R[:, 2]) / (rays @ R[:, 2])
+        flat = (rays * depth[:, None] - t) @ R[:, :2]
+        angles = np.arctan2(flat[:, 1], flat[:, 0])
+        for sides in numbers:
+            chance, corner_of = _log_chance_of_spacing(angles, sides)
+            if chance < least:
+                least, best = chance, (sides, corner_of, R, t, flat, _phase(angles, sides))
+    if best is None:
+        return None
+    sides, corner_of, R, t, flat, roll_rad = best
+    corner_rad = 2 * math.pi * np.arange(sides) / sides
+    unit = np.column_stack([np.cos(corner_rad), np.sin(corner_rad)])
+    c, s = math.cos(roll_rad), math.sin(roll_rad)
+    turned = np.array([[c, -s], [s, c]])
+    corners = np.full(sides, -1)
+    off = np.hypot(*(flat - unit[corner_of] @ turned.T).T)
+    for k in np.argsort(-off):  # of two at a corner the nearer
+        corners[corner_of[k]] = on[k]
+    mapping = np.column_stack([R[:, :2] @ turned, t]) * np.array([[focal_px], [focal_px], [1.0]])
+    polygon = refitted(corners, mapping / t[2], points_px, unit, focal_px)
+    # Of the whole ring the places are better known than the ellipse was of its points and others.
+    places = np.column_stack([unit, np.ones(sides)]) @ polygon.mapping.T
+    off_px = cdist(places[:, :2] / places[:, 2:], points_px)
+    corners = np.where(off_px.min(axis=1) < tolerance_px, off_px.argmin(axis=1), -1)
+    return refitted(corners, polygon.mapping, points_px, unit, focal_px) if (corners >= 0).sum() >= 4 else polygon
+
+
+def _planes(ellipse: Ellipse, focal_px: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Rotation (3, 3) and centre (3,) in radii of both unit circles behind an ellipse (Safaee-Rad et al. 1992)."""
+    scale = np.array([focal_px, focal_px, 1.0])
+    cone = ellipse.matrix * np.outer(scale, scale)
+    (l3, l2, l1), axes = np.linalg.eigh(cone)
+    if not l3 < 0 < l2:
+        return
+    g, h = math.sqrt((l2 - l3) / (l1 - l3)), math.sqrt((l1 - l2) / (l1 - l3))
+    for side in (h, -h):
+        normal = side * axes[:, 2] + g * axes[:, 0]
+        t = (side * l3 * axes[:, 2] + g * l1 * axes[:, 0]) / math.sqrt(-l1 * l3)
+        t *= math.copysign(1.0, t[2])
+        normal *= math.copysign(1.0, normal @ t)
+        x = np.cross(normal, [0.0, 1.0, 0.0])
+        x /= np.linalg.norm(x)
+        yield np.column_stack([x, np.cross(normal, x), normal]), t
+
+
+def _phase(angles: np.ndarray, sides: int) -> float:
+    """Angle of the first corner of the regular polygon that angles (N,) are nearest to."""
+    return float(np.angle(np.exp(1j * sides * angles).sum())) / sides
+
+
+def _log_chance_of_spacing(angles: np.ndarray, sides: int) -> tuple[float, np.ndarray]:
+    """Logarithm of how many numbers of lights chance would fit as well, and the corner (N,) of each point."""
+    step = 2 * math.pi / sides
+    slot = (angles - _phase(angles, sides)) / step
+    corner_of = np.round(slot)
+    off = np.sort(np.abs(slot - corner_of))
+    # Some points on the ring may be no lights: of the most exact so many as are least likely by chance.
+    count = len(off)
+    ranks = np.arange(1, count + 1)
+    logs = ranks * np.log(np.minimum(1.0, 2 * np.maximum(off, 1e-3)))
+    few = np.array([math.lgamma(count + 1) - math.lgamma(k + 1) - math.lgamma(count - k + 1) for k in ranks])
+    filled = len(np.unique(corner_of[:count].astype(int) % sides)) / sides
+    chance = float((logs + few).min()) + math.log(MOST_LIGHTS)
+    return (chance if filled > _FILLED else math.inf), corner_of.astype(int) % sides

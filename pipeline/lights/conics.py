@@ -18,13 +18,18 @@ _ROUNDS = 3  # of fitting an ellipse and looking which points are on it
 
 
 def polygons_on_ellipses(
-    points_px: np.ndarray, lights: int | None, focal_px: float, tolerance_px: float, area_px2: float
+    points_px: np.ndarray,
+    chosen: np.ndarray,
+    lights: int | None,
+    focal_px: float,
+    tolerance_px: float,
+    area_px2: float,
 ) -> list[Polygon]:
-    """Rings of evenly spaced lights among points (M, 2), counted from the principal point, with corners for all."""
+    """Rings of evenly spaced lights among points (M, 2) from the principal point, begun from the chosen ones."""
     found = []
-    for ellipse, on in _ellipses(points_px, tolerance_px, area_px2):
+    for ellipse, on in _ellipses(points_px[chosen], tolerance_px, area_px2):
         numbers = range(LEAST_LIGHTS, MOST_LIGHTS + 1) if lights is None else [lights]
-        polygon = _spaced(points_px, np.flatnonzero(on), ellipse, numbers, focal_px, tolerance_px)
+        polygon = _spaced(points_px, chosen[on], ellipse, numbers, focal_px, tolerance_px)
         if polygon is not None:
             found.append(polygon)
     return found

@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -146,11 +146,9 @@ def _of_many(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> 
     if dock.angles_deg or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
         return []
     found = []
-    points = scene.points_px[chosen]
-    for polygon in polygons_on_ellipses(points, dock.lights, scene.focal_px, tolerance, scene.area_px2):
-        sides = len(polygon.corners)
-        polygon = replace(polygon, corners=np.where(polygon.corners < 0, -1, chosen[polygon.corners]))
-        candidate = accepted(polygon, sides, scene)
+    rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance, scene.area_px2)
+    for polygon in rings:
+        candidate = accepted(polygon, len(polygon.corners), scene)
         if candidate is not None:
             found.append(candidate)
     return sorted(found, key=lambda candidate: candidate.log_chance)

@@ -1,7 +1,5 @@
 """The annotated picture: what the library draws, the masks, a scale, and the numbers in a corner."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Any
 

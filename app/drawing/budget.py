@@ -1,7 +1,5 @@
 """An error budget in words and cells, for the terminal and the page."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

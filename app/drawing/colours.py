@@ -1,7 +1,5 @@
 """Every colour in the app, and the names of the two poses: those of a result are the library's."""
 
-from __future__ import annotations
-
 from dockpose.palette import (
     BLUE,
     GREEN,

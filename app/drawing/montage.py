@@ -1,7 +1,5 @@
 """One picture, a tile a method: what each threshold method finds in it, and the pose that follows."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Numbers as people read them: centimetres, degrees and per cent, with a dash for what is unknown."""
 
-from __future__ import annotations
-
 import math
 
 from dockpose.pose.circle import CirclePose

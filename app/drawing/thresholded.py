@@ -1,7 +1,5 @@
 """Which pixels the threshold keeps, and how many of their groups are the dock's lights."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The annotated picture as vectors over the picture itself, for papers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from typing import TYPE_CHECKING, Any
@@ -30,7 +28,7 @@ WIDTH_IN, HIGHEST_IN = 6.5, 8.0
 _LINE_IN, _MARGIN_IN = 0.17, 0.12
 
 
-def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAYERS) -> Figure:
+def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAYERS) -> "Figure":
     """Draw what was found over the picture, with a legend below."""
     check_layers(layers)
     scale = min(WIDTH_IN / estimate.width, HIGHEST_IN / estimate.height)
@@ -51,7 +49,7 @@ def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAY
     return figure
 
 
-def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
+def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
     from matplotlib.patches import Rectangle
 
     for index, (x, y, width, height) in enumerate(estimate.settings.masks):
@@ -86,7 +84,7 @@ def _draw(axes: Axes, estimate: Estimate, layers: Collection[str]) -> None:
         _draw_scale(axes, estimate)
 
 
-def _draw_lights(axes: Axes, estimate: Estimate) -> None:
+def _draw_lights(axes: "Axes", estimate: Estimate) -> None:
     if estimate.markers is None:
         return
     points, on_ring = estimate.markers.points_px, geometry.on_ring(estimate)
@@ -100,7 +98,7 @@ def _draw_lights(axes: Axes, estimate: Estimate) -> None:
         axes.annotate(label, points[index], (10 * x, -10 * y), color="white", fontsize=7, **place)
 
 
-def _draw_scale(axes: Axes, estimate: Estimate) -> None:
+def _draw_scale(axes: "Axes", estimate: Estimate) -> None:
     bar = geometry.scale_bar(estimate)
     if bar is None:
         return

@@ -1,7 +1,5 @@
 """The sessions in one folder on this machine, which the page lists, starts and reopens."""
 
-from __future__ import annotations
-
 import datetime
 from pathlib import Path
 

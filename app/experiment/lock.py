@@ -1,7 +1,5 @@
 """Locks for one program at a time on a folder or an output. The system releases them when the holder ends, however."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

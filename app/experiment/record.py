@@ -1,7 +1,5 @@
 """A session's folder: reading it, without locking it, and ``results.csv`` as it grows."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

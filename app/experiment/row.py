@@ -1,7 +1,5 @@
 """One row of a session's results: a frame, its estimate, and what was measured by hand."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

@@ -1,7 +1,5 @@
 """A session that frames are added to."""
 
-from __future__ import annotations
-
 import contextlib
 import datetime
 import hashlib
@@ -12,7 +10,7 @@ import threading
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import cv2
 import msgspec
@@ -59,7 +57,7 @@ class Session:
         self.notices = tuple(_notices(record, sorted(frames - listed)))
 
     @classmethod
-    def create(cls, folder: str | Path, notes: str = "") -> Session:
+    def create(cls, folder: str | Path, notes: str = "") -> Self:
         """Make a new session."""
         folder, info = Path(folder), {"schema": SCHEMA, "created": _now(), "program": versions()}
         info["notes"] = clean_text("notes", notes)
@@ -81,7 +79,7 @@ class Session:
         return cls(SessionRecord(folder, info, ()), lock)
 
     @classmethod
-    def open(cls, folder: str | Path) -> Session:
+    def open(cls, folder: str | Path) -> Self:
         """Reopen a session; temporary files of a program that was stopped are removed."""
         folder = Path(folder)
         if not is_session(folder):
@@ -167,7 +165,7 @@ class Session:
             self._closed = True
             self._held.release()
 
-    def __enter__(self) -> Session:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

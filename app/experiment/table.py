@@ -1,7 +1,5 @@
 """The running table of an experiment: "estimated (measured)" as in the paper's Tables 2 and 3, errors, mean and RMS."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

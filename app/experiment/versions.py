@@ -1,7 +1,5 @@
 """Which program and which libraries made a result, so that a later run that differs can say why."""
 
-from __future__ import annotations
-
 import functools
 import platform
 from importlib.metadata import PackageNotFoundError, version

@@ -1,7 +1,5 @@
 """Dock files: YAML with the key ``dock``, as beside the sample scenes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """File names made from text that came from outside, and the names of uploaded files."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Collection

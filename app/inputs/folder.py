@@ -1,7 +1,5 @@
 """The pictures and videos of a folder on this machine; no name that a browser sends leads out of it."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

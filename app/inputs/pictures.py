@@ -1,7 +1,5 @@
 """Picture files with their camera and dock; those that cannot be read are reported and skipped."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Outputs kept from inputs and from each other, by device and inode: links and other spellings are seen through."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import stat

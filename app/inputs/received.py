@@ -1,7 +1,5 @@
 """YAML files that browsers send and are given: the readers and writers of ``pipeline`` take paths."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from pathlib import Path

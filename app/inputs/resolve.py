@@ -1,7 +1,5 @@
 """From what was typed to pictures and sequences with their camera and dock."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 

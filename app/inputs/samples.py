@@ -1,7 +1,5 @@
 """The sample scenes that come with the program: simulated pictures whose camera, dock and true pose are known."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from dockpose.app.inputs.pictures import Picture

@@ -1,7 +1,5 @@
 """Frames that belong together: what was typed, and what the page can play (below its folder, simulated, or sent)."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

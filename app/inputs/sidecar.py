@@ -1,7 +1,5 @@
 """The YAML beside a picture or video, with its camera, its dock and the true pose."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The pictures that browsers sent, in memory."""
 
-from __future__ import annotations
-
 import threading
 
 from dockpose.app.errors import UserError

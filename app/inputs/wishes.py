@@ -1,7 +1,5 @@
 """What a camera may be asked for, whether typed as arguments or on the page."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

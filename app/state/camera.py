@@ -1,7 +1,5 @@
 """Changes of the camera that are no single number: the port, defaults and camera files; distortion coefficients."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Whatever rules the next picture too, each as a chip that one click removes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial

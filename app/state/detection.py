@@ -1,7 +1,5 @@
 """How lights are searched for: the threshold method, the kind of centroid, and masks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Changes of the dock: how many lights it has, and where they are on the ring."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Whose camera and dock are in force: My tank's, those that came with the picture, or assumed ones."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A pose measured by hand, of which any number may be blank, and numbers as people type them."""
 
-from __future__ import annotations
-
 import math
 
 import msgspec

@@ -3,8 +3,6 @@
 Numbers from a browser pass through :func:`put`, which brings them into range and refuses what is no number.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Poses that the operator gives: which candidate to use, and one that was measured by hand."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

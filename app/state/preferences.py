@@ -1,7 +1,5 @@
 """Settings in files: those that people save and load, and those restored at the next start."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

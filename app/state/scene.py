@@ -1,7 +1,5 @@
 """Changes of the simulated scene, and the view that shows it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

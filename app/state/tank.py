@@ -1,7 +1,5 @@
 """My tank: the camera and the dock that belong to the operator, under a name, and the file that keeps several."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import stat

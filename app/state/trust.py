@@ -1,7 +1,5 @@
 """How far a result can be trusted: green, amber or red, and the reasons."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

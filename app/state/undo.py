@@ -1,7 +1,5 @@
 """Undo and redo of the operator's changes to one picture."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

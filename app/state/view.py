@@ -1,7 +1,5 @@
 """What the page shows and works from, without the page: one frozen View, and the ways to open one."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The page in the browser: a viser server, its panels and its scene, and the worker behind them."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable
@@ -93,7 +91,7 @@ class App:
         host: str = LOOPBACK,
         port: int = 0,
         options: Options = DEFAULTS,
-    ) -> App:
+    ) -> "App":
         """Open the source and start serving; for arguments and errors see :func:`.commands.machine.serve.serve`."""
         is_typed = source is not None and is_sequence(source)
         sequence = given(source, camera, dock, options.topic) if source is not None and is_typed else None

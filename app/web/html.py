@@ -1,7 +1,5 @@
 """Tables of the page, as HTML; every cell from outside is escaped by the code that makes it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES

@@ -1,7 +1,5 @@
 """What an operator does in our own elements of the page: wishes that come through one hidden text box."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

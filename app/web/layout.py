@@ -1,7 +1,5 @@
 """Layout of the page: its panels in their tabs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What changes with every frame, sent to the browser in one message, which static/frame.js shows at one moment."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import threading

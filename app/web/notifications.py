@@ -1,7 +1,5 @@
 """Notifications in a corner of the page; bursts, as from forty bad files, are merged."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """How often browsers are sent updates, so that they do not fall behind."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

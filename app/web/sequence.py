@@ -1,7 +1,5 @@
 """The sequence that is open on the page, and the others that can be chosen."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from pathlib import Path

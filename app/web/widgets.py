@@ -1,7 +1,5 @@
 """What panels are built from: the base class, sliders, buttons for files, and the wiring of what a person does."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Pictures of the page for the README: ``python -m tests.browser.screenshots`` (or ``make screenshots``)."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

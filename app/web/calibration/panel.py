@@ -1,7 +1,5 @@
 """Calibrate on the page: gather boards from what is shown or uploaded, fit the camera, and use it."""
 
-from __future__ import annotations
-
 import re
 import tempfile
 import threading

@@ -1,7 +1,5 @@
 """What the calibration panel shows: the board in the picture, what is covered, and how well each picture fits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from html import escape
 

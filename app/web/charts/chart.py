@@ -1,7 +1,5 @@
 """One chart of the page, drawn by uPlot: its fonts, axes, gaps and scales."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

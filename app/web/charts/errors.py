@@ -1,7 +1,5 @@
 """The charts of an experiment: errors of the estimates against range."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

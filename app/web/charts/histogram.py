@@ -1,7 +1,5 @@
 """The numbers behind the histogram beneath the picture, which static/histogram.js draws."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The chart of a level sweep: how far three guesses at the dock's centre are off (the paper's Figure 14)."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The camera and the dock's size: what turns pixels into metres."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from html import escape

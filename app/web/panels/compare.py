@@ -1,7 +1,5 @@
 """The Compare tab: every threshold method side by side, and a sweep over the level."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Callable, Mapping
 from typing import Any

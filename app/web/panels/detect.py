@@ -1,7 +1,5 @@
 """Settings of the detection: the threshold method, its level, the smallest group, and masks."""
 
-from __future__ import annotations
-
 from html import escape
 from typing import Any
 

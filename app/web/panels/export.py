@@ -1,7 +1,5 @@
 """The Export tab: one file of what was found, or all of them in a ZIP file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

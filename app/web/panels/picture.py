@@ -1,7 +1,5 @@
 """What was found in the picture, in words and in a table, and the viewpoint of the 3D scene."""
 
-from __future__ import annotations
-
 from html import escape
 
 import viser

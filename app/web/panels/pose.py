@@ -1,7 +1,5 @@
 """Both candidates in full, why this one, how others solve it, and how far they are from a measured pose."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from html import escape

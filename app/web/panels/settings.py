@@ -1,7 +1,5 @@
 """Undo and redo, settings files, dark mode, the help and the card of the first opening."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """A simulated scene with a slider for all that matters in it; turning one shows the scene."""
 
-from __future__ import annotations
-
 import msgspec
 import viser
 from dockpose.app.inputs.received import read_sent

@@ -1,7 +1,5 @@
 """Choose a picture: a sample scene, an upload, or a file of a folder on this machine; or open a video."""
 
-from __future__ import annotations
-
 from html import escape
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The strip along the top of the page: where the dock is, how far to trust that, and with whose camera."""
 
-from __future__ import annotations
-
 from html import escape
 
 import viser

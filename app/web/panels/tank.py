@@ -1,7 +1,5 @@
 """Buttons for what rules the next picture too, the saved tanks, and the error budget of camera and dock."""
 
-from __future__ import annotations
-
 from html import escape
 
 import viser

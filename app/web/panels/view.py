@@ -1,7 +1,5 @@
 """The picture, what was found in it, and its histogram, as numbers that static/picture.js and histogram.js draw."""
 
-from __future__ import annotations
-
 import base64
 import itertools
 import math

@@ -1,7 +1,5 @@
 """Where each browser looks from: at a viewpoint of ours, which follows the dock, or where somebody turned the scene."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Known docks in the 3D scene: the truth of a simulated picture, and a pose measured by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import viser
 from dockpose.pose.known import KnownPose

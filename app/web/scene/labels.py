@@ -1,7 +1,5 @@
 """Labels of the 3D scene: what they say, and where they stand so that none covers another."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

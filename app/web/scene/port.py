@@ -1,7 +1,5 @@
 """The window in front of the camera, as a translucent disc in the 3D scene."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The 3D scene, in metres: the camera with its image plane, both candidate poses, and known ones."""
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import dataclass

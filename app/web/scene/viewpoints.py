@@ -1,7 +1,5 @@
 """Viewpoints from which the camera and all docks are visible."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

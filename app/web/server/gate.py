@@ -1,7 +1,5 @@
 """The gate before viser: it lets through what the page itself would send, no faster than people and files need."""
 
-from __future__ import annotations
-
 import asyncio
 import secrets
 import threading

@@ -3,8 +3,6 @@
 viser has no access control, so any web page open in the same browser could control it.
 """
 
-from __future__ import annotations
-
 import hmac
 import ipaddress
 import secrets

@@ -1,7 +1,5 @@
 """What happens at the server, one line an event, through the standard ``logging``."""
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """What each browser says of itself: whether its system is dark, and whether it draws without a graphics card."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import viser

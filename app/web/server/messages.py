@@ -5,8 +5,6 @@ callbacks see it; a number that does not fit into 64 bits would close them all. 
 reads it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Annotated, Any

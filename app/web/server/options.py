@@ -1,7 +1,5 @@
 """What the page may do, given at its start."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Web pages served beside viser's own: its front page with our scripts added, and the help."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

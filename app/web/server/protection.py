@@ -4,8 +4,6 @@ viser offers no place for either, so both reach into its private parts, which an
 asked of them, are in ``viser_private.py``.
 """
 
-from __future__ import annotations
-
 import contextlib
 import http.client
 import inspect

@@ -1,7 +1,5 @@
 """A cap on connections, so that a client that opens thousands of idle ones leaves room for the others."""
 
-from __future__ import annotations
-
 import asyncio
 
 from dockpose.app.web.server.journal import Journal, client_of

@@ -1,7 +1,5 @@
 """Starting the viser server, guarded, on exactly the port that was asked for."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -1,7 +1,5 @@
 """The access token of a port, kept over restarts where only the user can read it."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Files that browsers send: capped in size before they arrive, with harmless names."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import Callable
@@ -48,7 +46,7 @@ class Uploads:
         self._make_room = make_room
         self._clients: dict[int, ClientUploads] = {}
 
-    def attach(self, client: viser.ClientHandle) -> ClientUploads:
+    def attach(self, client: viser.ClientHandle) -> "ClientUploads":
         """Take charge of one browser's files; add its buttons to what is returned."""
         mine = self._clients[client.client_id] = ClientUploads(client, self._fits)
         return mine

@@ -5,8 +5,6 @@ or replaced. Any version may change them: ``protection.py`` asks here whether al
 With each group stands what viser would have to offer to replace it.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import dataclasses
@@ -257,7 +255,7 @@ def take_uploads(gui: viser.GuiApi, start: Any, part: Any, finish: Any) -> dict[
     return gui._current_file_upload_states  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def go_on(gui: viser.GuiApi, client_id: Any, message: StartUpload | UploadPart) -> None:
+def go_on(gui: viser.GuiApi, client_id: Any, message: "StartUpload | UploadPart") -> None:
     """Do as viser would with a file that will come, or a part of one."""
     if isinstance(message, messages.FileTransferStartUpload):
         gui._handle_file_transfer_start(client_id, message)

@@ -1,7 +1,5 @@
 """Boxes for what was measured by hand; a blank one was not measured."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import viser

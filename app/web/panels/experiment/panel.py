@@ -1,7 +1,5 @@
 """The tab Log: a session on the disk, to which frames are added with what was measured."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The running table "estimated (measured)" as HTML: a page of rows, the newest first, and a summary of all."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from html import escape

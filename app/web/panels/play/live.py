@@ -1,7 +1,5 @@
 """A camera or stream that is open: what it gives, what it is asked for, its exposure, and its recording."""
 
-from __future__ import annotations
-
 import re
 import time
 from collections.abc import Callable

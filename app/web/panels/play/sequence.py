@@ -1,7 +1,5 @@
 """Sequences: which one is played and how fast; static/timeline.js draws its course over time and steers it."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -4,30 +4,12 @@ from pathlib import Path
 
 from dockpose.app.inputs.pictures import Picture
 from dockpose.app.inputs.sidecar import read_sidecar
-from dockpose.app.resources import data_folder
+from dockpose.app.resources import data_folder, read_toml
 from dockpose.files.yaml_file import FileError
 from dockpose.sources.pictures import read_picture
 
 FIRST_SAMPLE = "plain"
-# What each scene shows, in words; of some the methods in the tab Compare say different things.
-SAMPLE_WORDS = {
-    "plain": "A dock in clear water.",
-    "bright_background": "Sunlit walls that are brighter than the dock's panel.",
-    "burnt_in_text": "Letters written into the picture, as bright as the lights.",
-    "colour_ring": "Red and blue lights, whose colours tell which is which.",
-    "faint": "Small faint lights, and something brighter below. Otsu, Kittler and Sezan miss the dock.",
-    "far": "Six metres away, in a 12-bit picture.",
-    "flat_port": "Through a flat window.",
-    "green_haze": "Green haze, and lights of very different size.",
-    "harbour_glare": "Harbour water with patches of glare. Only HATS and HATS local find the dock.",
-    "mirror": "The water's surface shows the ring a second time.",
-    "missing": "Three lights are dead, and one is hidden.",
-    "side_glow": "A glow beside faint lights. HATS by itself misses the dock, others find it; Yen is wrong.",
-    "snow": "Bright specks in the water.",
-    "sunlit": "Bright lights in sunlit water. Otsu and Kapur miss the dock.",
-    "tilted": "Seen at 30 degrees.",
-    "turbid": "Murky harbour water.",
-}
+SAMPLE_WORDS: dict[str, str] = read_toml("controls.toml")["source"]["samples"]
 
 
 def samples_folder() -> Path:

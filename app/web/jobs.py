@@ -1,12 +1,14 @@
-"""What an operator does in our own elements of the page: wishes that come through one hidden text box."""
+"""What an operator does in our own elements of the page: wishes that come through hidden text boxes."""
 
-from collections.abc import Callable
+import functools
+import operator
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import msgspec
 import viser
 from dockpose.app.web.server.viser_private import identity
-from dockpose.app.web.widgets import Panel, on_person
+from dockpose.app.web.widgets import on_person
 
 _LONGEST = 300  # letters
 
@@ -51,20 +53,21 @@ class Speed(Wish, tag="speed", frozen=True):
     speed: str
 
 
-Acts = dict[type[Wish], Callable[[Any, viser.ClientHandle], object]]
+Acts = Mapping[type[Wish], Callable[[Any, viser.ClientHandle], object]]
 
 
-class JobsPanel(Panel):
-    """The bar of main jobs, static/jobs.js, and what is done for the wishes of all elements that use its text box."""
+def decoder(kinds: Iterable[type[Wish]]) -> msgspec.json.Decoder[Any]:
+    """What reads wishes of these kinds, and no others."""
+    return msgspec.json.Decoder(functools.reduce(operator.or_, kinds))
 
-    def __init__(self, gui: viser.GuiApi, acts: Acts) -> None:
-        self._acts, self._last = acts, -1
-        union: Any = None
-        for kind in acts:
-            union = kind if union is None else union | kind
-        self._decoder = msgspec.json.Decoder(union)
-        self._box = gui.add_text("Done on the page", "")
-        gui.add_html(f'<dockpose-jobs channel="{identity(self._box)}"></dockpose-jobs>')
+
+class WishBox:
+    """A hidden text box for the wishes of elements that know it by its ``channel``; ``acts`` are done for them."""
+
+    def __init__(self, gui: viser.GuiApi, label: str, acts: Acts) -> None:
+        self._acts, self._last, self._decoder = acts, -1, decoder(acts)
+        self._box = gui.add_text(label, "")
+        self.channel = identity(self._box)
         on_person(self._box.on_update, self._fulfil)
 
     def _fulfil(self, client: viser.ClientHandle) -> None:

@@ -12,7 +12,7 @@ from dockpose.app.state.preferences import Memory
 from dockpose.app.state.tank import Tanks
 from dockpose.app.web.calibration.panel import CalibrationPanel
 from dockpose.app.web.html import help_link
-from dockpose.app.web.jobs import Compare, GoTo, JobsPanel, Play, Speed, Take, Use, Zip
+from dockpose.app.web.jobs import Compare, GoTo, Play, Speed, Take, Use, WishBox, Zip
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.camera import CameraPanel
@@ -23,7 +23,7 @@ from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.picture import ResultPanel, StatusPanel, ViewpointPanel
 from dockpose.app.web.panels.play.sequence import SequencePanel
 from dockpose.app.web.panels.pose import PosePanel
-from dockpose.app.web.panels.settings import Actions, SettingsPanel
+from dockpose.app.web.panels.settings import SettingsPanel
 from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.panels.strip import StripPanel
@@ -31,7 +31,7 @@ from dockpose.app.web.panels.tank import BudgetPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
-from dockpose.app.web.widgets import Change, Panel
+from dockpose.app.web.widgets import Act, Change, Panel
 
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 
@@ -104,9 +104,15 @@ class Layout:
             self.experiment = ExperimentPanel(gui, parts.sessions, parts.notify, parts.fail)
         with tab("Export", "export"):
             self.export = ExportPanel(server, parts.notify, parts.fail)
-        actions = Actions(parts.undo, parts.redo, source.turn, lambda client: self.sequence.toggle())
+        acts: dict[str, Act] = {
+            "undo": parts.undo,
+            "redo": parts.redo,
+            "next": lambda client: source.turn(1, client),
+            "previous": lambda client: source.turn(-1, client),
+            "play": lambda client: self.sequence.toggle(),
+        }
         with tabs.add_tab("Settings"):
-            self.settings = SettingsPanel(server, change, parts.memory, actions)
+            self.settings = SettingsPanel(server, change, parts.memory, acts)
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
@@ -121,18 +127,17 @@ class Layout:
             self.strip = StripPanel(gui, live, parts.tanks)
             status = StatusPanel(gui, live)
             self.chips = ChipsPanel(gui, parts.change)
-            JobsPanel(
-                gui,
-                {
-                    Take: lambda wish, client: self.experiment.take(client),
-                    Zip: lambda wish, client: self.export.save_all(client),
-                    Compare: lambda wish, client: self.compare.compare(),
-                    Use: lambda wish, client: self.compare.use(wish.method, client),
-                    Play: lambda wish, client: self.sequence.toggle(),
-                    GoTo: lambda wish, client: self.sequence.go_to(wish.frame),
-                    Speed: lambda wish, client: self.sequence.set_speed(wish.speed),
-                },
-            )
+            acts = {
+                Take: lambda wish, client: self.experiment.take(client),
+                Zip: lambda wish, client: self.export.save_all(client),
+                Compare: lambda wish, client: self.compare.compare(),
+                Use: lambda wish, client: self.compare.use(wish.method, client),
+                Play: lambda wish, client: self.sequence.toggle(),
+                GoTo: lambda wish, client: self.sequence.go_to(wish.frame),
+                Speed: lambda wish, client: self.sequence.set_speed(wish.speed),
+            }
+            wishes = WishBox(gui, "Done on the page", acts)
+            gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')
             shown = gui.add_tab_group()
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
                 picture = PicturePanel(gui, live, parts.change, lambda: parts.sequence.is_playing)

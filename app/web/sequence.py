@@ -23,19 +23,15 @@ class Stage(Protocol):
     @property
     def view(self) -> View:
         """The view that is shown now."""
-        ...
 
     def show_frame(self, frame: Frame) -> None:
         """Search and show a frame; return once that is done, or abandoned for something newer."""
-        ...
 
     def notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
         """Show a notification in one browser, or in all."""
-        ...
 
     def fail(self, error: Exception) -> None:
         """Report an unexpected error."""
-        ...
 
 
 class SequenceController:

@@ -23,7 +23,6 @@ class Change(Protocol):
 
     def __call__(self, function: Callable[[View], View], client: viser.ClientHandle, *, reload: bool = False) -> None:
         """``reload``: the controls must follow, since they were not what changed the view."""
-        ...
 
 
 class Panel:

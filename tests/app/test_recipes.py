@@ -1,13 +1,14 @@
 """The recipes of docs/code.md for a command and for a slider, followed to the letter."""
 
 import importlib.util
+import tomllib
 from unittest.mock import MagicMock
 
 import pytest
 from dockpose.app import cli
 from dockpose.app.errors import UserError
 from dockpose.app.state import parameters
-from dockpose.app.state.parameters import Limits, Parameter, put
+from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import DEFAULT_SCENE, scene_of, with_scene
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import open_source
@@ -54,10 +55,18 @@ def test_a_command_is_run_listed_and_refuses(command, capsys):
     assert "greet somebody" in capsys.readouterr().out
 
 
+SLIDER = """
+label = "Blur (px)"
+hint = "Of the lens."
+path = "scene.sensor.blur_px"
+limits = [0, 5, 0.1]
+"""
+
+
 @pytest.fixture
 def slider(monkeypatch):
-    """A row of a table in ``parameters.py``."""
-    row = Parameter("Blur (px)", "Of the lens.", "scene.sensor.blur_px", Limits(0, 5, 0.1))
+    """A row of ``static/sliders.toml``."""
+    row = parameters.parameter("blur", tomllib.loads(SLIDER))
     for table in (parameters.SCENE_DISTURBANCES, parameters.PARAMETERS):
         monkeypatch.setitem(table, "blur", row)
     return row

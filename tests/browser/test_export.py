@@ -92,14 +92,14 @@ def test_layers_are_drawn_or_not(page):
 
     whole = pixels()
     for index, name in enumerate(LAYERS):
-        tick(page, LAYER_WORDS[name][0])
+        tick(page, LAYER_WORDS[name]["label"])
         page.until(lambda: panel.layers == list(LAYERS[index + 1 :]))  # noqa: B023
     bare = pixels()
     np.testing.assert_array_equal(bare, np.asarray(Image.open(sample_path("plain")).convert("RGB")))
-    tick(page, LAYER_WORDS["lights"][0])
+    tick(page, LAYER_WORDS["lights"]["label"])
     lights = pixels()
     for name in LAYERS[1:]:
-        tick(page, LAYER_WORDS[name][0])
+        tick(page, LAYER_WORDS[name]["label"])
     np.testing.assert_array_equal(pixels(), whole)
     changed = [(one != bare).any(axis=2).sum() for one in (lights, whole)]
     assert 0 < changed[0] < changed[1]

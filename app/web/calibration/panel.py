@@ -16,6 +16,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.calibration import Looked, gather
 from dockpose.app.processing.latest_worker import LatestWorker
+from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import camera_file
 from dockpose.app.state.in_force import with_own_camera
 from dockpose.app.state.view import View
@@ -38,6 +39,7 @@ from dockpose.sources import VIDEO_ENDINGS, Video
 
 _BY_HAND = "you dropped it"
 _NONE = "(none)"
+_SAID = read_toml("controls.toml")["calibration"]
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten
 _UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
 
@@ -69,9 +71,7 @@ class CalibrationPanel(Panel):
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button for pictures and videos of the board."""
-        hint = "A picture of the board, or a video, of which the sharp frames that differ are taken."
-        label = "Add a picture or video of the board"
-        add_upload_button(self._area, client, uploads, self._take, label, hint, mime_type=_UPLOADS, order=3)
+        add_upload_button(self._area, client, uploads, self._take, **_SAID["add"], mime_type=_UPLOADS)
 
     def show(self, analysis: Analysis) -> None:
         """Keep what is shown, and look for the board in it while watching."""
@@ -85,39 +85,19 @@ class CalibrationPanel(Panel):
         self._work.close()
 
     def _add_controls(self, gui: viser.GuiApi) -> None:
-        self._squares = gui.add_text("Squares", "10x7", hint="How many squares the chessboard has, as 10x7.", order=1)
-        self._side = gui.add_number(
-            "Side (mm)", 24.0, min=0.1, max=1000.0, step=0.1, hint="Side of a square, measured.", order=1.1
-        )
-        self._medium = gui.add_dropdown("Taken in", MEDIA, hint="Where the board is: in air or in water.", order=1.2)
-        self._watch = gui.add_checkbox(
-            "Watch what is played",
-            False,
-            hint="Look for the board in each frame that is shown, of a live camera or a video (tab Play).",
-            order=2,
-        )
-        now = gui.add_button(
-            "Add the picture shown", icon=viser.Icon.PHOTO_PLUS, hint="Look for the board in it.", order=2.1
-        )
+        self._squares, self._side = gui.add_text(**_SAID["squares"]), gui.add_number(**_SAID["side"])
+        self._medium = gui.add_dropdown(**_SAID["medium"], options=MEDIA)
+        self._watch, now = gui.add_checkbox(**_SAID["watch"]), gui.add_button(**_SAID["now"])
         self._seen = gui.add_html("", order=4)
         blank = np.zeros((1, WIDTH_PX, 3), np.uint8)
         self._shown = gui.add_image(blank, format="jpeg", visible=False, order=4.1)
         self._covered = gui.add_html("", order=5)
-        fit = gui.add_button(
-            "Work out the camera", icon=viser.Icon.CALCULATOR, hint="From all views that were taken.", order=6
-        )
+        fit = gui.add_button(**_SAID["fit"])
         self._result, self._table = gui.add_html("", order=8), gui.add_html("", order=9)
-        self._which: Any = gui.add_dropdown("Picture", (_NONE,), hint="One of those taken.", visible=False, order=10)
-        self._drop = gui.add_button(
-            "Drop it, or take it back", icon=viser.Icon.ARROWS_EXCHANGE, visible=False, order=11
-        )
-        self._use = gui.add_button(
-            "Use this camera", icon=viser.Icon.CHECK, hint="My tank's camera from now on.", visible=False, order=7.1
-        )
-        self._save = gui.add_button(
-            "Save this camera", icon=viser.Icon.DOWNLOAD, hint="As camera.yaml.", visible=False, order=7.2
-        )
-        again = gui.add_button("Start over", icon=viser.Icon.TRASH, hint="Forget all views.", order=12)
+        self._which: Any = gui.add_dropdown(**_SAID["which"], options=(_NONE,))
+        self._drop = gui.add_button(**_SAID["drop"])
+        self._use, self._save = gui.add_button(**_SAID["use"]), gui.add_button(**_SAID["save"])
+        again = gui.add_button(**_SAID["again"])
         on_click(now, lambda client: self._try(self._add_shown, client))
         on_click(fit, self._fit)
         on_click(self._drop, lambda client: self._try(self._drop_or_keep, client))

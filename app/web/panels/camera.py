@@ -8,6 +8,7 @@ from typing import Any
 import viser
 from dockpose import Camera
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import (
     OTHER_INDEX,
     WATERS,
@@ -40,6 +41,7 @@ from dockpose.app.web.widgets import (
 from dockpose.camera.files import FORMATS
 
 _SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
+_SAID = read_toml("controls.toml")["camera"]
 _NAMED_INDICES = {"glass_index": WINDOWS, "water_index": WATERS}
 
 
@@ -78,9 +80,7 @@ class CameraPanel(Panel):
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a camera file."""
-        hint = "ROS camera_info, OpenCV FileStorage, or our own, as YAML."
-        take = loading(self._change, with_camera_file)
-        add_upload_button(self._area, client, uploads, take, "Load a camera file", hint, order=1)
+        add_upload_button(self._area, client, uploads, loading(self._change, with_camera_file), **_SAID["load"])
 
     def load(self, view: View) -> None:
         """Set the sliders' ranges and values."""
@@ -104,29 +104,13 @@ class CameraPanel(Panel):
 
     def _add_dock(self, gui: viser.GuiApi) -> None:
         self._add_sliders(gui, DOCK)
-        self._lights = gui.add_number(
-            "Number of lights",
-            0,
-            min=0,
-            max=MAX_LIGHTS,
-            step=1,
-            hint="How many lights the dock has. 0: not known; the lights seen are taken to be all. Changing it spaces "
-            "them evenly.",
-        )
+        self._lights = gui.add_number(**_SAID["lights"], max=MAX_LIGHTS)
         uneven = gui.add_folder("Lights that are not evenly spaced", expand_by_default=False)
         with uneven, gui.add_form(None) as spacing:
-            self._angles = gui.add_text(
-                "Light angles (°)",
-                "",
-                hint="Where each light is around the ring, clockwise as the camera sees it, as 0, 36, 72, 108; then "
-                "Enter or the button. Blank: evenly spaced.",
-            )
-            set_angles = gui.add_button(
-                "Set the angles", icon=viser.Icon.CIRCLE_DOTTED, hint="Take over what is typed above."
-            )
-        on_click(set_angles, lambda client: self._change(self._with_angles, client, reload=True))
-
-        on_person(spacing.on_submit, lambda client: self._change(self._with_angles, client, reload=True))
+            self._angles = gui.add_text(**_SAID["angles"])
+            set_angles = gui.add_button(**_SAID["set_angles"])
+        for attach in (set_angles.on_click, spacing.on_submit):
+            on_person(attach, lambda client: self._change(self._with_angles, client, reload=True))
         on_person(
             self._lights.on_update,
             lambda client: self._change(lambda view: self._with_lights(view, client), client),
@@ -134,40 +118,24 @@ class CameraPanel(Panel):
 
     def _add_intrinsics(self, gui: viser.GuiApi) -> None:
         self._add_sliders(gui, LENS)
-        self._lock = gui.add_checkbox(
-            "Lock fx = fy", False, hint="Pixels of nearly all cameras are square: moving one focal length moves both."
-        )
+        self._lock = gui.add_checkbox(**_SAID["lock"])
         on_change(self._lock, self._change, self._with_lock, reload=True)
 
     def _add_port(self, gui: viser.GuiApi) -> None:
-        self._port = gui.add_checkbox(
-            "Flat port",
-            False,
-            hint="The camera was calibrated in air and looks through a flat window. Off: calibrated in the water, or "
-            "behind a dome.",
-        )
+        self._port = gui.add_checkbox(**_SAID["port"])
         self._add_sliders(gui, PORT)
         self._names = {
-            "glass_index": gui.add_dropdown("Window of", (*WINDOWS, OTHER_INDEX), hint="Sets the window's index."),
-            "water_index": gui.add_dropdown("Water is", (*WATERS, OTHER_INDEX), hint="Sets the water's index."),
+            name: gui.add_dropdown(**_SAID[name], options=(*named, OTHER_INDEX))
+            for name, named in _NAMED_INDICES.items()
         }
         on_change(self._port, self._change, lambda view: with_port(view, self._port.value), reload=True)
         for name, handle in self._names.items():
             on_change(handle, self._change, self._with_named_index(name), reload=True)
 
     def _add_buttons(self, gui: viser.GuiApi) -> None:
-        given = gui.add_button(
-            "Back to the given values",
-            icon=viser.Icon.ARROW_BACK_UP,
-            hint="Camera and dock as they came with this picture, or from the camera file.",
-        )
-        default = gui.add_button(
-            "Back to the default", icon=viser.Icon.RESTORE, hint="A camera of 60 degrees and a dock of 30 cm."
-        )
-        self._format = gui.add_dropdown(
-            "Camera file as", FORMATS, hint="dockpose holds everything; ros and opencv have no place for a port."
-        )
-        save = gui.add_button("Save the camera", icon=viser.Icon.DOWNLOAD, hint="The camera as it stands here.")
+        given, default = gui.add_button(**_SAID["given"]), gui.add_button(**_SAID["default"])
+        self._format = gui.add_dropdown(**_SAID["format"], options=FORMATS)
+        save = gui.add_button(**_SAID["save"])
         on_click(given, lambda client: self._change(with_given_values, client, reload=True))
         on_click(default, lambda client: self._change(with_default_values, client, reload=True))
         on_download(save, self._change, "camera.yaml", lambda view: camera_file(view.camera, self._format.value))

@@ -15,6 +15,7 @@ from dockpose.app.drawing.thresholded import kept_pixels
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view, error_words, same_comparison, sweep_levels
+from dockpose.app.resources import read_toml
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.sweep import SweepChart
@@ -113,11 +114,7 @@ class ComparePanel(Panel):
         gui.add_html(f'<dockpose-compare style="{look}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Every fixed level", expand_by_default=False):
-            sweep = gui.add_button(
-                "Sweep the level",
-                icon=viser.Icon.CHART_LINE,
-                hint="Try every fixed level from 1 to 255: how far is the dock's centre off by three ways to find it?",
-            )
+            sweep = gui.add_button(**read_toml("controls.toml")["compare"]["sweep"])
             self._sweep_note = gui.add_html("")
             self._chart = SweepChart(gui)
         gui.add_html(help_link("compare"))

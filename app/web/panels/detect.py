@@ -7,6 +7,7 @@ import viser
 from dockpose import Estimate
 from dockpose.app.drawing.thresholded import counts
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.state.detection import (
     mask_labels,
     with_centroid,
@@ -23,6 +24,7 @@ from dockpose.app.web.widgets import Change, Panel, Slider, on_change, on_click
 from dockpose.thresholds import LEVELS, METHODS
 
 NO_MASK = "(no mask)"
+_SAID = read_toml("controls.toml")["detect"]
 _CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
 
 
@@ -63,18 +65,10 @@ class DetectPanel(Panel):
     def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change) -> None:
         self._live = live
         self._labels = {METHODS.title(method): method for method in METHODS}
-        self._method = gui.add_dropdown(
-            "Threshold by",
-            tuple(self._labels),
-            hint="HATS finds the level from the picture's own histogram. Fixed level: you set it.",
-        )
+        self._method = gui.add_dropdown(**_SAID["method"], options=tuple(self._labels))
         self._level = Slider(gui, DETECTION["level"], change, self._with_fixed_level)
         self._min_area = Slider(gui, DETECTION["min_area_px"], change)
-        self._centroid = gui.add_dropdown(
-            "Centre of a light",
-            tuple(_CENTROIDS),
-            hint="Weighed by brightness is the more exact; the middle of the pixels kept is what the paper uses.",
-        )
+        self._centroid = gui.add_dropdown(**_SAID["centroid"], options=tuple(_CENTROIDS))
         live.place(gui, "detect")
         with gui.add_folder("Masks: parts not looked at", expand_by_default=False):
             self._add_masks(gui, change)
@@ -104,31 +98,12 @@ class DetectPanel(Panel):
             self._level.handle.value = min(found.threshold.level, LEVELS - 1)
 
     def _add_masks(self, gui: viser.GuiApi, change: Change) -> None:
-        self._corner = gui.add_vector2(
-            "Left, top (px)",
-            (0.0, 0.0),
-            min=(0.0, 0.0),
-            step=1.0,
-            hint="Upper left corner of the rectangle to hide, from the picture's upper left corner.",
-        )
-        self._size = gui.add_vector2(
-            "Width, height (px)",
-            (100.0, 40.0),
-            min=(1.0, 1.0),
-            step=1.0,
-            hint="Size of the rectangle to hide, as a date or a logo burnt into the picture.",
-        )
-        add = gui.add_button("Add this mask", icon=viser.Icon.PLUS, hint="Hide the rectangle given above.")
-        self._mask: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "Mask", [str(NO_MASK)], hint="The mask that the button below removes."
-        )
-        remove = gui.add_button("Remove this mask", icon=viser.Icon.MINUS, hint="Look at that part again.")
-        clear = gui.add_button("Remove all masks", icon=viser.Icon.ERASER, hint="Look at the whole picture again.")
+        self._corner, self._size = gui.add_vector2(**_SAID["corner"]), gui.add_vector2(**_SAID["size"])
+        add = gui.add_button(**_SAID["add"])
+        self._mask: viser.GuiDropdownHandle[str] = gui.add_dropdown(**_SAID["mask"], options=[str(NO_MASK)])
+        remove, clear = gui.add_button(**_SAID["remove"]), gui.add_button(**_SAID["clear"])
         on_click(add, lambda client: change(self._with_mask, client, reload=True))
-        on_click(
-            remove,
-            lambda client: change(lambda view: without_mask(view, self._mask.value), client, reload=True),
-        )
+        on_click(remove, lambda client: change(self._without_mask, client, reload=True))
         on_click(clear, lambda client: change(without_masks, client, reload=True))
 
     def _with_method(self, view: View) -> View:
@@ -146,3 +121,6 @@ class DetectPanel(Panel):
 
     def _with_mask(self, view: View) -> View:
         return with_mask(view, *self._corner.value, *self._size.value)
+
+    def _without_mask(self, view: View) -> View:
+        return without_mask(view, self._mask.value)

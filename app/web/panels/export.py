@@ -11,36 +11,13 @@ from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
 from dockpose.app.export.data import to_png
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
+from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.widgets import Panel, Saver, on_click
 
-WHAT = {
-    "Annotated picture (PNG)": "annotated.png",
-    "Annotated picture for papers (SVG)": "annotated.svg",
-    "Annotated picture for papers (PDF)": "annotated.pdf",
-    "Picture as it came (PNG)": "picture.png",
-    "Report (HTML)": "report.html",
-    "Numbers (CSV)": "result.csv",
-    "Numbers (JSON)": "result.json",
-    "Pose for ROS (YAML)": "pose_ros.yaml",
-    "Camera, dock and settings (YAML)": "settings.yaml",
-    "Histogram (PNG)": "histogram.png",
-    "Histogram for papers (SVG)": "histogram.svg",
-    "All methods side by side (PNG)": "montage.png",
-    "3D view as you see it (PNG)": "view_3d.png",
-    "3D view to turn and zoom (HTML)": "view_3d.html",
-}
-# What each layer is called, and what it is.
-LAYER_WORDS = {
-    "lights": ("Lights", "The dock's lights with their numbers, and the groups that were thrown out."),
-    "ellipse": ("Ellipse", "The ellipse through the lights."),
-    "centres": ("Centres", "The ellipse's centre and where the dock's centre is seen."),
-    "axes": ("Axes", "The axes of both poses."),
-    "normals": ("Normals", "The direction in which the dock faces in each pose."),
-    "text": ("Numbers", "Threshold and both poses in numbers; in SVG and PDF they stand in the legend."),
-    "scale": ("Scale", "A bar as long as a round length at the dock's distance."),
-}
+_SAID = read_toml("controls.toml")["export"]
+WHAT, LAYER_WORDS = _SAID["files"], _SAID["layers"]
 _RENDER_S = 20.0
 _NOT_DRAWN = (
     f"The browser did not draw the 3D view within {_RENDER_S:.0f} s. Keep this page in front while it is saved."
@@ -56,21 +33,13 @@ class ExportPanel(Panel):
         self._analysis: Analysis | None = None
         gui = server.gui
         gui.add_html(small(_WORDS))
-        self._what = gui.add_dropdown("What", tuple(WHAT), hint="SVG and PDF stay sharp at any size.")
-        save = gui.add_button("Save", icon=viser.Icon.DOWNLOAD, hint="Save what is chosen above.")
-        self._montage = gui.add_checkbox(
-            "With the montage of all methods",
-            True,
-            hint="Also try every threshold method and put the pictures side by side; takes about a second longer.",
-        )
-        save_all = gui.add_button(
-            "Save all as one ZIP file", icon=viser.Icon.FILE_ZIP, hint="Everything that can be chosen above."
-        )
+        self._what = gui.add_dropdown(**_SAID["what"], options=tuple(WHAT))
+        save = gui.add_button(**_SAID["save"])
+        self._montage = gui.add_checkbox(**_SAID["montage"])
+        save_all = gui.add_button(**_SAID["save_all"])
         self._saver = Saver(gui, notify, on_error)
         with gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
-            self._layers = {
-                name: gui.add_checkbox(LAYER_WORDS[name][0], True, hint=LAYER_WORDS[name][1]) for name in LAYERS
-            }
+            self._layers = {name: gui.add_checkbox(**LAYER_WORDS[name], initial_value=True) for name in LAYERS}
         on_click(save, self._save)
         on_click(save_all, self.save_all)
 

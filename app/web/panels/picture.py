@@ -7,6 +7,7 @@ from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES
 from dockpose.app.export.words import advice
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, table, wide_row
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.scene.scene import Scene3D
@@ -81,11 +82,7 @@ class ViewpointPanel(Panel):
 
     def __init__(self, gui: viser.GuiApi, scene: Scene3D) -> None:
         gui.add_html('<dockpose-name-next name="view-buttons"></dockpose-name-next>')
-        buttons = gui.add_button_group(
-            "3D view from",
-            NAMES,
-            hint="Drag the scene to turn it, scroll to zoom, drag with the right button to shift.",
-        )
+        buttons = gui.add_button_group(**read_toml("controls.toml")["picture"]["viewpoint"], options=NAMES)
 
         def look(client: viser.ClientHandle) -> None:
             if buttons.value in NAMES:

@@ -18,6 +18,7 @@ from dockpose.app.drawing.numbers import (
 )
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
@@ -29,6 +30,7 @@ from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
 
 PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
+_SAID = read_toml("controls.toml")
 
 
 def details_html(found: Estimate) -> str:
@@ -136,29 +138,12 @@ class PosePanel(Panel):
         self._live = live
         self._candidates: Sequence[CirclePose] = ()
         live.place(gui, "pose")
-        use = gui.add_button_group(
-            "Use pose",
-            (PROGRAM, POSE_A, POSE_B),
-            hint="Overrule the choice where you know better; it holds until the next picture.",
-        )
+        use = gui.add_button_group(**_SAID["pose"]["use"], options=(PROGRAM, POSE_A, POSE_B))
         live.place(gui, "peers")
-        self._compare = gui.add_checkbox(
-            "Compare with a measured pose",
-            False,
-            hint="Set the pose that you measured by hand beside the estimated one, here and, once it is whole, in the "
-            "3D view. Unticking blanks it.",
-        )
-        blank = "Leave it blank if not measured."
+        self._compare = gui.add_checkbox(**_SAID["pose"]["compare"])
+        hints = {name: _SAID["measured"]["place" if "cm" in name else "turn"] for name in MEASURED_LIMITS}
         self._measured = {  # text, for a number's box cannot be blank
-            name: gui.add_text(
-                f"Measured {name}",
-                "",
-                visible=False,
-                hint="Of the dock's centre, from the camera: x right, y down, z ahead. " + blank
-                if "cm" in name
-                else "Turn of the dock's face, 0 where it is square on: θx pitch, θy yaw. " + blank,
-            )
-            for name in MEASURED_LIMITS
+            name: gui.add_text(f"Measured {name}", "", visible=False, hint=hint) for name, hint in hints.items()
         }
         live.place(gui, "errors")
         on_change(self._compare, change, self._with_measured)

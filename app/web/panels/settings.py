@@ -1,66 +1,47 @@
 """Undo and redo, settings files, dark mode, the help and the card of the first opening."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping
 
 import viser
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.state.preferences import Memory, settings_file, with_settings_file
 from dockpose.app.web.html import help_anchor, help_link
 from dockpose.app.web.server.pages import help_body
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.server.viser_private import Modal
-from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, on_click, on_download, on_person
+from dockpose.app.web.widgets import Act, Change, Panel, add_upload_button, loading, on_click, on_download, on_person
 
-FIRST_CARD = (
-    "You see a simulated dock: its lights were found, numbered, and an ellipse was laid through them.",
-    "The table and the 3D scene show the two poses the dock may have; the chosen one is solid.",
-    "Try it: move a slider in the tab <b>Simulate</b> or <b>Tank</b>, or drop a picture of your own on the page.",
-)
-
-
-@dataclass(frozen=True)
-class Actions:
-    """What the keys and the buttons do, each for the browser that asked."""
-
-    undo: Callable[[viser.ClientHandle], None]
-    redo: Callable[[viser.ClientHandle], None]
-    turn: Callable[[int, viser.ClientHandle], None]
-    play: Callable[[viser.ClientHandle], None]
+_SAID = read_toml("controls.toml")["settings"]
 
 
 class SettingsPanel(Panel):
-    """Buttons, and the same in the command palette (Ctrl+K) with their keys."""
+    """Buttons, and the same in the command palette (Ctrl+K) with their keys; ``acts`` are those of other panels."""
 
-    def __init__(self, server: viser.ViserServer, change: Change, memory: Memory, actions: Actions) -> None:
+    def __init__(self, server: viser.ViserServer, change: Change, memory: Memory, acts: Mapping[str, Act]) -> None:
         self._server, self._change, self._memory = server, change, memory
         self._cards: dict[int, Modal] = {}
         gui = server.gui
         self._area = gui.add_folder(None)
         with self._area:
-            back = gui.add_button_group("Changes", ("Undo", "Redo"), hint="Keys: Ctrl+Z and Ctrl+Shift+Z.")
-            self._dark = gui.add_checkbox(
-                "Dark mode (D)", bool(memory.now.dark), hint="For dark rooms; all browsers change."
-            )
-            save = gui.add_button(
-                "Save the settings", icon=viser.Icon.DOWNLOAD, hint="Camera, dock and how to search, as a YAML file."
-            )
+            back = gui.add_button_group(**_SAID["back"])
+            self._dark = gui.add_checkbox(**_SAID["dark"], initial_value=bool(memory.now.dark))
+            save = gui.add_button(**_SAID["save"])
             gui.add_html(help_link("page"))
-            help_button = gui.add_button("Help (H)", icon=viser.Icon.HELP, hint="All of it, in a window over the page.")
-            card = gui.add_button("Show the first card", hint="The three sentences of the first opening.")
-        on_click(back, lambda client: (actions.undo if back.value == "Undo" else actions.redo)(client))
+            help_button, card = gui.add_button(**_SAID["help"]), gui.add_button(**_SAID["card"])
+        on_click(back, lambda client: acts[back.value.lower()](client))
         on_download(save, change, "settings.yaml", settings_file)
         on_click(help_button, self.show_help)
         on_click(card, self.show_first_card)
         on_person(self._dark.on_update, lambda client: self._set_dark(self._dark.value))
-        self._add_commands(actions)
+        own = {"dark": lambda client: self._set_dark(not self._dark.value), "help": self.show_help}
+        for name, act in {**acts, **own}.items():
+            on_person(gui.add_command(**_SAID["commands"][name]).on_trigger, act)
         _paint(server.gui, bool(memory.now.dark))
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load settings, and the first card if it is still to be seen."""
-        take = loading(self._change, with_settings_file)
-        add_upload_button(self._area, client, uploads, take, "Load settings", "A file that was saved here.")
+        add_upload_button(self._area, client, uploads, loading(self._change, with_settings_file), **_SAID["load"])
         if self._memory.now.shows_first_card:
             self.show_first_card(client)
 
@@ -71,7 +52,7 @@ class SettingsPanel(Panel):
 
     def show_first_card(self, client: viser.ClientHandle) -> None:
         """Show the three sentences over the page of one browser."""
-        sentences = "".join(f'<p style="margin: 0 0.75em 0.7em">{sentence}</p>' for sentence in FIRST_CARD)
+        sentences = "".join(f'<p style="margin: 0 0.75em 0.7em">{sentence}</p>' for sentence in _SAID["first_card"])
         self._show_card(client, "Welcome to dockpose", sentences, "Start")
 
     def show_help(self, client: viser.ClientHandle) -> None:
@@ -114,27 +95,6 @@ class SettingsPanel(Panel):
         self._memory.change(dark=bool(is_dark))
         _paint(self._server.gui, bool(is_dark))
         self._dark.value = bool(is_dark)
-
-    def _add_commands(self, actions: Actions) -> None:
-        key, with_shift = "cmd/ctrl", "cmd/ctrl+shift"
-        self._add_command("Undo", "The last change of a setting.", "Z", key, actions.undo)
-        self._add_command("Redo", "What was undone last.", "Z", with_shift, actions.redo)
-        self._add_command("Next picture", "In its list.", "N", None, lambda client: actions.turn(1, client))
-        self._add_command("Previous picture", "In its list.", "P", None, lambda client: actions.turn(-1, client))
-        self._add_command("Play or pause", "The sequence that is open.", "K", None, actions.play)
-        self._add_command("Dark mode", "On or off.", "D", None, lambda client: self._set_dark(not self._dark.value))
-        self._add_command("Help", "What the numbers mean.", "H", None, self.show_help)
-
-    def _add_command(
-        self,
-        label: str,
-        description: str,
-        hotkey: Literal["Z", "N", "P", "K", "D", "H"],
-        modifier: Literal["cmd/ctrl", "cmd/ctrl+shift"] | None,
-        act: Callable[[viser.ClientHandle], None],
-    ) -> None:
-        command = self._server.gui.add_command(label, description=description, hotkey=hotkey, modifier=modifier)
-        on_person(command.on_trigger, act)
 
 
 def _paint(gui: viser.GuiApi, is_dark: bool) -> None:

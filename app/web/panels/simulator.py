@@ -4,6 +4,7 @@ import msgspec
 import viser
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.state.parameters import SCENE_DISTURBANCES, SCENE_POSE, SCENE_WATER, Parameter
 from dockpose.app.state.scene import (
     PSF_MODELS,
@@ -24,6 +25,7 @@ from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
 
 _OTHER_WATER = "(own mixture)"
+_SAID = read_toml("controls.toml")["simulator"]
 
 
 class SimulatorPanel(Panel):
@@ -40,14 +42,7 @@ class SimulatorPanel(Panel):
                 self._add_water(gui)
             with gui.add_folder("Disturbances", expand_by_default=False):
                 self._add_disturbances(gui)
-            own = gui.add_button(
-                "Use my camera and dock",
-                icon=viser.Icon.CAMERA,
-                hint="Simulate with the camera and the dock as they stand in the tab Tank.",
-            )
-            save = gui.add_button(
-                "Save the scene", icon=viser.Icon.DOWNLOAD, hint="A YAML file with every number of the scene."
-            )
+            own, save = gui.add_button(**_SAID["own"]), gui.add_button(**_SAID["save"])
         on_click(own, lambda client: change(with_camera_in_use, client, reload=True))
         on_download(save, change, "scene.yaml", lambda view: scene_bytes(scene_of(view)))
         on_change(self._water, change, self._with_water, reload=True)
@@ -57,8 +52,7 @@ class SimulatorPanel(Panel):
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a scene."""
-        hint = "A scene file, as saved here or as those beside the sample scenes."
-        add_upload_button(self._area, client, uploads, loading(self._change, _with_scene_file), "Load a scene", hint)
+        add_upload_button(self._area, client, uploads, loading(self._change, _with_scene_file), **_SAID["load"])
 
     def load(self, view: View) -> None:
         """Set all controls to the scene shown, or to the default one."""
@@ -80,23 +74,13 @@ class SimulatorPanel(Panel):
         self._sliders += [Slider(gui, parameter, self._change) for parameter in parameters.values()]
 
     def _add_water(self, gui: viser.GuiApi) -> None:
-        self._water = gui.add_dropdown(
-            "Water", (*PRESETS, _OTHER_WATER), hint="Measured waters, from clear ocean to harbour; tank is ours."
-        )
-        self._psf = gui.add_dropdown(
-            "Spread of light",
-            PSF_MODELS,
-            hint="Model of how water blurs a lamp. voss: measured phase functions; hou and hou_poisson: the paper's, "
-            "valid near by only; gaussian: the simplest.",
-        )
+        self._water = gui.add_dropdown(**_SAID["water"], options=(*PRESETS, _OTHER_WATER))
+        self._psf = gui.add_dropdown(**_SAID["psf"], options=PSF_MODELS)
         self._add_sliders(gui, SCENE_WATER)
 
     def _add_disturbances(self, gui: viser.GuiApi) -> None:
         self._add_sliders(gui, SCENE_DISTURBANCES)
-        self._missing = gui.add_text(
-            "Missing lights", "", hint="Numbers of the lights that are dead, counted from 0, as 0, 3, 7."
-        )
-        self._text = gui.add_text("Burnt-in text", "", hint="Letters that a recorder writes into the picture.")
+        self._missing, self._text = gui.add_text(**_SAID["missing"]), gui.add_text(**_SAID["text"])
 
     def _with_water(self, view: View) -> View:
         return view if self._water.value == _OTHER_WATER else with_water(view, self._water.value)

@@ -9,6 +9,7 @@ from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
 from dockpose.app.inputs.samples import SAMPLE_WORDS, sample_names
 from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.state.preferences import Memory
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
@@ -18,6 +19,7 @@ from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, 
 
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
+_SAID = read_toml("controls.toml")["source"]
 
 
 class SourcePanel(Panel):
@@ -41,38 +43,17 @@ class SourcePanel(Panel):
         self._sequence, self._memory = sequence, memory
         self._area = gui.add_folder(None)
         with self._area:
-            self._sample = gui.add_dropdown(
-                "Sample scene",
-                (*sample_names(), OWN_PICTURE),
-                hint="Simulated scenes that come with the program; their camera, dock and true pose are known.",
-                order=3,
-            )
+            self._sample = gui.add_dropdown(**_SAID["sample"], options=(*sample_names(), OWN_PICTURE))
             self._words = gui.add_html("", order=3.1)
-            self._uploaded = gui.add_dropdown(
-                "Uploaded",
-                (NONE_CHOSEN,),
-                hint="Pictures that were sent to this page since it started; the oldest go when there is no more room.",
-                order=2.5,
-                visible=False,
-            )
-            self._forget = gui.add_button(
-                "Forget uploads",
-                icon=viser.Icon.TRASH,
-                hint="Delete the pictures and the video that were sent, from the disk too; a sample is shown instead.",
-                order=2.7,
-                visible=False,
-            )
-            self._folder, self._file = self._add_folder_choice(gui)
-            pages = gui.add_button_group(
-                "Other pictures",
-                ("Previous", "Next"),
-                hint="The picture before or after this one, in the list it is from. Keys: P and N.",
-                order=6,
-            )
+            self._uploaded: Any = gui.add_dropdown(**_SAID["uploaded"], options=(NONE_CHOSEN,))
+            self._forget = gui.add_button(**_SAID["forget"])
+            folders, is_there = ["."] if root is None else folders_below(root), root is not None
+            self._folder = gui.add_dropdown(**_SAID["folder"], options=tuple(folders), visible=is_there)
+            self._file: Any = gui.add_dropdown(**_SAID["file"], options=(NONE_CHOSEN,), visible=is_there)
+            pages = gui.add_button_group(**_SAID["pages"])
         on_change(self._sample, change, self._with_sample, reload=True)
         on_change(self._uploaded, change, self._with_uploaded, reload=True)
         on_change(self._file, change, self._with_file, reload=True)
-
         on_click(
             self._forget, lambda client: change(lambda view: self._without_uploads(view, client), client, reload=True)
         )
@@ -85,28 +66,9 @@ class SourcePanel(Panel):
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its upload buttons."""
-        add_upload_button(
-            self._area,
-            client,
-            uploads,
-            loading(self._change, self._with_new_upload),
-            "Upload pictures",
-            "PNG, JPEG, TIFF, BMP, GIF, WebP or PNM, 8 or 16 bit, several at once; or drop them on the page. They stay "
-            "on this machine.",
-            mime_type="image/*",
-            order=1,
-        )
-        add_upload_button(
-            self._area,
-            client,
-            uploads,
-            self._sequence.take,
-            "Upload a video",
-            "MP4, AVI, MOV, MKV or WebM; a TIFF of several pages, an animated GIF, WebP or PNG; or a bag of ROS: "
-            "MCAP, BAG or DB3. It stays on this machine, and is deleted when another sequence is chosen.",
-            mime_type="video/*,image/tiff,image/gif,image/webp,image/png,.h264,.h265,.mcap,.bag,.db3",
-            order=2,
-        )
+        take = loading(self._change, self._with_new_upload)
+        add_upload_button(self._area, client, uploads, take, **_SAID["upload"])
+        add_upload_button(self._area, client, uploads, self._sequence.take, **_SAID["upload_video"])
 
     def load(self, view: View) -> None:
         """Show which list the picture is from."""
@@ -126,19 +88,6 @@ class SourcePanel(Panel):
         name = analysis.view.sample or OWN_PICTURE
         if self._sample.value != name:
             self._sample.value = name
-
-    def _add_folder_choice(self, gui: viser.GuiApi) -> tuple[Any, Any]:
-        folders = ["."] if self._root is None else folders_below(self._root)
-        hint = "Folders below the one that was given when dockpose was started (--folder)."
-        folder = gui.add_dropdown("Folder", tuple(folders), hint=hint, order=4, visible=self._root is not None)
-        file = gui.add_dropdown(
-            "File",
-            (NONE_CHOSEN,),
-            hint="Pictures of that folder. A YAML of the same name beside one gives its camera and dock.",
-            order=5,
-            visible=self._root is not None,
-        )
-        return folder, file
 
     def _with_sample(self, view: View) -> View:
         return view if self._sample.value == OWN_PICTURE else with_sample(view, self._sample.value)

@@ -13,6 +13,7 @@ from dockpose.app.drawing.budget import (
     usual_ranges_m,
 )
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.state.chips import Chip, chips
 from dockpose.app.state.in_force import with_tank, with_these_as_mine
 from dockpose.app.state.tank import Tanks, tank_words
@@ -25,6 +26,7 @@ from msgspec.structs import replace as changed
 
 NOT_SAVED = "(not saved)"
 _MOST_CHIPS = 8
+_SAID = read_toml("controls.toml")["tank"]
 
 
 class ChipsPanel(Panel):
@@ -58,11 +60,7 @@ class BudgetPanel(Panel):
         self._view: View | None = None
         self._shown: tuple[Camera, Dock] | None = None
         with gui.add_folder("Error budget", expand_by_default=False):
-            button = gui.add_button(
-                "Which errors to expect",
-                icon=viser.Icon.RULER_MEASURE,
-                hint="Of this camera and this dock, by range and tilt.",
-            )
+            button = gui.add_button(**_SAID["budget"])
             self._table = gui.add_html("")
         on_click(button, lambda client: self._fill())
 
@@ -95,27 +93,12 @@ class TanksPanel(Panel):
     def __init__(self, gui: viser.GuiApi, tanks: Tanks, change: Change, notify: Notify) -> None:
         self._tanks, self._change, self._notify = tanks, change, notify
         with gui.add_folder("My tank"):
-            self._choice = gui.add_dropdown(
-                "Saved tanks",
-                (NOT_SAVED, *tanks.names()),
-                hint="Your own camera, dock and lights. Choosing one brings it back as it was saved.",
-            )
-            self._name = gui.add_text("Save as", "", hint="What to call it, as Pool A or Workshop.")
-            save = gui.add_button(
-                "Save my tank", icon=viser.Icon.DEVICE_FLOPPY, hint="Under this name, on the disk at once."
-            )
-            self._back = gui.add_button(
-                "Back to it as saved", icon=viser.Icon.ARROW_BACK_UP, hint="Undo what was changed since.", visible=False
-            )
-            self._take = gui.add_button(
-                "Make these my tank",
-                icon=viser.Icon.COPY,
-                hint="Take the camera and the dock that came with this picture for your own.",
-                visible=False,
-            )
-            self._forget = gui.add_button(
-                "Forget it", icon=viser.Icon.TRASH, hint="Delete the saved one.", visible=False
-            )
+            self._choice = gui.add_dropdown(**_SAID["choice"], options=(NOT_SAVED, *tanks.names()))
+            self._name = gui.add_text(**_SAID["name"])
+            save = gui.add_button(**_SAID["save"])
+            self._back = gui.add_button(**_SAID["back"])
+            self._take = gui.add_button(**_SAID["take"])
+            self._forget = gui.add_button(**_SAID["forget"])
         on_person(self._choice.on_update, self._choose)
         on_click(save, lambda client: change(self._saved, client, reload=True))
         on_click(self._back, lambda client: change(self._restored, client, reload=True))

@@ -4,10 +4,10 @@ import base64
 import itertools
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import cv2
-import msgspec
 import numpy as np
 import viser
 from dockpose import Estimate
@@ -19,9 +19,9 @@ from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.histogram import HistogramNumbers
+from dockpose.app.web.jobs import Wish, WishBox
 from dockpose.app.web.live import LivePage, data_html
-from dockpose.app.web.server.viser_private import identity
-from dockpose.app.web.widgets import Change, Panel, on_person
+from dockpose.app.web.widgets import Change, Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
@@ -30,7 +30,6 @@ from dockpose.thresholds import LEVELS, METHODS
 _JPEG_QUALITY = 85
 _MOST_PIXELS = 24_000_000  # a larger picture is sent smaller
 _OUTLINE_STEP = 2  # of the points on the ellipse, every second: a hundredth of a pixel off
-_LONGEST_WISH = 300  # letters
 _GROUP = ("at", "radius", "onRing", "label", "outward", "box")  # what is sent of each group of pixels
 _COLOURS = {
     "light": colours.LIGHT_COLOUR,
@@ -47,47 +46,47 @@ _COLOURS = {
 }
 
 
-class _Wish(msgspec.Struct, tag_field="do", forbid_unknown_fields=True, frozen=True):
-    """What the operator did in the picture or its histogram; ``number`` tells two equal ones apart."""
+class Mask(Wish, tag="mask", frozen=True):
+    """Hide a part of the picture, in pixels."""
 
-    number: int
-
-
-class _Mask(_Wish, tag="mask", frozen=True):
     x: float
     y: float
     width: float
     height: float
 
 
-class _Level(_Wish, tag="level", frozen=True):
+class Level(Wish, tag="level", frozen=True):
+    """Drag the threshold to a level."""
+
     level: int
 
 
-class _Methods(_Wish, tag="methods", frozen=True):
+class Methods(Wish, tag="methods", frozen=True):
+    """Mark the level of every method, or no longer."""
+
     shown: bool
-
-
-_WISHES = msgspec.json.Decoder(_Mask | _Level | _Methods)
 
 
 class PicturePanel(Panel):
     """The picture with its histogram; ``is_playing`` says whether frames follow each other by themselves."""
 
     def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change, is_playing: Callable[[], bool]) -> None:
-        self._live, self._change, self._is_playing = live, change, is_playing
+        self._live, self._is_playing = live, is_playing
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
         self._is_exact = False
         self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
         self._analysis: Analysis | None = None
-        self._last_wish = -1
-        self._wishes = gui.add_text("Done in the picture", "")
+        acts = {
+            Mask: lambda wish, client: change(partial(fulfilled, wish=wish), client, reload=True),
+            Level: lambda wish, client: change(partial(fulfilled, wish=wish), client, reload=True),
+            Methods: lambda wish, client: self._show_methods(self._analysis if wish.shown else None),
+        }
+        wishes = WishBox(gui, "Done in the picture", acts)
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        gui.add_html(f'<dockpose-picture channel="{identity(self._wishes)}" style="{look}"></dockpose-picture>')
+        gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{look}"></dockpose-picture>')
         gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
         self._picture, self._methods = gui.add_html(""), gui.add_html("")
-        on_person(self._wishes.on_update, self._fulfil)
 
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
@@ -107,22 +106,6 @@ class PicturePanel(Panel):
         if last is not None and _histogram_of(last) != _histogram_of(analysis):
             self._show_methods(None)
 
-    def _fulfil(self, client: viser.ClientHandle) -> None:
-        """Do what the newest wish says; calls for wishes that were overtaken find none."""
-        text = self._wishes.value
-        try:
-            wish = _WISHES.decode(text if len(text) <= _LONGEST_WISH else "")
-        except msgspec.DecodeError:
-            return
-        if wish.number == self._last_wish:
-            return
-        self._last_wish = wish.number
-        if isinstance(wish, _Methods):
-            analysis = self._analysis
-            self._show_methods(analysis if wish.shown else None)
-        else:
-            self._change(lambda view: fulfilled(view, wish), client, reload=True)
-
     def _show_methods(self, analysis: Analysis | None) -> None:
         """Mark the level of every method, or none."""
         levels = None
@@ -132,9 +115,9 @@ class PicturePanel(Panel):
         self._methods.content = data_html("methods", {"levels": levels})
 
 
-def fulfilled(view: View, wish: _Mask | _Level) -> View:
+def fulfilled(view: View, wish: Mask | Level) -> View:
     """Return the view with the mask that was drawn, or at the level to which the threshold was dragged."""
-    if isinstance(wish, _Level):
+    if isinstance(wish, Level):
         return with_method(view, "fixed", wish.level)
     return with_mask(view, wish.x, wish.y, wish.width, wish.height)
 

@@ -5,14 +5,11 @@ from typing import Any
 import viser
 from dockpose.app.experiment import Measured, Row
 from dockpose.app.experiment.row import EDITABLE, MEASURED_COLUMNS
+from dockpose.app.resources import read_toml
 from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 
 LABELS = dict(zip(MEASURED_COLUMNS, ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "Distance (cm)"), strict=True))
-_HINTS = {
-    "theta": "Turn of the dock's face, 0 where it is square on: θx pitch, θy yaw. Leave it blank if not measured.",
-    "distance": "From the camera straight to the dock's centre, as the tape lies. Leave it blank if not measured.",
-}
-_PLACE = "Of the dock's centre, from the camera: x right, y down, z ahead. Leave it blank if not measured."
+_SAID = read_toml("controls.toml")["measured"]
 
 # Contents of the boxes, by column of results.csv, "notes" included.
 Texts = dict[str, str]
@@ -62,13 +59,12 @@ class MeasuredFields:
     """The boxes themselves."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
+        kinds = [*["place"] * 3, *["turn"] * 2, "distance"]
         self._boxes = {
-            name: gui.add_text(label, "", hint=next((_HINTS[key] for key in _HINTS if key in name), _PLACE))
-            for name, label in LABELS.items()
+            name: gui.add_text(label, "", hint=_SAID[kind])
+            for (name, label), kind in zip(LABELS.items(), kinds, strict=True)
         }
-        self._boxes["notes"] = gui.add_text(
-            "Notes", "", multiline=True, hint="Whatever belongs to this frame; it is kept with the row."
-        )
+        self._boxes["notes"] = gui.add_text(**_SAID["notes"])
 
     @property
     def texts(self) -> Texts:

@@ -9,6 +9,7 @@ from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
+from dockpose.app.resources import read_toml
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.charts.errors import ErrorCharts
 from dockpose.app.web.notifications import Notify, attempt
@@ -26,17 +27,8 @@ from dockpose.app.web.panels.experiment.table import pages, rows_on_page, sessio
 from dockpose.app.web.widgets import Act, Panel, Saver, on_click, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
-WHAT = {
-    "Report (HTML)": "report.html",
-    "Table (CSV)": "table.csv",
-    "Table (Markdown)": "table.md",
-    "Table (LaTeX)": "table.tex",
-    "Table (HTML)": "table.html",
-    "Errors against range (PNG)": "errors.png",
-    "Errors against range (SVG)": "errors.svg",
-    "Errors against range (PDF)": "errors.pdf",
-    "All of these (ZIP)": ALL,
-}
+_SAID = read_toml("controls.toml")["log"]
+WHAT = _SAID["files"]
 
 
 class ExperimentPanel(Panel):
@@ -84,54 +76,30 @@ class ExperimentPanel(Panel):
         self._trying(self._take)(client)
 
     def _add_session(self, gui: viser.GuiApi) -> None:
-        self._take_button = gui.add_button(
-            "Take this frame (T)",
-            icon=viser.Icon.CAMERA_PLUS,
-            hint="The picture, the estimate and what is typed below become a row, on the disk at once. Key: T; "
-            "while typing, Ctrl+Enter.",
-        )
+        take = gui.add_button(**_SAID["take"])
         self._words = gui.add_html("")
-        self._choice = gui.add_dropdown(
-            "Session",
-            (NO_SESSION, *self._sessions.names()),
-            hint="A folder of plain files below the one given with --sessions; the first frame that is taken starts "
-            "one. (none) closes it.",
-        )
-        self._name = gui.add_text("New session", "", hint="What to call it; without a name it is called after the day.")
-        self._start = gui.add_button("Start a new session", icon=viser.Icon.FOLDER_PLUS, hint="Make its folder.")
+        self._choice = gui.add_dropdown(**_SAID["choice"], options=(NO_SESSION, *self._sessions.names()))
+        self._name, self._start = gui.add_text(**_SAID["name"]), gui.add_button(**_SAID["start"])
         key = gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
         on_person(key.on_trigger, self.take)
         on_person(self._choice.on_update, self._trying(self._open_chosen))
         on_click(self._start, self._trying(self._start_new))
-        on_click(self._take_button, self.take)
+        on_click(take, self.take)
 
     def _add_fields(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Measured by hand", expand_by_default=True):
-            self._target = gui.add_dropdown(
-                "Belongs to",
-                (target_name(None),),
-                hint="Whose numbers these are: choose a row to look at them or change them.",
-            )
+            self._target = gui.add_dropdown(**_SAID["target"], options=(target_name(None),))
             self._fields = MeasuredFields(gui)
-            self._save_row = gui.add_button(
-                "Save the row", icon=viser.Icon.DEVICE_FLOPPY, visible=False, hint="Write what was changed to the disk."
-            )
-            self._keep = gui.add_checkbox(
-                "Keep values",
-                False,
-                hint="Leave the boxes as they are once a frame was taken; else they are empty again.",
-            )
+            self._save_row, self._keep = gui.add_button(**_SAID["save_row"]), gui.add_checkbox(**_SAID["keep"])
         on_person(self._target.on_update, self._trying(self._choose_row))
         on_click(self._save_row, self._trying(self._save_chosen))
 
     def _add_rows(self, gui: viser.GuiApi) -> None:
         self._table = gui.add_html("")
-        self._page = gui.add_slider(
-            "Page", min=1, max=2, step=1, initial_value=1, visible=False, hint="1 has the newest rows."
-        )
+        self._page = gui.add_slider(**_SAID["page"])
         self._charts = ErrorCharts(gui)
-        self._what = gui.add_dropdown("What", tuple(WHAT), hint="LaTeX, SVG and PDF are for papers.")
-        self._save = gui.add_button("Save", icon=viser.Icon.DOWNLOAD, hint="It goes to this browser's downloads.")
+        self._what = gui.add_dropdown(**_SAID["what"], options=tuple(WHAT))
+        self._save = gui.add_button(**_SAID["save"])
         self._saver = Saver(gui, self._notify, self._on_error)
         on_person(self._page.on_update, self._trying(self._turn_page))
         on_click(self._save, self._trying(self._download))

@@ -15,20 +15,14 @@ from dockpose.app.export.recording import ENDING, Recording
 from dockpose.app.inputs.filenames import safe_name
 from dockpose.app.inputs.wishes import wishes_from
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
 from dockpose.app.web.notifications import Notify, attempt
 from dockpose.app.web.widgets import on_click
 from dockpose.sources import ExposureWatch, Live
 
-_NAMES = {"exposure": "Exposure", "gain": "Gain", "rate_hz": "Frames a second", "format": "Format"}
-_HINTS = {
-    "exposure": "In the camera's own unit, and no longer automatic: 0.1 ms on Linux, so that 120 is 12 ms; powers of "
-    "two of a second on Windows, so that -6 is 1/64 s. Empty: as it is.",
-    "gain": "In the camera's own unit. Empty: as it is.",
-    "rate_hz": "Empty: as it is.",
-    "format": "Of the pixels, by its letters: MJPG (mostly the fastest), YUYV, GREY, or Y16, which keeps its 16 bits. "
-    "Empty: as it is.",
-}
+_SAID = read_toml("controls.toml")["live"]
+_NAMES = {name: box["label"] for name, box in _SAID["boxes"].items()}
 CAMERA = "camera "  # with its number, the name of one
 _RED = "#e03131"
 _LARGEST_DOWNLOAD_BYTES = 2**29  # a browser holds a file in its memory; a larger one is fetched from its folder
@@ -53,28 +47,12 @@ class LiveControls:
         self._began_s = self._told_s = 0.0
         self._watch = ExposureWatch()
         self._words = gui.add_html("", visible=False)
-        self._record = gui.add_button(
-            "Record",
-            icon=viser.Icon.PLAYER_RECORD,
-            visible=False,
-            hint="Keep every frame that comes from now on, also those that there is no time to look at: as it was "
-            "sent, or without any loss.",
-        )
-        self._stop = gui.add_button(
-            "Stop recording", icon=viser.Icon.PLAYER_STOP, color="red", visible=False, hint="Finish the file."
-        )
-        self._download = gui.add_button(
-            "Download the recording", icon=viser.Icon.DOWNLOAD, visible=False, hint="Save the file with the browser."
-        )
+        self._record, self._stop = gui.add_button(**_SAID["record"]), gui.add_button(**_SAID["stop"])
+        self._download = gui.add_button(**_SAID["download"])
         self._boxes = {
-            name: gui.add_text(label, "", hint=_HINTS[name], visible=False) for name, label in _NAMES.items()
+            name: gui.add_text(**box, initial_value="", visible=False) for name, box in _SAID["boxes"].items()
         }
-        self._ask = gui.add_button(
-            "Ask the camera",
-            icon=viser.Icon.ADJUSTMENTS,
-            visible=False,
-            hint="Set what is typed above. What the camera really took stands below its name.",
-        )
+        self._ask = gui.add_button(**_SAID["ask"])
         on_click(self._record, lambda client: self._try(self.record, client))
         on_click(self._stop, lambda client: self.stop())
         on_click(self._download, lambda client: self._try(lambda: self._send(client), client))

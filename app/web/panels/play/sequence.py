@@ -9,6 +9,7 @@ from typing import Any
 import viser
 from dockpose.app.processing.analysis import Analysis, TrackedFrame
 from dockpose.app.processing.trajectory import COLUMNS, Trajectory
+from dockpose.app.resources import read_toml
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.play.live import LiveControls
@@ -18,6 +19,7 @@ from dockpose.sources import Frames, Live
 
 SURE = 0.999  # beyond it no more digits are shown
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
+_SAID = read_toml("controls.toml")["sequence"]
 _SENT_AGAIN = 20  # frames before the present one that are sent with it, should a browser have missed some
 _MOST_POINTS = 4000  # of a course as a whole
 _SEEN, _PREDICTED, _LOST = range(3)
@@ -39,19 +41,9 @@ class SequencePanel(Panel):
         self._live, self._controller = live, controller
         self._courses = itertools.count(1)
         self._course, self._newest = 0, None
-        self._choice = gui.add_dropdown(
-            "Sequence",
-            (NONE_CHOSEN, *controller.names()),
-            hint="What was given when dockpose was started, videos and pictures below its folder (--folder), a video "
-            "that was uploaded (tab Pictures), or a simulated course through the scene of the tab Simulate.",
-        )
-        self._start = gui.add_button("", icon=viser.Icon.PLAYER_PLAY, hint="Open it, and play it at once.")
-        self._speed = gui.add_dropdown(
-            "Speed (times)",
-            tuple(SPEEDS),
-            initial_value="1",
-            hint="How many times as fast as the frames were taken; no frame of a recording is left out.",
-        )
+        self._choice = gui.add_dropdown(**_SAID["choice"], options=(NONE_CHOSEN, *controller.names()))
+        self._start = gui.add_button(**_SAID["start"])
+        self._speed = gui.add_dropdown(**_SAID["speed"], options=tuple(SPEEDS))
         gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
         self._camera = LiveControls(gui, self._open_live, recordings, notify, fail)
         on_click(self._start, lambda client: self._open_first(client))

@@ -13,10 +13,22 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
+from dockpose.app.web.jobs import decoder
 from dockpose.app.web.live import data_html
-from dockpose.app.web.panels.view import _WISHES, fulfilled, lights_numbers, picture_data, pose_numbers, runs
+from dockpose.app.web.panels.view import (
+    Level,
+    Mask,
+    Methods,
+    fulfilled,
+    lights_numbers,
+    picture_data,
+    pose_numbers,
+    runs,
+)
 from dockpose.estimate import geometry
 from msgspec import DecodeError
+
+WISHES = decoder((Mask, Level, Methods))
 
 
 @pytest.fixture(scope="module")
@@ -109,10 +121,10 @@ def test_outside_text_is_escaped(analysis):
 
 
 def test_wishes_are_carried_out(analysis):
-    level = _WISHES.decode('{"do":"level","number":1,"level":77}')
+    level = WISHES.decode('{"do":"level","number":1,"level":77}')
     settings = fulfilled(analysis.view, level).settings
     assert (settings.method, settings.level) == ("fixed", 77)
-    mask = _WISHES.decode('{"do":"mask","number":2,"x":-5,"y":10,"width":25,"height":30}')
+    mask = WISHES.decode('{"do":"mask","number":2,"x":-5,"y":10,"width":25,"height":30}')
     assert fulfilled(analysis.view, mask).settings.masks == with_mask(analysis.view, -5, 10, 25, 30).settings.masks
 
 
@@ -131,10 +143,10 @@ def test_wishes_are_carried_out(analysis):
 )
 def test_other_wishes_are_refused(text):
     with pytest.raises(DecodeError):
-        _WISHES.decode(text)
+        WISHES.decode(text)
 
 
 def test_mask_off_the_picture_and_level_out_of_range_are_refused_or_clamped(analysis):
     with pytest.raises(UserError, match="covers nothing"):
-        fulfilled(analysis.view, _WISHES.decode('{"do":"mask","number":1,"x":900,"y":0,"width":5,"height":5}'))
-    assert fulfilled(analysis.view, _WISHES.decode('{"do":"level","number":1,"level":9999}')).settings.level == 255
+        fulfilled(analysis.view, WISHES.decode('{"do":"mask","number":1,"x":900,"y":0,"width":5,"height":5}'))
+    assert fulfilled(analysis.view, WISHES.decode('{"do":"level","number":1,"level":9999}')).settings.level == 255

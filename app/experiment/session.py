@@ -86,16 +86,14 @@ class Session:
             raise SessionError(f"{folder}: is not a session; it has no file {INFO}")
         with _telling(folder, "the session cannot be reopened"):
             lock = FolderLock(folder)
-        try:
-            with _telling(folder, "the session cannot be reopened"):
+            try:
                 (folder / FRAMES).mkdir(exist_ok=True)
                 for place in (folder, folder / FRAMES):
                     remove_temporaries(place)
-                record = read_session(folder)
-                return cls(record, lock)
-        except BaseException:
-            lock.release()
-            raise
+                return cls(read_session(folder), lock)
+            except BaseException:
+                lock.release()
+                raise
 
     @property
     def folder(self) -> Path:

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
 from dockpose.app.experiment.row import Row
 
-SUMMARIES = ("Compared", "Mean error", "RMS error")
-
 
 @dataclass(frozen=True)
 class Summary:
@@ -44,16 +42,17 @@ def summary(rows: Sequence[Row]) -> Summary:
 
 def table(rows: Sequence[Row], *, with_errors: bool = True) -> Table:
     """Every number as people read it, with two decimals; ``with_errors`` adds five columns of them."""
-    head = ["No.", *QUANTITIES]
-    if with_errors:
-        head += [f"Δ{name}" for name in QUANTITIES]
+    errors = [f"Δ{name}" for name in QUANTITIES] if with_errors else []
+    # Summaries of errors stand below the columns of errors, if there are any.
+    foot = tuple((name, *[""] * len(errors), *cells, "") for name, cells in summaries(rows).items())
+    return Table(("No.", *QUANTITIES, *errors, "Notes"), tuple(_cells(row, with_errors) for row in rows), foot)
+
+
+def summaries(rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
+    """The cells of each summary, by its name."""
     total = summary(rows)
     counts = tuple(str(count) for count in total.counts)
-    foot = []
-    for name, cells in zip(SUMMARIES, (counts, _signed(total.means), _plain(total.rms)), strict=True):
-        # Summaries of errors stand below the columns of errors, if there are any.
-        foot.append((name, *([""] * len(QUANTITIES) if with_errors else []), *cells, ""))
-    return Table((*head, "Notes"), tuple(_cells(row, with_errors) for row in rows), tuple(foot))
+    return {"Compared": counts, "Mean error": _signed(total.means), "RMS error": _plain(total.rms)}
 
 
 def _cells(row: Row, with_errors: bool) -> tuple[str, ...]:

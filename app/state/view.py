@@ -106,11 +106,11 @@ def with_sample(view: View, name: Any) -> View:
 def with_file(view: View, path: Path, name: str, list_name: str = "folder") -> View:
     """Show a picture of a folder on this machine, called ``name`` there."""
     beside = read_sidecar(path) if path.with_suffix(".yaml").resolve().parent == path.parent else Sidecar()
-    data = _read_bytes(path, name)
-    shown = _view(decode(data, name), name, view.tank, beside.camera, beside.dock, view.settings, truth=beside.truth)
-    return replace(
-        shown, list_name=list_name, item=name, sha256=hashlib.sha256(data).hexdigest(), note=_note(data, name)
-    )
+    try:
+        data = read_picture_file(path)
+    except ImageError as error:
+        raise UserError(str(error).replace(str(path), name, 1)) from error
+    return _decoded(view, data, name, list_name, beside)
 
 
 def with_upload(view: View, data: bytes, name: str) -> View:
@@ -119,10 +119,7 @@ def with_upload(view: View, data: bytes, name: str) -> View:
     Its camera is used where the picture has its size or is a pure rescale of it; otherwise a camera is guessed, and
     the notes say so. Raises ValueError (ImageError) for a file that is no picture, naming it.
     """
-    shown = _view(decode(data, name), name, view.tank, settings=view.settings)
-    return replace(
-        shown, list_name="uploads", item=name, sha256=hashlib.sha256(data).hexdigest(), note=_note(data, name)
-    )
+    return _decoded(view, data, name, "uploads", Sidecar())
 
 
 def with_first_frame(view: View, image: np.ndarray, source: str, camera: Camera | None, dock: Dock | None) -> View:
@@ -171,15 +168,10 @@ def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, Owner]:
         return guess_camera(image), "guess"
 
 
-def _note(data: bytes, name: str) -> str:
-    return orientation_sentence(orientation_of(data), name)
-
-
-def _read_bytes(path: Path, name: str) -> bytes:
-    try:
-        return read_picture_file(path)
-    except ImageError as error:
-        raise UserError(str(error).replace(str(path), name, 1)) from error
+def _decoded(view: View, data: bytes, name: str, list_name: str, beside: Sidecar) -> View:
+    shown = _view(decode(data, name), name, view.tank, beside.camera, beside.dock, view.settings, truth=beside.truth)
+    note, sha256 = orientation_sentence(orientation_of(data), name), hashlib.sha256(data).hexdigest()
+    return replace(shown, list_name=list_name, item=name, sha256=sha256, note=note)
 
 
 def _guess_sentence(camera: Camera) -> str:

@@ -20,15 +20,13 @@ from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout, Parts
 from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_refusal
-from dockpose.app.web.pacing import UpdatePacing
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
-from dockpose.app.web.server.looks import Looks
+from dockpose.app.web.server.looks import Looks, UpdatePacing
 from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
-from dockpose.app.web.server.start import open_server, reachable_hosts, silence
-from dockpose.app.web.server.token import token_for
+from dockpose.app.web.server.start import open_server, reachable_hosts, silence, token_for
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.app.web.server.viser_private import icons_from_one_archive
 from dockpose.sources import Frame

@@ -20,13 +20,12 @@ from dockpose.app.web.panels.compare import ComparePanel
 from dockpose.app.web.panels.detect import DetectPanel
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
-from dockpose.app.web.panels.picture import ResultPanel, StatusPanel, ViewpointPanel
+from dockpose.app.web.panels.picture import HtmlPanel, StripPanel, ViewpointPanel, status_html, table_html
 from dockpose.app.web.panels.play.sequence import SequencePanel
 from dockpose.app.web.panels.pose import PosePanel
 from dockpose.app.web.panels.settings import SettingsPanel
 from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
-from dockpose.app.web.panels.strip import StripPanel
 from dockpose.app.web.panels.tank import BudgetPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.scene.scene import Scene3D
@@ -125,7 +124,7 @@ class Layout:
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
             self.live = live = LivePage(gui, server.flush)
             self.strip = StripPanel(gui, live, parts.tanks)
-            status = StatusPanel(gui, live)
+            status = HtmlPanel(gui, live, "status", status_html)
             self.chips = ChipsPanel(gui, parts.change)
             acts = {
                 Take: lambda wish, client: self.experiment.take(client),
@@ -143,7 +142,7 @@ class Layout:
                 picture = PicturePanel(gui, live, parts.change, lambda: parts.sequence.is_playing)
             with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
                 self.compare = ComparePanel(gui, parts.change, parts.fail)
-            result = ResultPanel(gui, live)
+            result = HtmlPanel(gui, live, "candidates", table_html)
         self.panels = [picture, self.strip, status, result]
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

@@ -101,6 +101,14 @@ def add_upload_button(
     uploads.receive(button, lambda data, name: take(data, name, client))
 
 
+def offer(dropdown: Any, options: tuple[str, ...], chosen: str) -> None:
+    """Set what a drop-down offers and which of it is chosen, where either is another by now."""
+    if dropdown.options != options:
+        dropdown.options = options
+    if dropdown.value != chosen:
+        dropdown.value = chosen
+
+
 def loading(
     change: Change, function: Callable[[View, bytes, str], View]
 ) -> Callable[[bytes, str, viser.ClientHandle], None]:

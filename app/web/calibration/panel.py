@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import viser
+from dockpose import Camera
 from dockpose.app.errors import UserError
 from dockpose.app.export.calibration import MEDIA, camera_lines
 from dockpose.app.processing.analysis import Analysis
@@ -30,7 +31,7 @@ from dockpose.app.web.calibration.shown import (
 )
 from dockpose.app.web.notifications import Notify, attempt, tell_refusal
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import BackgroundWork, Change, Panel, add_upload_button, on_click, on_person
+from dockpose.app.web.widgets import BackgroundWork, Change, Panel, add_upload_button, on_click, on_download, on_person
 from dockpose.camera.board import Board, Sighting
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage, coverage_of
@@ -102,7 +103,7 @@ class CalibrationPanel(Panel):
         on_click(fit, self._fit)
         on_click(self._drop, lambda client: self._try(self._drop_or_keep, client))
         on_click(self._use, lambda client: self._change(self._with_camera, client, reload=True))
-        on_click(self._save, self._send)
+        on_download(self._save, self._change, "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
         on_click(again, lambda client: self._try(self._start_over, client))
         for handle in (self._squares, self._side):
             on_person(handle.on_update, lambda client: self._forget_quietly())
@@ -225,18 +226,13 @@ class CalibrationPanel(Panel):
             self._use.visible = self._save.visible = False
             self._table.content = pictures_html(list(gathering.views.values()))
 
-    def _with_camera(self, view: View) -> View:
+    def _camera(self) -> Camera:
         if self._done is None:
             raise UserError("There is no camera yet; work it out first.")
-        return with_own_camera(view, self._done.camera, "the calibration")
+        return self._done.camera
 
-    def _send(self, client: viser.ClientHandle) -> None:
-        def send() -> None:
-            if self._done is None:
-                raise UserError("There is no camera yet; work it out first.")
-            client.send_file_download("camera.yaml", camera_file(self._done.camera, "dockpose"), save_immediately=True)
-
-        self._try(send, client)
+    def _with_camera(self, view: View) -> View:
+        return with_own_camera(view, self._camera(), "the calibration")
 
     def _forget_quietly(self) -> None:
         """Begin anew with another board, as soon as one is typed that can be."""

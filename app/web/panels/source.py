@@ -15,7 +15,7 @@ from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, on_change, on_click
+from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, offer, on_change, on_click
 
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
@@ -144,9 +144,4 @@ def _megabytes(size: int) -> str:
 
 def _fill(dropdown: Any, names: list[str], chosen: str | None) -> None:
     """Offer "(none)" and the names in a drop-down."""
-    options = (NONE_CHOSEN, *names)
-    value = chosen if chosen in options else NONE_CHOSEN
-    if dropdown.options != options:
-        dropdown.options = options
-    if dropdown.value != value:
-        dropdown.value = value
+    offer(dropdown, (NONE_CHOSEN, *names), chosen if chosen in names else NONE_CHOSEN)

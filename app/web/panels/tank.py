@@ -20,7 +20,7 @@ from dockpose.app.state.tank import Tanks, tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, small, table
 from dockpose.app.web.notifications import Notify
-from dockpose.app.web.widgets import Change, Panel, on_click, on_person
+from dockpose.app.web.widgets import Change, Panel, offer, on_click, on_person
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
@@ -114,10 +114,7 @@ class TanksPanel(Panel):
         """Show which saved tank is My tank, and what can be done with it."""
         names = self._tanks.names()
         is_known = view.tank.name in names
-        options = (NOT_SAVED, *names)
-        if self._choice.options != options:
-            self._choice.options = options
-        self._choice.value = view.tank.name if is_known else NOT_SAVED
+        offer(self._choice, (NOT_SAVED, *names), view.tank.name if is_known else NOT_SAVED)
         if is_known:
             self._name.value = view.tank.name
         self._show_buttons(view)

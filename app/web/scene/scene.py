@@ -13,9 +13,8 @@ from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLO
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
 from dockpose.app.web.scene.following import Viewpoints
-from dockpose.app.web.scene.known_poses import KnownDock
 from dockpose.app.web.scene.labels import Label, labels
-from dockpose.app.web.scene.port import PortDisc, port_radius_m
+from dockpose.app.web.scene.surroundings import KnownDock, PortDisc, port_radius_m
 from dockpose.app.web.scene.viewpoints import Extent
 from dockpose.estimate.canvas import to_bgr8
 from dockpose.pose.known import KnownPose

@@ -1,17 +1,24 @@
-"""Starting the viser server, guarded, on exactly the port that was asked for."""
+"""Starting the viser server, guarded, on exactly the port that was asked for; and the access token of a port."""
 
 import contextlib
 import io
 import os
+import re
+import secrets
 import socket
+from pathlib import Path
 
 import viser
+from dockpose.app.state.tank import make_private
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.guard import Guard, guarded
 from dockpose.app.web.server.journal import Journal, log_failure, log_unhandled
 from dockpose.app.web.server.pages import own_pages
 from dockpose.app.web.server.protection import check_names, check_parts, check_running
+
+_TOKEN = re.compile(r"[A-Za-z0-9_-]{24}")
+_BYTES = 18  # 24 letters
 
 
 class PortBusyError(OSError):
@@ -81,3 +88,35 @@ def _busy(host: str, port: int, reason: str) -> str:
 def silence() -> contextlib.redirect_stdout[io.StringIO]:
     """Keep viser's banner off standard output."""
     return contextlib.redirect_stdout(io.StringIO())
+
+
+def token_for(folder: Path | None, name: str) -> str:
+    """Return the token of that name, as ``8080-view``; a new one where none is kept or it could have leaked."""
+    new = secrets.token_urlsafe(_BYTES)
+    if folder is None:
+        return new
+    path = folder / f"token-{name}"
+    try:
+        kept = path.read_text(encoding="ascii").strip()
+        if _TOKEN.fullmatch(kept) and _is_private(path):
+            return kept
+    except (OSError, UnicodeDecodeError):
+        pass
+    with contextlib.suppress(OSError):
+        make_private(folder)
+        path.unlink(missing_ok=True)
+        with open(path, "x", encoding="ascii", opener=_private) as file:
+            file.write(new + "\n")
+    return new
+
+
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
+
+
+def _is_private(path: Path) -> bool:
+    """Whether nobody but this user can have read or written a file; always where files have no such owners."""
+    if not hasattr(os, "getuid"):
+        return True
+    about = path.lstat()
+    return about.st_uid == os.getuid() and not about.st_mode & 0o077

@@ -7,10 +7,9 @@ from pathlib import Path
 
 from dockpose.app.drawing.numbers import status_words
 from dockpose.app.experiment import Row
-from dockpose.app.experiment.table import QUANTITIES, SUMMARIES, summary, table
-from dockpose.app.web.html import MISSING
+from dockpose.app.experiment.table import QUANTITIES, summaries, table
+from dockpose.app.web.html import SMALL
 from dockpose.app.web.html import table as html_table
-from dockpose.app.web.panels.detect import SMALL
 
 ROWS_A_PAGE = 10
 _CELL = "padding: 0.1em 0.25em; text-align: right; font-variant-numeric: tabular-nums; vertical-align: top"
@@ -40,17 +39,10 @@ def session_table(rows: Sequence[Row], page: int) -> str:
     if not rows:
         return f'<div style="{SMALL}">{_NO_ROWS}</div>'
     shown = rows_on_page(rows, page)
-    lines = [_summary_line(name, cells) for name, cells in _summaries(rows)]
+    lines = [_summary_line(name, cells) for name, cells in summaries(rows).items()]
     lines += [_row_lines(row) for row in shown]
     words = f"{len(shown)} of {len(rows)} row{'' if len(rows) == 1 else 's'}, newest first. {_NOTE}"
     return html_table("experiment-rows", QUANTITIES, lines, words)
-
-
-def _summaries(rows: Sequence[Row]) -> list[tuple[str, list[str]]]:
-    total = summary(rows)
-    signed = [MISSING if mean is None else f"{mean:+.2f}" for mean in total.means]
-    plain = [MISSING if rms is None else f"{rms:.2f}" for rms in total.rms]
-    return list(zip(SUMMARIES, ([str(count) for count in total.counts], signed, plain), strict=True))
 
 
 def _summary_line(name: str, cells: Sequence[str]) -> str:

@@ -8,8 +8,8 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.view import open_source, with_sample
 from dockpose.app.web.scene.labels import labels
-from dockpose.app.web.scene.port import port_radius_m
 from dockpose.app.web.scene.scene import docks_of, extent_of
+from dockpose.app.web.scene.surroundings import port_radius_m
 from dockpose.app.web.scene.viewpoints import CLOSE_UP, NAMES, viewpoint
 from dockpose.camera.port import FlatPort
 from dockpose.simulate import Pose, Scene, render

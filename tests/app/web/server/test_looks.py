@@ -1,7 +1,7 @@
 import threading
 
 import pytest
-from dockpose.app.web.pacing import UpdatePacing
+from dockpose.app.web.server.looks import UpdatePacing
 
 from tests.support.clock import Clock
 

@@ -2,7 +2,7 @@ import os
 import stat
 
 import pytest
-from dockpose.app.web.server.token import token_for
+from dockpose.app.web.server.start import token_for
 
 
 def test_a_token_stays_over_restarts_and_differs_by_port(tmp_path):

@@ -1,15 +1,9 @@
 import numpy as np
-import pytest
 from dockpose.app.drawing.thresholded import counts, kept_pixels
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.parameters import put
-from dockpose.app.state.view import open_source, with_sample
-
-
-@pytest.fixture(scope="module")
-def view():
-    return open_source(None, None, None)
+from dockpose.app.state.view import with_sample
 
 
 def test_lights_are_kept_and_counted(view):

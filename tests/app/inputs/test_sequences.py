@@ -20,7 +20,7 @@ from dockpose.app.inputs.sequences import (
 )
 from dockpose.app.processing.following import FrameFollower, chosen_by_track
 from dockpose.app.state.parameters import put
-from dockpose.app.state.view import DEFAULT_DOCK, open_source, with_first_frame, with_frame
+from dockpose.app.state.view import DEFAULT_DOCK, with_first_frame, with_frame
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
@@ -37,11 +37,6 @@ SCENE = Scene(
     pose=Pose(position_m=(0.05, 0.02, 1.2), theta_x_deg=15, theta_y_deg=20),
     water=preset("tank"),
 )
-
-
-@pytest.fixture(scope="module")
-def view():
-    return open_source(None, None, None)
 
 
 @pytest.fixture

@@ -10,11 +10,6 @@ from dockpose.camera.files import FORMATS
 from dockpose.camera.port import SEA_WATER, FlatPort
 
 
-@pytest.fixture(scope="module")
-def view():
-    return state.open_source(None, None, None)
-
-
 def test_port_is_put_on_set_and_taken_off(view):
     through = with_port(view, True)
     assert through.camera.port == optics.DEFAULT_PORT

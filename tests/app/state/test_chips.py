@@ -8,12 +8,7 @@ from dockpose.app.state.detection import with_centroid, with_mask, with_method
 from dockpose.app.state.in_force import with_these_as_mine
 from dockpose.app.state.parameters import put
 from dockpose.app.state.poses import with_pose_by_hand
-from dockpose.app.state.view import open_source, with_sample
-
-
-@pytest.fixture
-def view():
-    return open_source(None, None, None)
+from dockpose.app.state.view import with_sample
 
 
 def labels(view, *arguments):

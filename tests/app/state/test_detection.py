@@ -3,12 +3,6 @@ import math
 import pytest
 from dockpose.app.errors import UserError
 from dockpose.app.state import detection as choices
-from dockpose.app.state.view import open_source
-
-
-@pytest.fixture(scope="module")
-def view():
-    return open_source(None, None, None)
 
 
 def test_centroid(view):

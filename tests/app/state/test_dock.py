@@ -6,14 +6,8 @@ from dockpose import Dock
 from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.dock import angles_text, dropped_sentence, with_angles, with_lights
-from dockpose.app.state.view import open_source
 
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
-
-
-@pytest.fixture(scope="module")
-def view():
-    return open_source(None, None, None)
 
 
 @pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])

@@ -10,11 +10,6 @@ from dockpose.app.state.view import open_source
 NO_NUMBERS = [math.nan, math.inf, -math.inf, "700", None, True, [700], b"7"]
 
 
-@pytest.fixture(scope="module")
-def view():
-    return open_source(None, None, None)
-
-
 @pytest.mark.parametrize("name", PARAMETERS)
 @pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
 def test_what_is_no_number_is_refused_in_a_sentence(view, name, value):

@@ -5,13 +5,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
-from dockpose.app.state.view import open_source
 from dockpose.pose.known import KnownPose
-
-
-@pytest.fixture(scope="module")
-def view():
-    return open_source(None, None, None)
 
 
 def test_pose_by_hand_is_used_and_said(view):

@@ -25,11 +25,6 @@ from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.server.options import Options
 
 
-@pytest.fixture
-def view():
-    return state.open_source(None, None, None)
-
-
 def test_settings_file_is_read_back(view):
     changed = put(put(put(view, "fx", 812.5), "diameter_cm", 45), "level", 99)
     back = with_settings_file(view, settings_file(changed), "mine.yaml")

@@ -16,11 +16,6 @@ from dockpose.simulate.optics.water import PRESETS
 from dockpose.simulate.parts import Snow, Text
 
 
-@pytest.fixture(scope="module")
-def view():
-    return state.open_source(None, None, None)
-
-
 def scene_of(view) -> Scene:
     assert view.scene is not None
     return view.scene

@@ -8,13 +8,7 @@ from dockpose import Camera
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.poses import with_pose_by_hand
 from dockpose.app.state.trust import NO_POSE, VERDICTS, trust_in
-from dockpose.app.state.view import open_source
 from dockpose.lights.ring import light_diameter_px, tolerance_px
-
-
-@pytest.fixture(scope="module")
-def found():
-    return analyse(open_source(None, None, None)).estimate
 
 
 def with_choice(found, *, coincide=False, by="spacing", **pose):
@@ -74,8 +68,7 @@ def test_error_beyond_what_a_light_of_that_size_allows(found, times, colour):
     assert trust_in(with_choice(found, rms_px=3.6)).colour == "red"  # lights of this size are within 1.9 px
 
 
-def test_pose_by_hand_is_never_green_and_says_so(found):
-    view = open_source(None, None, None)
+def test_pose_by_hand_is_never_green_and_says_so(found, view):
     trust = analyse(with_pose_by_hand(view, found.candidates[0])).trust
     assert (trust.colour, trust.reasons) == ("amber", ("Pose A was chosen by hand; the program gives it 100 %.",))
     trust = analyse(with_pose_by_hand(view, found.candidates[1])).trust
@@ -88,11 +81,9 @@ def test_guessed_camera_is_amber_and_says_so(found):
     assert "assumed" in trust.sentence
 
 
-def test_second_ring_is_named_with_its_place():
-    one = open_source(None, None, None)
-    image = np.hstack([one.image, one.image])
-    camera = Camera(one.camera.fx, one.camera.fy, 639.5, one.camera.cy, 1280, one.camera.height)
-    analysis = analyse(replace(one, image=image, camera=camera))
+def test_second_ring_is_named_with_its_place(view):
+    camera = Camera(view.camera.fx, view.camera.fy, 639.5, view.camera.cy, 1280, view.camera.height)
+    analysis = analyse(replace(view, image=np.hstack([view.image, view.image]), camera=camera))
     assert analysis.estimate.markers is not None
     assert analysis.estimate.ring is not None
     assert analysis.estimate.selected is not None

@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dockpose.app.state import view as state
 from dockpose.app.state.parameters import put
 from dockpose.app.state.undo import History, changed_names
 
@@ -17,11 +16,6 @@ def clock():
 @pytest.fixture
 def history(clock):
     return History(clock)
-
-
-@pytest.fixture(scope="module")
-def view():
-    return state.open_source(None, None, None)
 
 
 def walk(history, clock, view, *steps, pause_s=1.0):

@@ -14,11 +14,6 @@ from dockpose.app.state.scene import with_scene
 from dockpose.camera.image import ImageError
 
 
-@pytest.fixture
-def view():
-    return state.open_source(None, None, None)
-
-
 def png(width, height):
     return cv2.imencode(".png", np.full((height, width), 20, np.uint8))[1].tobytes()
 

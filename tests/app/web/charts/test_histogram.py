@@ -1,18 +1,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask, with_method
-from dockpose.app.state.view import open_source
 from dockpose.app.web.charts.histogram import HistogramNumbers, groups_top, histogram_numbers
 from dockpose.app.web.panels.detect import threshold_sentence
 from dockpose.thresholds import Threshold
-
-
-@pytest.fixture(scope="module")
-def analysis():
-    return analyse(open_source(None, None, None))
 
 
 def numbers_of(analysis):

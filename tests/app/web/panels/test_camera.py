@@ -1,9 +1,7 @@
-from dockpose.app.state.view import open_source
 from dockpose.app.web.panels.camera import with_focal
 
 
-def test_one_focal_length_or_both():
-    view = open_source(None, None, None)
+def test_one_focal_length_or_both(view):
     assert with_focal(view, "fx", 800, both=False).camera.fy == view.camera.fy
     both = with_focal(view, "fy", 800, both=True).camera
     assert (both.fx, both.fy) == (800, 800)

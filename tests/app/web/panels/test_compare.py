@@ -9,15 +9,9 @@ from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view, compared, error_words, same_comparison
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.parameters import put
-from dockpose.app.state.view import open_source
 from dockpose.app.web.panels.compare import comparison_numbers, method_words
 
 from tests.support.methods import registered
-
-
-@pytest.fixture(scope="module")
-def view():
-    return open_source(None, None, None)
 
 
 @pytest.fixture(scope="module")

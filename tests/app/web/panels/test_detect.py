@@ -1,18 +1,12 @@
 from unittest.mock import MagicMock
 
-import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_mask, with_method
-from dockpose.app.state.view import open_source, with_sample
+from dockpose.app.state.view import with_sample
 from dockpose.app.web.panels.detect import DetectPanel, threshold_sentence, thrown_out_sentence
 from dockpose.thresholds import METHODS
 
 from tests.support.methods import registered
-
-
-@pytest.fixture(scope="module")
-def analysis():
-    return analyse(open_source(None, None, None))
 
 
 def test_threshold_sentence_names_level_and_groups(analysis):

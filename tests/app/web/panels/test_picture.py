@@ -5,19 +5,13 @@ import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.dock import with_lights
-from dockpose.app.state.view import open_source
 from dockpose.app.web.html import result_cells, sigma_cells
 from dockpose.app.web.panels.picture import COLUMNS, status_html, table_html
 
 
 @pytest.fixture(scope="module")
-def analysis():
-    return analyse(open_source(None, None, None))
-
-
-@pytest.fixture(scope="module")
-def empty():
-    return analyse(with_method(open_source(None, None, None), "fixed", 255))
+def empty(view):
+    return analyse(with_method(view, "fixed", 255))
 
 
 def test_row_of_the_likelier_candidate_agrees_with_the_truth(analysis):
@@ -27,8 +21,8 @@ def test_row_of_the_likelier_candidate_agrees_with_the_truth(analysis):
     assert len(result_cells(analysis.estimate.candidates[0])) == len(COLUMNS)
 
 
-def test_unknown_values_are_a_dash():
-    pose = replace(analyse(open_source(None, None, None)).estimate.candidates[0], probability=None, rms_px=None)
+def test_unknown_values_are_a_dash(analysis):
+    pose = replace(analysis.estimate.candidates[0], probability=None, rms_px=None)
     assert result_cells(pose)[-2:] == ["–", "–"]
 
 

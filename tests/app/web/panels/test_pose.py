@@ -6,14 +6,9 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
-from dockpose.app.state.view import open_source, with_sample
+from dockpose.app.state.view import with_sample
 from dockpose.app.web.panels.pose import coloured_peers, details_html, error_cells, errors_html, peers_html
 from dockpose.pose.known import KnownPose
-
-
-@pytest.fixture(scope="module")
-def analysis():
-    return analyse(open_source(None, None, None))
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.detection import with_method
-from dockpose.app.state.view import open_source
 from dockpose.app.web.scene.labels import pose_label
 from dockpose.app.web.scene.scene import (
     docks_of,
@@ -22,10 +21,7 @@ from dockpose.pose.known import KnownPose
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
 
-
-@pytest.fixture(scope="module")
-def found():
-    return analyse(open_source(None, None, None)).estimate
+from tests.app.web.scene.test_labels import on_screen
 
 
 def test_image_plane_puts_the_corner_pixels_on_their_rays():
@@ -74,8 +70,8 @@ def test_lights_are_where_the_dock_has_them():
     assert lights_on_ring(Dock(0.30), None).shape == (0, 3)
 
 
-def test_no_rays_without_a_pose():
-    empty = analyse(with_method(open_source(None, None, None), "fixed", 255)).estimate
+def test_no_rays_without_a_pose(view):
+    empty = analyse(with_method(view, "fixed", 255)).estimate
     assert rays_to_lights(empty).shape == (0, 2, 3)
     assert extent_of(docks_of(empty)).depth_m == 1
 
@@ -93,14 +89,8 @@ def test_pose_label(found):
 
 def seen(place, points, aspect):
     """Whether each point is inside the picture of an eye whose up is -y."""
-    ahead = place.look_at - place.position
-    ahead = ahead / np.linalg.norm(ahead)
-    right = np.cross(ahead, [0, -1, 0])
-    right = right / np.linalg.norm(right)
-    up = np.cross(right, ahead)
-    offset = points - place.position
-    depth, half = offset @ ahead, math.tan(place.fov_rad / 2)
-    return (depth > 0) & (np.abs(offset @ up) < half * depth) & (np.abs(offset @ right) < half * aspect * depth)
+    x, y = on_screen(place, points, aspect, 1.0).T
+    return (x > 0) & (x < aspect) & (y > 0) & (y < 1)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "Camera"])

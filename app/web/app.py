@@ -1,5 +1,6 @@
 """The page in the browser: a viser server, its panels and its scene, and the worker behind them."""
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
@@ -36,8 +37,8 @@ LOOPBACK = "127.0.0.1"
 FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
 
 
-class App:
-    """The running page. Make it with :meth:`build`, end it with :meth:`stop`."""
+class App(contextlib.AbstractContextManager["App"]):
+    """The running page. Make it with :meth:`build`, end it with :meth:`stop`, or as a context."""
 
     def __init__(
         self,
@@ -153,6 +154,9 @@ class App:
         self._memory.write()
         with silence():
             self._server.stop()
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
     def change(
         self, function: Callable[[View], View], client: viser.ClientHandle | None = None, *, reload: bool = False

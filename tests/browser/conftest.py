@@ -1,3 +1,4 @@
+import contextlib
 import os
 import re
 import time
@@ -76,18 +77,24 @@ def root(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def app(root):
-    running = App.build(port=0, options=Options(sessions=root))
-    yield running
-    running.stop()
+    with App.build(port=0, options=Options(sessions=root)) as running:
+        yield running
 
 
 @pytest.fixture(scope="module")
 def opened(browser, app):
     """One page for all tests of a module: opening one takes seconds without a graphics card."""
-    page = Page(browser.new_context(viewport={"width": 1366, "height": 768}).new_page(), app)
-    page.open()
-    yield page
-    page.page.context.close()
+    with visit(browser, app) as page:
+        page.open()
+        yield page
+
+
+@contextlib.contextmanager
+def visit(browser, app, **options):
+    """A page of its own, on a laptop unless the options of its context say otherwise."""
+    options = {"viewport": {"width": 1366, "height": 768}} | options
+    with contextlib.closing(browser.new_context(**options)) as context:
+        yield Page(context.new_page(), app)
 
 
 @pytest.fixture
@@ -180,10 +187,14 @@ class Page:
         self.page.evaluate(_SENT)
 
     def upload(self, name, data):
-        self.reveal(self.page.get_by_role("button", name="Upload pictures"))
+        self.send("Upload pictures", (name, data))
+
+    def send(self, button, *files):
+        """Choose files, each a name and bytes, in the dialogue of an upload button."""
+        self.reveal(self.page.get_by_role("button", name=button))
         with self.page.expect_file_chooser() as chooser:
-            self.page.get_by_role("button", name="Upload pictures").click()
-        chooser.value.set_files({"name": name, "mimeType": "image/png", "buffer": data})
+            self.page.get_by_role("button", name=button).click()
+        chooser.value.set_files([{"name": name, "mimeType": "", "buffer": data} for name, data in files])
 
     @property
     def status(self):

@@ -20,34 +20,30 @@ def main() -> int:
     if path is None:
         print("No Chromium: install one, or set CHROMIUM to its path.", file=sys.stderr)
         return 1
-    app = App.build(port=0)
-    try:
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-            page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
-            page.open()
-            start = page.page.get_by_role("button", name="Start")
-            if start.count():
-                start.click()
-            app.change(lambda _: open_source("sample_images/tilted.png", None, None), reload=True)
-            page.tab("Detect")
-            _shoot(page, "screenshot.png")
-            app.change(lambda _: open_source("sample_images/side_glow.png", None, None), reload=True)
-            page.until(lambda: "side_glow" in page.page.locator("#source").inner_text())
-            page.page.keyboard.press("Escape")
-            page.page.get_by_role("tab", name="Compare", exact=True).click()
-            page.page.locator("dockpose-compare canvas[data-drawn]").first.wait_for(timeout=60_000)
-            _shoot(page, "screenshot-compare.png")
-            page.page.get_by_role("tab", name="Picture", exact=True).click()
-            page.tab("Play")
-            page.choose("Sequence", "simulated approach")
-            page.page.get_by_role("button", name="Play", exact=True).click()
-            page.until(lambda: app.view.source.startswith("simulated approach, frame 300"), 60)
-            page.page.get_by_role("button", name="Pause", exact=True).click()
-            _shoot(page, "screenshot-sequence.png")
-            browser.close()
-    finally:
-        app.stop()
+    with App.build(port=0) as app, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
+        page.open()
+        start = page.page.get_by_role("button", name="Start")
+        if start.count():
+            start.click()
+        app.change(lambda _: open_source("sample_images/tilted.png", None, None), reload=True)
+        page.tab("Detect")
+        _shoot(page, "screenshot.png")
+        app.change(lambda _: open_source("sample_images/side_glow.png", None, None), reload=True)
+        page.until(lambda: "side_glow" in page.page.locator("#source").inner_text())
+        page.page.keyboard.press("Escape")
+        page.page.get_by_role("tab", name="Compare", exact=True).click()
+        page.page.locator("dockpose-compare canvas[data-drawn]").first.wait_for(timeout=60_000)
+        _shoot(page, "screenshot-compare.png")
+        page.page.get_by_role("tab", name="Picture", exact=True).click()
+        page.tab("Play")
+        page.choose("Sequence", "simulated approach")
+        page.page.get_by_role("button", name="Play", exact=True).click()
+        page.until(lambda: app.view.source.startswith("simulated approach, frame 300"), 60)
+        page.page.get_by_role("button", name="Pause", exact=True).click()
+        _shoot(page, "screenshot-sequence.png")
+        browser.close()
     return 0
 
 

@@ -5,7 +5,6 @@ import pytest
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
 
-from tests.browser.test_source import send
 from tests.pipeline.camera.test_calibrate import CHESSBOARD, TRUE, pictures
 
 pytestmark = pytest.mark.browser
@@ -13,17 +12,16 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def app(tmp_path_factory):
-    running = App.build(port=0, options=Options(remember_in=tmp_path_factory.mktemp("settings")))
-    running._memory.change(shows_first_card=False)
-    yield running
-    running.stop()
+    with App.build(port=0, options=Options(remember_in=tmp_path_factory.mktemp("settings"))) as running:
+        running._memory.change(shows_first_card=False)
+        yield running
 
 
 def test_uploaded_boards_become_the_camera_in_use(page):
     page.tab("Tank")
     page.page.get_by_text("Calibrate the camera", exact=True).click()
     for name, picture in pictures(CHESSBOARD, TRUE, 6):
-        send(page, "Add a picture or video of the board", (name, cv2.imencode(".png", picture)[1].tobytes()))
+        page.send("Add a picture or video of the board", (name, cv2.imencode(".png", picture)[1].tobytes()))
         page.page.locator("#calibration-seen", has_text=f"{name}: board seen and taken").wait_for()
     assert "6 views" in page.page.locator("#calibration-covered").inner_text()
     page.page.get_by_role("button", name="Work out the camera").click()

@@ -5,8 +5,6 @@ from dockpose.app.state.camera import camera_file
 from dockpose.app.state.parameters import DISTORTION
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER
 
-from tests.browser.test_source import send
-
 pytestmark = pytest.mark.browser
 TANK = (
     *("Focal length and image centre", "Lens distortion", "Port and water", "Save, or go back"),
@@ -78,7 +76,7 @@ def test_camera_is_saved_and_loaded(page, tmp_path):
     assert yaml.safe_load(saved)["camera_matrix"]["data"][0] == 812
     page.page.get_by_role("button", name="Back to the default").click()
     page.until(lambda: page.app.view.camera.fx < 600)
-    send(page, "Load a camera file", ("mine.yaml", saved))
+    page.send("Load a camera file", ("mine.yaml", saved))
     page.until(lambda: page.box("fx (px)").input_value() == "812")
 
 
@@ -86,7 +84,7 @@ def test_camera_of_another_size_is_named_and_changes_nothing(page):
     page.tab("Tank")
     before = page.app.view
     other = camera_file(Camera(700, 700, 300, 300, 600, 600), "dockpose")
-    send(page, "Load a camera file", ("square.yaml", other))
+    page.send("Load a camera file", ("square.yaml", other))
     page.page.get_by_text("square.yaml: the image is 640 x 480").first.wait_for()
     assert page.app.view is before
 

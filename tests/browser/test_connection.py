@@ -5,7 +5,7 @@ from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
 from dockpose.app.web.server.start import check_port_is_free
 
-from tests.browser.conftest import Page
+from tests.browser.conftest import visit
 
 PORT = 8977
 
@@ -21,30 +21,23 @@ def port():
 
 def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, port, tmp_path):
     options = Options(remember_in=tmp_path)
-    context = browser.new_context(viewport={"width": 1366, "height": 768})
-    running = App.build(port=port, options=options)
-    try:
-        page = Page(context.new_page(), running)
-        page.page.goto(running.address)
-        start = page.page.get_by_role("button", name="Start", exact=True)
-        start.wait_for()
-        start.click()
-        assert page.page.title() == "dockpose"
-        page.choose("Sample scene", "tilted")
-        page.until(lambda: page.has_found("tilted"))
-        running.stop()
+    with visit(browser, None) as page:
+        with App.build(port=port, options=options) as page.app:
+            page.page.goto(page.app.address)
+            start = page.page.get_by_role("button", name="Start", exact=True)
+            start.wait_for()
+            start.click()
+            assert page.page.title() == "dockpose"
+            page.choose("Sample scene", "tilted")
+            page.until(lambda: page.has_found("tilted"))
         banner = page.page.get_by_role("alert").filter(has_text="has stopped")
         banner.wait_for()
         assert f"dockpose serve --port {port}" in banner.inner_text()
-        running = App.build(port=port, options=options)
-        page.app = running
-        banner.wait_for(state="hidden")
-        page.page.reload()  # with the token of before
-        page.page.locator("#candidates tbody tr").first.wait_for()
-        page.until(lambda: page.has_found("tilted"))
-    finally:
-        running.stop()
-        context.close()
+        with App.build(port=port, options=options) as page.app:
+            banner.wait_for(state="hidden")
+            page.page.reload()  # with the token of before
+            page.page.locator("#candidates tbody tr").first.wait_for()
+            page.until(lambda: page.has_found("tilted"))
 
 
 def test_a_reload_keeps_the_tab(page):
@@ -56,10 +49,7 @@ def test_a_reload_keeps_the_tab(page):
 
 
 def test_viewers_see_everything_and_change_nothing(browser):
-    running = App.build(port=0, options=Options(view_link=True))
-    context = browser.new_context(viewport={"width": 1366, "height": 768})
-    try:
-        viewer = Page(context.new_page(), running)
+    with App.build(port=0, options=Options(view_link=True)) as running, visit(browser, running) as viewer:
         viewer.page.goto(running.addresses(for_viewers=True)[0])
         viewer.page.locator("#candidates tbody tr").first.wait_for()
         assert "View only" in viewer.page.locator("#view-only").inner_text()
@@ -69,27 +59,20 @@ def test_viewers_see_everything_and_change_nothing(browser):
         viewer.box("Min. area (px)").press("Enter")
         viewer.page.wait_for_timeout(1000)
         assert running.view.settings == before
-    finally:
-        context.close()
-        running.stop()
 
 
 def test_the_page_follows_the_systems_dark_mode_until_somebody_chooses(browser):
-    running = App.build(port=0)
-    context = browser.new_context(viewport={"width": 1366, "height": 768}, color_scheme="dark")
-    scheme = "() => document.documentElement.dataset.mantineColorScheme"
-    try:
-        page = Page(context.new_page(), running)
+    def scheme():
+        return page.page.evaluate("() => document.documentElement.dataset.mantineColorScheme")
+
+    with App.build(port=0) as running, visit(browser, running, color_scheme="dark") as page:
         page.open()
-        page.until(lambda: page.page.evaluate(scheme) == "dark")
+        page.until(lambda: scheme() == "dark")
         page.page.emulate_media(color_scheme="light")
-        page.until(lambda: page.page.evaluate(scheme) == "light")
+        page.until(lambda: scheme() == "light")
         page.page.keyboard.press("d")
-        page.until(lambda: page.page.evaluate(scheme) == "dark")
+        page.until(lambda: scheme() == "dark")
         page.page.emulate_media(color_scheme="dark")
         page.page.emulate_media(color_scheme="light")
         page.page.wait_for_timeout(1000)
-        assert page.page.evaluate(scheme) == "dark"
-    finally:
-        context.close()
-        running.stop()
+        assert scheme() == "dark"

@@ -3,30 +3,30 @@ from dockpose.app.inputs.samples import sample_path
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
 
-from tests.browser.conftest import Page
-from tests.browser.test_source import send
+from tests.browser.conftest import visit
 
 pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
 def app(tmp_path_factory):
-    running = App.build(port=0, options=Options(remember_in=tmp_path_factory.mktemp("memory")))
-    yield running
-    running.stop()
+    with App.build(port=0, options=Options(remember_in=tmp_path_factory.mktemp("memory"))) as running:
+        yield running
 
 
 @pytest.fixture(scope="module")
 def opened(browser, app):
     """The first opening: the card is there, and a click takes it away for good."""
-    context = browser.new_context(viewport={"width": 1366, "height": 768}, accept_downloads=True)
-    page = Page(context.new_page(), app)
-    page.open()
+    with visit(browser, app, accept_downloads=True) as page:
+        page.open()
+        dismiss_card(page)
+        yield page
+
+
+def dismiss_card(page):
     page.page.get_by_text("You see a simulated dock").wait_for()
     page.page.get_by_role("button", name="Start").click()
     page.page.get_by_text("You see a simulated dock").wait_for(state="hidden")
-    yield page
-    context.close()
 
 
 def blur(page):
@@ -37,9 +37,7 @@ def test_first_card_is_gone_for_good_and_comes_back_when_asked(page):
     assert not page.app._memory.now.shows_first_card
     page.tab("Settings")
     page.page.get_by_role("button", name="Show the first card").click()
-    page.page.get_by_text("You see a simulated dock").wait_for()
-    page.page.get_by_role("button", name="Start").click()
-    page.page.get_by_text("You see a simulated dock").wait_for(state="hidden")
+    dismiss_card(page)
 
 
 def test_undo_and_redo_by_keys_and_buttons(page):
@@ -93,11 +91,14 @@ def test_help_over_the_page_and_in_a_tab_of_its_own(page):
         page.page.get_by_text("Open it in a tab of its own").dispatch_event("click")
     popup.value.get_by_role("heading", name="Tank", exact=True).wait_for()
     popup.value.close()
-    page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
-    page.page.get_by_text("Keys work unless you are typing").wait_for(state="hidden")
+    close_help(page)
     page.tab("Settings")
     page.page.get_by_role("button", name="Help (H)").click()
     page.page.get_by_text("Keys work unless you are typing").wait_for()
+    close_help(page)
+
+
+def close_help(page):
     page.page.get_by_role("button", name="Close", exact=True).dispatch_event("click")
     page.page.get_by_text("Keys work unless you are typing").wait_for(state="hidden")
 
@@ -112,20 +113,18 @@ def test_settings_are_saved_and_loaded(page, tmp_path):
     page.box("Diameter (cm)").fill("60")
     page.until(lambda: page.app.view.dock.diameter == 0.6)
     page.tab("Settings")
-    send(page, "Load settings", ("mine.yaml", (tmp_path / "settings.yaml").read_bytes()))
+    page.send("Load settings", ("mine.yaml", (tmp_path / "settings.yaml").read_bytes()))
     page.until(lambda: page.box("Diameter (cm)").input_value() == "45")
     page.tab("Settings")
-    send(page, "Load settings", ("odd.yaml", b"settings: {methode: otsu}"))
+    page.send("Load settings", ("odd.yaml", b"settings: {methode: otsu}"))
     page.page.get_by_text("odd.yaml: Object contains unknown field `methode`").first.wait_for()
 
 
 @pytest.fixture
 def second(browser, page):
-    context = browser.new_context(viewport={"width": 1920, "height": 1080})
-    other = Page(context.new_page(), page.app)
-    other.open()
-    yield other
-    context.close()
+    with visit(browser, page.app, viewport={"width": 1920, "height": 1080}) as other:
+        other.open()
+        yield other
 
 
 def test_two_browsers_show_the_same_and_one_may_leave(page, second):
@@ -135,7 +134,7 @@ def test_two_browsers_show_the_same_and_one_may_leave(page, second):
     for one in (page, second):
         one.until(lambda: "Dock found in tilted" in one.status)  # noqa: B023
     name = "own.png"
-    send(second, "Upload pictures", (name, sample_path("plain").read_bytes()))
+    second.send("Upload pictures", (name, sample_path("plain").read_bytes()))
     page.until(lambda: name in page.status)
     second.page.close()
     page.until(lambda: len(page.app._server.get_clients()) == 1)

@@ -9,7 +9,7 @@ from dockpose.app.inputs.samples import sample_path
 from dockpose.app.processing.comparison import compared
 from dockpose.app.state.camera import camera_file
 
-from tests.browser.conftest import Page
+from tests.browser.conftest import visit
 
 pytestmark = pytest.mark.browser
 OWN = Camera(649.0, 649.0, 319.5, 239.5, 640, 480)
@@ -34,12 +34,10 @@ class Hand:
 
 @pytest.fixture
 def hand(browser, app):
-    context = browser.new_context(viewport={"width": 1366, "height": 768}, accept_downloads=True)
-    page = Page(context.new_page(), app)
-    page.page.goto(app.address)
-    page.page.locator("#candidates tbody tr").first.wait_for()
-    yield Hand(page)
-    context.close()
+    with visit(browser, app, accept_downloads=True) as page:
+        page.page.goto(app.address)
+        page.page.locator("#candidates tbody tr").first.wait_for()
+        yield Hand(page)
 
 
 def test_own_picture_with_own_camera_in_three_clicks_and_two_dialogues(hand):

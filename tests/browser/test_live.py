@@ -9,7 +9,7 @@ from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
 from dockpose.simulate import render
 from dockpose.sources import Wishes, open_frames
 
-from tests.browser.conftest import Page
+from tests.browser.conftest import visit
 from tests.support.cameras import V4l2Camera
 from tests.support.scenes import CAMERA, random_scene
 
@@ -24,14 +24,13 @@ def camera(browser, tmp_path, monkeypatch):
     make = V4l2Camera.make([bright] * 5000, rates_hz=(20.0,), sizes=((640, 480),))
     monkeypatch.setattr(cv2, "VideoCapture", make)
     options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
-    running = App.build("0", CAMERA, Dock(0.30, 10), port=0, options=options)
-    context = browser.new_context(viewport={"width": 1366, "height": 768}, accept_downloads=True)
-    page = Page(context.new_page(), running)
-    page.open()
-    page.tab("Play")
-    yield page
-    context.close()
-    running.stop()
+    with (
+        App.build("0", CAMERA, Dock(0.30, 10), port=0, options=options) as running,
+        visit(browser, running, accept_downloads=True) as page,
+    ):
+        page.open()
+        page.tab("Play")
+        yield page
 
 
 def words(page):

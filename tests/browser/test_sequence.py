@@ -6,7 +6,7 @@ import pytest
 from dockpose.app.state.parameters import put
 from dockpose.app.web.panels.play.sequence import NONE_CHOSEN
 
-from tests.browser.conftest import Page
+from tests.browser.conftest import visit
 from tests.support import bags
 
 COURSE = "simulated sweep"
@@ -98,13 +98,11 @@ def test_new_browser_has_the_whole_course_and_gaps_are_gaps(sequence, browser):
     seen = str(sequence.app._sequence.player.index + 1)
     sequence.until(lambda: line(sequence).get_attribute("data-points") == seen)
     assert line(sequence).get_attribute("data-gaps") == "1"
-    context = browser.new_context(viewport={"width": 1366, "height": 768})
-    other = Page(context.new_page(), sequence.app)
-    other.page.goto(sequence.app.address)
-    line(other).wait_for()
-    other.until(lambda: line(other).get_attribute("data-points") == seen, 30)
-    assert line(other).get_attribute("data-gaps") == "1"
-    context.close()
+    with visit(browser, sequence.app) as other:
+        other.page.goto(sequence.app.address)
+        line(other).wait_for()
+        other.until(lambda: line(other).get_attribute("data-points") == seen, 30)
+        assert line(other).get_attribute("data-gaps") == "1"
 
 
 _SAMPLES = """
@@ -199,10 +197,7 @@ def video(tmp_path):
 
 
 def test_video_is_uploaded_and_one_without_a_dock_is_a_result(page, tmp_path):
-    page.tab("Pictures")
-    with page.page.expect_file_chooser() as chooser:
-        page.page.get_by_role("button", name="Upload a video").click()
-    chooser.value.set_files({"name": "tank.avi", "mimeType": "video/avi", "buffer": video(tmp_path)})
+    page.send("Upload a video", ("tank.avi", video(tmp_path)))
     page.until(lambda: "tank.avi, frame 1 of 4" in page.status)
     assert "No pose" in page.status
     page.tab("Play")
@@ -225,10 +220,7 @@ def test_dropped_video_opens_the_tab_and_plays(page, tmp_path):
 
 
 def test_text_called_mp4_is_refused_and_the_page_stays(page):
-    page.tab("Pictures")
-    with page.page.expect_file_chooser() as chooser:
-        page.page.get_by_role("button", name="Upload a video").click()
-    chooser.value.set_files({"name": "text.mp4", "mimeType": "video/mp4", "buffer": b"no video"})
+    page.send("Upload a video", ("text.mp4", b"no video"))
     page.page.get_by_text("text.mp4", exact=False).first.wait_for()
     assert "Dock found in plain" in page.status
 
@@ -237,10 +229,7 @@ def test_a_bag_is_uploaded_and_played(page, tmp_path):
     """Without a camera in it, it is searched with the camera of the page."""
     pictures = [np.full((480, 640), level, np.uint8) for level in (0, 50, 100)]
     data = bags.write_mcap(tmp_path / "run.mcap", bags.frames(pictures)).read_bytes()
-    page.tab("Pictures")
-    with page.page.expect_file_chooser() as chooser:
-        page.page.get_by_role("button", name="Upload a video").click()
-    chooser.value.set_files({"name": "run.mcap", "mimeType": "", "buffer": data})
+    page.send("Upload a video", ("run.mcap", data))
     page.until(lambda: "run.mcap, frame 1 of 3" in page.status)
     page.tab("Play")
     page.choose("Sequence", NONE_CHOSEN)

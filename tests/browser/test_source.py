@@ -20,9 +20,8 @@ def app(tmp_path_factory):
     (root / "tank").mkdir()
     for name in ("first.png", "second.png"):
         shutil.copy(sample_path("tilted"), root / "tank" / name)
-    running = App.build(port=0, options=Options(folder=root))
-    yield running
-    running.stop()
+    with App.build(port=0, options=Options(folder=root)) as running:
+        yield running
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -39,15 +38,6 @@ def files(page):
 
 def scene_of(page):
     return page.app.view.scene
-
-
-def send(page, button, *files):
-    """Choose files, each a name and bytes, in the dialogue of an upload button."""
-    page.reveal(page.page.get_by_role("button", name=button))
-    with page.page.expect_file_chooser() as chooser:
-        page.page.get_by_role("button", name=button).click()
-    kind = "image/png" if "picture" in button else "application/yaml"
-    chooser.value.set_files([{"name": name, "mimeType": kind, "buffer": data} for name, data in files])
 
 
 def test_every_slider_of_the_scene_changes_it(page):
@@ -98,7 +88,7 @@ def test_scene_is_saved_and_loaded(page, tmp_path):
     assert yaml.safe_load(saved)["pose"]["position_m"][2] == 1.3
     page.box("Dock z (cm)").fill("90")
     page.until(lambda: page.z_cm == pytest.approx(90, abs=1))
-    send(page, "Load a scene", ("mine.yaml", saved))
+    page.send("Load a scene", ("mine.yaml", saved))
     page.until(lambda: page.z_cm == pytest.approx(130, abs=1))
 
 
@@ -111,7 +101,7 @@ def test_simulates_with_the_camera_in_use(page):
 
 
 def test_several_pictures_at_once_and_turning_pages(page):
-    send(page, "Upload pictures", *[(f"{name}.png", sample_path(name).read_bytes()) for name in ("plain", "tilted")])
+    page.send("Upload pictures", *[(f"{name}.png", sample_path(name).read_bytes()) for name in ("plain", "tilted")])
     page.until(lambda: page.has_found("tilted.png"))
     page.page.get_by_role("button", name="Previous").click()
     page.until(lambda: page.has_found("plain.png"))
@@ -179,7 +169,7 @@ def sea():
 def test_bad_files_are_named_with_the_reason_and_change_nothing(page, case):
     button, name, data, words = BAD[case]
     before = page.app.view
-    send(page, button, (name, data()))
+    page.send(button, (name, data()))
     page.page.get_by_text(words).first.wait_for()
     assert page.app.view is before
     assert "Dock found in plain" in page.status
@@ -188,14 +178,14 @@ def test_bad_files_are_named_with_the_reason_and_change_nothing(page, case):
 def test_forty_files_at_once(page):
     good = sample_path("tilted").read_bytes()
     files = [(f"f{number}.png", good if number % 2 else b"junk") for number in range(40)]
-    send(page, "Upload pictures", *files)
+    page.send("Upload pictures", *files)
     page.until(lambda: "f39.png" in page.status)
     assert [name for name in page.app._kept.names() if name.startswith("f")] == [f"f{n}.png" for n in range(1, 40, 2)]
     page.page.get_by_text("more) | f38.png: is not a picture").first.wait_for()
 
 
 def test_uploads_are_forgotten_when_asked(page):
-    send(page, "Upload pictures", ("mine.png", sample_path("tilted").read_bytes()))
+    page.send("Upload pictures", ("mine.png", sample_path("tilted").read_bytes()))
     page.until(lambda: page.has_found("mine.png"))
     kept = page.app._kept.kept_bytes
     page.page.get_by_role("button", name=f"Forget uploads ({kept / 2**20:.1f} MB)").click()

@@ -12,8 +12,7 @@ from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
 
-from tests.browser.conftest import HANGS_S, Page
-from tests.browser.test_source import send
+from tests.browser.conftest import HANGS_S, visit
 
 pytestmark = pytest.mark.browser
 OWN = Camera(649.0, 649.0, 319.5, 239.5, 640, 480)  # sees 92.7 cm where the sample's camera, of 700 px, sees 100
@@ -26,17 +25,16 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def app(folder):
-    running = App.build(port=0, options=Options(remember_in=folder, folder=samples_folder()))
-    running._memory.change(shows_first_card=False)
-    yield running
-    running.stop()
+    with App.build(port=0, options=Options(remember_in=folder, folder=samples_folder())) as running:
+        running._memory.change(shows_first_card=False)
+        yield running
 
 
 @pytest.fixture
 def tank(page):
     """The page with My tank's camera loaded while a sample is looked at, as at the start of a day."""
     page.tab("Tank")
-    send(page, "Load a camera file", ("mine.yaml", camera_file(OWN, "dockpose")))
+    page.send("Load a camera file", ("mine.yaml", camera_file(OWN, "dockpose")))
     page.until(lambda: page.app.view.tank.camera == OWN)
     return page
 
@@ -104,12 +102,9 @@ def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder
 def test_tank_is_there_at_the_next_start(folder, browser, app):
     app.change(lambda view: view)
     app._memory.write()
-    again = App.build(str(sample_path("tilted")), port=0, options=Options(remember_in=folder))
-    try:
+    with App.build(str(sample_path("tilted")), port=0, options=Options(remember_in=folder)) as again:
         assert again.wait_until_idle(HANGS_S)
         assert again.view.tank == app.view.tank
-    finally:
-        again.stop()
 
 
 def test_note_on_an_assumed_camera_goes_once_fx_is_typed_and_trust_has_its_reason(page):
@@ -178,9 +173,8 @@ def test_box_never_keeps_a_number_that_was_not_taken(page):
 
 @pytest.fixture
 def other_page(browser, app):
-    context = browser.new_context(viewport={"width": 1366, "height": 768})
-    yield Page(context.new_page(), app)
-    context.close()
+    with visit(browser, app) as page:
+        yield page
 
 
 def test_line_on_my_tank_is_in_view_from_every_tab(page, other_page):

@@ -91,15 +91,11 @@ def test_folder_for_settings(monkeypatch, platform, end):
 
 def test_app_starts_with_the_last_settings(tmp_path):
     options = Options(remember_in=tmp_path)
-    app = App.build(options=options)
-    app.change(lambda view: with_method(view, "otsu", 0))
-    assert app.wait_until_idle(120)
-    app.stop()
-    app = App.build(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options)
-    try:
+    with App.build(options=options) as app:
+        app.change(lambda view: with_method(view, "otsu", 0))
+        assert app.wait_until_idle(120)
+    with App.build(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options) as app:
         assert app.view.settings.method == "otsu"
-    finally:
-        app.stop()
 
 
 @pytest.mark.parametrize(
@@ -135,11 +131,8 @@ def test_app_starts_with_a_pose_after_a_fixed_level(tmp_path):
     kept = Memory(tmp_path)
     kept.change(settings=Settings(method="fixed", level=254))
     kept.write()
-    app = App.build(options=options)
-    try:
+    with App.build(options=options) as app:
         assert (app.view.settings, "a fixed level of 254" in app.view.note) == (Settings(), True)
-    finally:
-        app.stop()
 
 
 def test_the_last_uploaded_picture_is_back_at_the_next_start(tmp_path, view):
@@ -216,8 +209,7 @@ def test_a_picture_that_cannot_be_deleted_is_named(tmp_path):
 def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
     """Neither on the disk, nor in memory, nor at the next start."""
     options = Options(remember_in=tmp_path)
-    app = App.build(options=options)
-    try:
+    with App.build(options=options) as app:
         png = cv2.imencode(".png", np.eye(300, dtype=np.uint8) * 200)[1].tobytes()
         (source,) = [panel for panel in app._panels if isinstance(panel, SourcePanel)]
         app.change(lambda shown: source._with_new_upload(shown, png, "mine.png"), reload=True)
@@ -230,8 +222,6 @@ def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
         assert not source._forget.visible
         gc.collect()
         assert shown() is None
-    finally:
-        app.stop()
     assert not any(b"mine.png" in path.read_bytes() for path in tmp_path.iterdir())
     assert not (tmp_path / "last-picture.png").exists()
     again = App.build(options=options)

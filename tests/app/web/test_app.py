@@ -13,9 +13,8 @@ from viser import _messages as messages
 
 @pytest.fixture
 def app():
-    running = App.build(port=0)
-    yield running
-    running.stop()
+    with App.build(port=0) as running:
+        yield running
 
 
 @pytest.fixture
@@ -27,10 +26,9 @@ def busy_port():
 
 
 def test_serves_a_page_on_the_loopback_address_and_prints_nothing(capsys):
-    app = App.build(port=0)
-    assert app.address.startswith(f"http://127.0.0.1:{app.port}/?token=")
-    assert urlopen(app.address, timeout=60).status == 200
-    app.stop()
+    with App.build(port=0) as app:
+        assert app.address.startswith(f"http://127.0.0.1:{app.port}/?token=")
+        assert urlopen(app.address, timeout=60).status == 200
     assert capsys.readouterr().out == ""
 
 
@@ -43,11 +41,8 @@ def test_asked_for_port_is_the_one_that_is_taken():
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    app = App.build(port=port)
-    try:
+    with App.build(port=port) as app:
         assert app.port == port
-    finally:
-        app.stop()
 
 
 def test_busy_port_is_named_and_no_other_one_taken(busy_port):

@@ -49,10 +49,9 @@ def calls():
 
 @pytest.fixture(scope="module")
 def app(calls):
-    running = App.build(port=0)
-    assert running.wait_until_idle(TIMEOUT_S)
-    yield running
-    running.stop()
+    with App.build(port=0) as running:
+        assert running.wait_until_idle(TIMEOUT_S)
+        yield running
 
 
 def wait(app):

@@ -44,10 +44,9 @@ class Sent:
 
 @pytest.fixture
 def app():
-    running = App.build(port=0)
-    assert running.wait_until_idle(120)
-    yield running
-    running.stop()
+    with App.build(port=0) as running:
+        assert running.wait_until_idle(120)
+        yield running
 
 
 def played(app, monkeypatch):

@@ -4,7 +4,6 @@ import asyncio
 import logging
 
 import pytest
-from dockpose.app.web.app import App
 from dockpose.app.web.server import gate, journal
 from dockpose.app.web.server.journal import Journal
 from viser import _messages as messages
@@ -13,13 +12,6 @@ from viser.infra._async_message_buffer import AsyncMessageBuffer
 from tests.support.visitors import Visitor
 
 LABEL = "Min. area (px)"
-
-
-@pytest.fixture(scope="module")
-def app():
-    running = App.build(port=0)
-    yield running
-    running.stop()
 
 
 @pytest.fixture(scope="module")

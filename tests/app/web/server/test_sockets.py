@@ -62,16 +62,22 @@ def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
     assert open_sockets() <= before + 5
 
 
-def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(page, monkeypatch, caplog):
-    monkeypatch.setattr(journal, "_EVERY_S", 0.0)  # the tests before have had their lines in this second
+def opening_of(page, more=""):
+    """What a browser asks for to open the page's WebSocket, with further lines."""
     port, token = page
-    before, host = open_sockets(), f"127.0.0.1:{port}"
-    opening = (
+    host = f"127.0.0.1:{port}"
+    return (
         f"GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
-        f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\nSec-WebSocket-Extensions: permessage-deflate\r\n"
+        f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n{more}"
         f"Cookie: {cookie_of(f'http://{host}/?token={token}')}\r\n\r\n"
     ).encode()
+
+
+def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(page, monkeypatch, caplog):
+    monkeypatch.setattr(journal, "_EVERY_S", 0.0)  # the tests before have had their lines in this second
+    before, port = open_sockets(), page[0]
+    opening = opening_of(page, "Sec-WebSocket-Extensions: permessage-deflate\r\n")
     with contextlib.ExitStack() as open_ones:
         for _ in range(3):
             one = open_ones.enter_context(socket.create_connection(("127.0.0.1", port), timeout=60))
@@ -94,13 +100,7 @@ def test_where_too_many_pages_are_open_one_more_is_refused_until_one_is_closed(p
     port, token = page
     monkeypatch.setattr(sockets, "MOST_OPEN", 3)
     monkeypatch.setattr(journal, "_EVERY_S", 0.0)
-    host = f"127.0.0.1:{port}"
-    opening = (
-        f"GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
-        f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n"
-        f"Cookie: {cookie_of(f'http://{host}/?token={token}')}\r\n\r\n"
-    ).encode()
+    opening = opening_of(page)
     with contextlib.ExitStack() as open_ones:
         ours = []
         for _ in range(3):
@@ -110,7 +110,7 @@ def test_where_too_many_pages_are_open_one_more_is_refused_until_one_is_closed(p
             ours.append(one)
         assert asked(port, opening) == "HTTP/1.1 503 Service Unavailable"
         assert [one.startswith("127.0.0.1: refused a page: too many are open") for one in caplog.messages] == [True]
-        with urllib.request.urlopen(f"http://{host}/?token={token}", timeout=60) as answer:
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/?token={token}", timeout=60) as answer:
             assert answer.status == 200  # what is no page is still answered
         ours[0].close()
         end_s = time.monotonic() + 60

@@ -32,9 +32,8 @@ def test_names_of_uploads_are_made_harmless(name, clean):
 
 @pytest.fixture(scope="module")
 def app():
-    running = App.build(port=0, options=Options(upload_limit_bytes=LIMIT))
-    yield running
-    running.stop()
+    with App.build(port=0, options=Options(upload_limit_bytes=LIMIT)) as running:
+        yield running
 
 
 @pytest.fixture

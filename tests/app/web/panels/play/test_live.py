@@ -27,10 +27,9 @@ def app(tmp_path, monkeypatch):
     make = V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240), (640, 480)))
     monkeypatch.setattr(cv2, "VideoCapture", make)
     options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
-    running = App.build("0", SMALL, Dock(0.30, 10), port=0, options=options)
-    running.camera = make.last  # pyright: ignore[reportAttributeAccessIssue]
-    yield running
-    running.stop()
+    with App.build("0", SMALL, Dock(0.30, 10), port=0, options=options) as running:
+        running.camera = make.last  # pyright: ignore[reportAttributeAccessIssue]
+        yield running
 
 
 def until(check, timeout_s=15.0):
@@ -120,15 +119,12 @@ def test_words_of_a_recording(tmp_path):
 
 
 def test_a_stream_or_nothing_has_no_camera_to_ask(tmp_path):
-    running = App.build(port=0, options=Options(sessions=tmp_path / "sessions"))
-    try:
+    with App.build(port=0, options=Options(sessions=tmp_path / "sessions")) as running:
         live = controls(running)
         assert not any(control.visible for control in (live._record, live._ask, live._words))
         live.record()  # as by a click that came late
         live.ask()
         assert not (tmp_path / RECORDINGS_FOLDER).exists()
-    finally:
-        running.stop()
 
 
 def test_the_page_asks_for_the_size_of_the_tank_that_is_known(app):

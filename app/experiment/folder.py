@@ -26,10 +26,10 @@ class SessionFolder:
         except OSError:
             return []
 
-    def start(self, text: str, notes: str = "") -> Session:
+    def start(self, text: str) -> Session:
         """Start a session named after what was typed, else after the day. Raises SessionError if it cannot be made."""
         name = safe_name(text if text.strip() else f"{datetime.date.today():%Y-%m-%d}", taken=self._taken())
-        return Session.create(self.root / name, notes)
+        return Session.create(self.root / name)
 
     def take_up(self, name: str) -> Session:
         """Reopen a session."""

@@ -1,6 +1,7 @@
-"""YAML files that browsers send and are given: the readers and writers of ``pipeline`` take paths."""
+"""What browsers send and are given: YAML files, since the readers and writers of ``pipeline`` take paths; pictures."""
 
 import tempfile
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
@@ -32,3 +33,41 @@ def written(writer: Callable[[Path], None]) -> bytes:
         path = Path(folder) / "written.yaml"
         writer(path)
         return path.read_bytes()
+
+
+class UploadStore:
+    """Uploaded pictures as they came, newest last; the oldest are dropped when there is no room."""
+
+    def __init__(self) -> None:
+        self._files: dict[str, bytes] = {}
+        self._lock = threading.Lock()
+
+    @property
+    def kept_bytes(self) -> int:
+        """Memory that they take."""
+        with self._lock:
+            return sum(map(len, self._files.values()))
+
+    def names(self) -> list[str]:
+        """Their names, in the order they came."""
+        with self._lock:
+            return list(self._files)
+
+    def add(self, name: str, data: bytes) -> None:
+        """Keep a file; one of the same name is replaced."""
+        with self._lock:
+            self._files.pop(name, None)
+            self._files[name] = data
+
+    def get(self, name: str) -> bytes:
+        """The bytes of a file. Raises UserError where it is gone."""
+        with self._lock:
+            if name not in self._files:
+                raise UserError(f"{name} is no longer kept. Upload it again.")
+            return self._files[name]
+
+    def make_room(self, at_most_bytes: int) -> None:
+        """Drop the oldest until no more than so much is kept."""
+        with self._lock:
+            while self._files and sum(map(len, self._files.values())) > at_most_bytes:
+                del self._files[next(iter(self._files))]

@@ -10,8 +10,8 @@ from pathlib import Path
 import viser
 from dockpose import Camera, Dock
 from dockpose.app.experiment.folder import SessionFolder
+from dockpose.app.inputs.received import UploadStore
 from dockpose.app.inputs.sequences import FrameSource, given, is_sequence, of_size
-from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.latest_worker import LatestWorker
 from dockpose.app.state.in_force import kept

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import viser
 from dockpose.app.experiment.folder import SessionFolder
-from dockpose.app.inputs.upload_store import UploadStore
+from dockpose.app.inputs.received import UploadStore
 from dockpose.app.state.preferences import Memory
 from dockpose.app.state.tank import Tanks
 from dockpose.app.web.calibration.panel import CalibrationPanel

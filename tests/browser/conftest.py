@@ -179,6 +179,13 @@ class Page:
         self.page.get_by_role("option", name=option, exact=True).click()
         self.rest()
 
+    def press(self, name):
+        """Press the button of exactly that name, in whichever tab."""
+        button = self.page.get_by_role("button", name=name, exact=True)
+        self.reveal(button)
+        button.click()
+        self.rest()
+
     def rest(self):
         """Wait until the browser has drawn, and has sent what was typed last.
 

@@ -89,12 +89,6 @@ def test_camera_of_another_size_is_named_and_changes_nothing(page):
     assert page.app.view is before
 
 
-def test_number_of_lights(page):
-    page.tab("Tank")
-    page.page.get_by_label("Number of lights").fill("8")
-    page.until(lambda: page.app.view.dock.lights == 8)
-
-
 def test_given_angles_of_the_lights(page):
     page.tab("Tank")
     number = page.page.get_by_label("Number of lights")

@@ -37,25 +37,21 @@ def words(page):
     return page.page.locator("#live-source").inner_text()
 
 
-def press(page, name):
-    page.page.get_by_role("button", name=name, exact=True).click()
-
-
 def test_a_camera_is_asked_judged_and_recorded(camera, tmp_path):
     camera.until(lambda: "640 x 480 MJPG at 20 frames/s; exposure 120 asked, 117 set" in words(camera))
     camera.until(lambda: "lights are saturated: " in words(camera))
     camera.box("Exposure").fill("60")
     camera.box("Gain").fill("2")
     camera.rest()
-    press(camera, "Ask the camera")
+    camera.press("Ask the camera")
     camera.until(lambda: "exposure 60 asked, 60 set; gain 2 asked, 2 set" in words(camera))
-    press(camera, "Record")
+    camera.press("Record")
     camera.until(lambda: "Recording: 2" in words(camera) and " MB" in words(camera), 20)
     camera.page.screenshot(path=str(tmp_path / "recording.png"))
-    press(camera, "Stop recording")
+    camera.press("Stop recording")
     camera.until(lambda: " frames recorded, " in words(camera))
     with camera.page.expect_download() as download:
-        press(camera, "Download the recording")
+        camera.press("Download the recording")
     (path,) = (tmp_path / RECORDINGS_FOLDER).iterdir()
     assert download.value.suggested_filename == path.name
     assert download.value.path().read_bytes() == path.read_bytes()

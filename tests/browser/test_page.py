@@ -87,15 +87,6 @@ def test_upload_is_seen_with_my_tank(page):
     page.until(lambda: "Dock found in plain" in page.status)
 
 
-def test_uploaded_junk_is_named_and_changes_nothing(page):
-    before = page.z_cm
-    page.upload("notes.png", b"these are no pixels")
-    page.page.get_by_text("notes.png: is not a picture that can be read").wait_for()
-    assert "Dock found in plain" in page.status
-    assert page.z_cm == before
-    assert page.app.view.source == "plain"
-
-
 def test_upload_above_the_cap_is_refused_before_it_is_taken(page, monkeypatch):
     monkeypatch.setattr(page.app._uploads, "limit_bytes", 1000)
     page.upload("huge.png", sample_path("tilted").read_bytes())
@@ -121,15 +112,11 @@ def test_fixed_level_starts_where_hats_left_it_and_can_be_moved(page):
     page.box("Level (0-255)").fill("100")
     page.until(lambda: "Dock found" in page.status)
     page.page.get_by_text("level 100, which keeps 10 groups").wait_for()
-
-
-def test_moving_the_level_means_a_fixed_level(page):
-    page.box("Level (0-255)").fill("100")
-    page.until(lambda: page.app.view.settings.method == "fixed")
-    page.until(lambda: page.box("Threshold by").input_value() == "Fixed level")
-    assert page.app.view.settings.level == 100
     page.choose("Threshold by", "HATS (adaptive)")
-    page.until(lambda: page.box("Level (0-255)").input_value() != "100")
+    page.until(lambda: page.box("Level (0-255)").input_value() == str(found))
+    page.box("Level (0-255)").fill("101")  # moving it means a fixed level
+    page.until(lambda: page.box("Threshold by").input_value() == "Fixed level")
+    assert (page.app.view.settings.method, page.app.view.settings.level) == ("fixed", 101)
 
 
 def test_viewpoint_buttons_move_the_camera(page):
@@ -138,3 +125,5 @@ def test_viewpoint_buttons_move_the_camera(page):
     page.until(lambda: abs(client.camera.position).max() < 0.01)
     page.page.get_by_role("button", name="Above", exact=True).click()
     page.until(lambda: client.camera.position[1] < -0.5)
+    page.page.get_by_role("button", name="Side", exact=True).click()
+    page.until(lambda: client.camera.position[0] > 0.5)

@@ -12,13 +12,6 @@ pytestmark = pytest.mark.browser
 POSES = "Which of the two poses"
 
 
-def press(page, name):
-    button = page.page.get_by_role("button", name=name, exact=True)
-    page.reveal(button)
-    button.click()
-    page.rest()
-
-
 def line(page):
     return page.page.locator("#status-line").inner_text()
 
@@ -58,16 +51,16 @@ def test_masks_are_added_and_removed(page):
         for index, value in enumerate(values):
             page.box(label).nth(index).fill(value)
             page.rest()
-    press(page, "Add this mask")
+    page.press("Add this mask")
     page.until(lambda: page.app.view.settings.masks == ((0, 10, 640, 470),))
     page.until(lambda: "no pose" in line(page))
     page.page.get_by_text("1 mask hides a part of the picture").wait_for()
     assert page.box("Mask").input_value() == "1: 640 × 470 px at (0, 10)"
-    press(page, "Remove this mask")
+    page.press("Remove this mask")
     page.until(lambda: page.app.view.settings.masks == () and "pose A" in line(page))
-    press(page, "Add this mask")
+    page.press("Add this mask")
     page.until(lambda: len(page.app.view.settings.masks) == 1)
-    press(page, "Remove all masks")
+    page.press("Remove all masks")
     page.until(lambda: page.app.view.settings.masks == () and page.box("Mask").input_value() == "(no mask)")
     folder.click()
 
@@ -75,10 +68,10 @@ def test_masks_are_added_and_removed(page):
 def test_choice_is_overruled_by_hand_and_given_back(page):
     page.unfold(POSES)
     page.page.get_by_text("counts as decided").wait_for()
-    press(page, "B")
+    page.press("B")
     page.until(lambda: "pose B (by hand)" in line(page))
     assert page.row_names() == ["○ A", "● B, chosen", "Truth"]
-    press(page, "The program's")
+    page.press("The program's")
     page.until(lambda: "pose A 100 %" in line(page))
 
 
@@ -205,23 +198,13 @@ def test_montage_is_left_out_where_it_is_not_wanted(page):
     page.page.get_by_label("With the montage of all methods").click()
     page.rest()
     with page.page.expect_download() as download:
-        press(page, "Save all as one ZIP file")
+        page.press("Save all as one ZIP file")
     assert download.value.suggested_filename == "dockpose_plain.zip"
     names = zipfile.ZipFile(io.BytesIO(download.value.path().read_bytes())).namelist()
     assert {"annotated.png", "result.json", "result.csv", "settings.yaml"} <= set(names)
     assert "montage.png" not in names
     page.page.get_by_label("With the montage of all methods").click()
     page.rest()
-
-
-def test_scene_is_seen_from_the_side_and_fitted_again(page):
-    (client,) = page.app._server.get_clients().values()
-    page.page.get_by_text("Side", exact=True).click()
-    page.until(lambda: client.camera.position[0] > 0.5)
-    page.page.wait_for_timeout(500)  # what the browser still says of the viewpoint before would undo the next
-    side = client.camera.position.copy()
-    page.page.get_by_test_id("floating-panel").get_by_text("Fit", exact=True).click()
-    page.until(lambda: abs(client.camera.position - side).max() > 0.2)
 
 
 def test_every_tab_leads_to_its_part_of_the_help(page):
@@ -237,9 +220,3 @@ def test_every_tab_leads_to_its_part_of_the_help(page):
     for tab in ("Pictures", "Tank", "Detect", "Simulate", "Play", "Log", "Export"):
         page.tab(tab)
         page.page.locator(f"a[href='/help#{tab.lower()}']").wait_for()
-
-
-def test_the_button_for_rows_is_large(page):
-    page.tab("Log")
-    take = page.page.get_by_role("button", name="Take this frame (T)")
-    page.until(lambda: take.bounding_box()["height"] >= 48)

@@ -18,22 +18,18 @@ class Curve:
     """A line of a chart, or a row of marks."""
 
     label: str  # name in the legend
-    colour: str  # name in the legend
+    colour: str
     dash: tuple[float, ...] = ()  # pixels on and off
-    width: float = 2.0  # width of the line, in pixels
-    marks_px: float | None = None  # draw marks of this size in place of a line
-    hollow: bool = False  # draw the marks as rings
-    scale: str = "y"  # which of the chart's scales it belongs to
+    marks_px: float | None = None  # draw rings of this size in place of a line
 
     def series(self) -> uplot.Series:
         """Return the curve as uPlot has it."""
         if self.marks_px is not None:
-            fill = "transparent" if self.hollow else self.colour
-            points = uplot.Series_Points(show=True, size=self.marks_px, stroke=self.colour, width=1.5, fill=fill)
-            return uplot.Series(label=self.label, stroke="transparent", width=0, points=points, scale=self.scale)
-        no_points = uplot.Series_Points(show=False)
-        look: Any = {"stroke": self.colour, "width": self.width, "dash": self.dash, "fill": "transparent"}
-        return uplot.Series(label=self.label, points=no_points, scale=self.scale, **look)
+            look: Any = {"size": self.marks_px, "stroke": self.colour, "width": 1.5, "fill": "transparent"}
+            points = uplot.Series_Points(show=True, **look)
+            return uplot.Series(label=self.label, stroke="transparent", width=0, points=points, scale="y")
+        look = {"stroke": self.colour, "width": 2.0, "dash": self.dash, "fill": "transparent"}
+        return uplot.Series(label=self.label, points=uplot.Series_Points(show=False), scale="y", **look)
 
 
 def axis(label: str = "", size: int = 32, label_size: int = 14, **more: Any) -> uplot.Axis:
@@ -46,17 +42,9 @@ class Chart:
     """A chart of curves over one axis."""
 
     def __init__(
-        self,
-        gui: viser.GuiApi,
-        across: str,
-        curves: Sequence[Curve],
-        axes: Sequence[uplot.Axis],
-        height: int,
-        *,
-        scales: tuple[str, ...] = ("y",),
+        self, gui: viser.GuiApi, across: str, curves: Sequence[Curve], axes: Sequence[uplot.Axis], height: int
     ) -> None:
-        self._curves = tuple(curves)
-        self._ends: dict[str, Ends] = dict.fromkeys(("x", *scales), (0.0, 1.0))
+        self._ends: dict[str, Ends] = {"x": (0.0, 1.0), "y": (0.0, 1.0)}
         self._handle = gui.add_uplot(
             data=(np.array([0.0, 1.0]), *([np.zeros(2)] * len(curves))),
             series=(uplot.Series(label=across), *(curve.series() for curve in curves)),
@@ -74,9 +62,8 @@ class Chart:
             self._ends = ends
             self._handle.scales = _scales(ends)
         across, *values = data
-        curves = [without_gaps(line, ends[curve.scale]) for line, curve in zip(values, self._curves, strict=True)]
-        # The browser draws nothing of a single point.
-        twice = 2 if len(across) == 1 else 1
+        twice = 2 if len(across) == 1 else 1  # the browser draws nothing of a single point
+        curves = [without_gaps(line, ends["y"]) for line in values]
         self._handle.data = tuple(np.repeat(line, twice) for line in (across, *curves))
         self._handle.visible = True
 

@@ -58,7 +58,7 @@ class ErrorCharts:
 
 def _chart(gui: viser.GuiApi, marks: Marks) -> Chart:
     curves = [
-        Curve(name, colour, marks_px=size, hollow=True)
+        Curve(name, colour, marks_px=size)
         for name, colour, size in zip(marks.names, marks.colours, _SIZES_PX, strict=False)
     ]
     return Chart(gui, "range (m)", curves, (axis(), axis(marks.title, 40, space=20)), _HEIGHT_PX)

@@ -6,8 +6,8 @@ from typing import Any
 
 import viser
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
+from dockpose.app.inputs.received import UploadStore
 from dockpose.app.inputs.samples import SAMPLE_WORDS, sample_names
-from dockpose.app.inputs.upload_store import UploadStore
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.preferences import Memory

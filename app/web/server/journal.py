@@ -26,7 +26,7 @@ class Journal:
         self.is_silent = False
         self._told: dict[str, tuple[float, int]] = {}  # when a line was written, and how many were left out since
 
-    def note(self, client: str, text: str, level: int = logging.WARNING) -> None:
+    def note(self, client: str, text: str) -> None:
         """Write one line about a client, or count it for its next line."""
         if self.is_silent:
             return
@@ -38,9 +38,8 @@ class Journal:
         if len(self._told) >= _MOST_CLIENTS:
             self._told.clear()
         self._told[client] = (now_s, 0)
-        LOG.log(
-            level, "%s: %s%s", client, one_line(text, _LONGEST), f" (and {left_out} more before)" if left_out else ""
-        )
+        more = f" (and {left_out} more before)" if left_out else ""
+        LOG.warning("%s: %s%s", client, one_line(text, _LONGEST), more)
 
 
 class OneLine(logging.Filter):

@@ -5,7 +5,7 @@ from dockpose.pose.known import KnownPose
 
 
 @pytest.mark.parametrize(
-    ("text", "number"), [("", None), (" ", None), ("0", 0), ("1,5", 1.5), ("−4", -4), ("-.5", -0.5), ("007", 7)]
+    ("text", "number"), [("", None), (" ", None), ("0", 0), (" 1,5 ", 1.5), ("−4", -4), ("-.5", -0.5), ("007", 7)]
 )
 def test_blank_is_never_zero_and_zero_never_blank(text, number):
     assert typed_number("z", text) == number

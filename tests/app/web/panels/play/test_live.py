@@ -15,6 +15,7 @@ from dockpose.simulate import render
 from dockpose.sources import Arrival, Frame, Wishes, open_frames
 
 from tests.support.cameras import V4l2Camera
+from tests.support.clock import until
 from tests.support.scenes import CAMERA, random_scene
 
 SMALL = CAMERA.for_size(320, 240)
@@ -30,13 +31,6 @@ def app(tmp_path, monkeypatch):
     with App.build("0", SMALL, Dock(0.30, 10), port=0, options=options) as running:
         running.camera = make.last  # pyright: ignore[reportAttributeAccessIssue]
         yield running
-
-
-def until(check, timeout_s=15.0):
-    end_s = time.monotonic() + timeout_s
-    while not check():
-        assert time.monotonic() < end_s
-        time.sleep(0.02)
 
 
 def controls(app):

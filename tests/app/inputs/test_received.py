@@ -1,6 +1,6 @@
 import pytest
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.upload_store import UploadStore
+from dockpose.app.inputs.received import UploadStore
 
 
 def test_oldest_uploads_make_room():

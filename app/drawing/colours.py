@@ -1,14 +1,6 @@
 """Every colour in the app, and the names of the two poses: those of a result are the library's."""
 
-from dockpose.palette import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY_BLUE,
-    VERMILLION,
-)
+from dockpose.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, VERMILLION
 from dockpose.palette import DROPPED_COLOUR as DROPPED_COLOUR
 from dockpose.palette import ELLIPSE_COLOUR as ELLIPSE_COLOUR
 from dockpose.palette import LIGHT_COLOUR as LIGHT_COLOUR

@@ -8,14 +8,7 @@ from dockpose import Estimate
 from dockpose.app.drawing.thresholded import counts
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
-from dockpose.app.state.detection import (
-    mask_labels,
-    with_centroid,
-    with_mask,
-    with_method,
-    without_mask,
-    without_masks,
-)
+from dockpose.app.state.detection import mask_labels, with_centroid, with_mask, with_method, without_mask, without_masks
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL

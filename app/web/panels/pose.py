@@ -7,15 +7,7 @@ from html import escape
 import viser
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import (
-    MISSING,
-    QUANTITIES,
-    number,
-    percent,
-    pose_cells,
-    pose_sigmas,
-    pose_values,
-)
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, percent, pose_cells, pose_sigmas, pose_values
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml

@@ -4,14 +4,7 @@ from html import escape
 
 import viser
 from dockpose import Camera, Dock
-from dockpose.app.drawing.budget import (
-    HEAD,
-    TILTS_DEG,
-    budget_cells,
-    budget_sentences,
-    set_up_words,
-    usual_ranges_m,
-)
+from dockpose.app.drawing.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, set_up_words, usual_ranges_m
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.chips import Chip, chips

@@ -9,15 +9,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.sequences import (
-    SIMULATED,
-    choices,
-    choose,
-    given,
-    is_sequence,
-    sent,
-    simulated,
-)
+from dockpose.app.inputs.sequences import SIMULATED, choices, choose, given, is_sequence, sent, simulated
 from dockpose.app.processing.following import FrameFollower, chosen_by_track
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import DEFAULT_DOCK, with_first_frame, with_frame

@@ -1,4 +1,1 @@
-"""From what a person names or sends to pixels with their camera and dock: pictures, sequences, samples, uploads.
-
-May import the library only.
-"""
+"""From what a person names or sends to pixels with their camera and dock: pictures, sequences, samples, uploads."""

@@ -70,10 +70,7 @@ class Batch:
         self.files = tuple(files)
 
     def run(self, work: Callable[[Picture], Result]) -> Iterator[tuple[Picture, Result]]:
-        """Read picture after picture; yield each with what ``work`` makes of it.
-
-        Those that cannot be read, or that ``work`` refuses with a ValueError, are skipped.
-        """
+        """Yield each picture with what ``work`` makes of it; what is unreadable or refused (ValueError) is skipped."""
         for file in self.files:
             try:
                 picture = file.read()

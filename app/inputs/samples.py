@@ -40,10 +40,7 @@ def load_sample(name: str) -> Picture:
 
 
 def sample_source(text: str) -> str:
-    """The path of the samples for the word ``sample_images``, that of one scene for its name, else the text.
-
-    A file or folder of that name in the current folder goes first.
-    """
+    """The samples' path for ``sample_images``, a scene's for its name, else the text; what is here goes first."""
     if Path(text).exists():
         return text
     if text.rstrip("/\\") == "sample_images":

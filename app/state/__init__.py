@@ -1,4 +1,1 @@
-"""The document behind the page: one frozen View, every change to it, and the table of adjustable parameters.
-
-May import inputs, drawing and the library only.
-"""
+"""The document behind the page: one frozen View, every change to it, and the table of adjustable parameters."""

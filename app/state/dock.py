@@ -16,10 +16,7 @@ _LONGEST = 1000
 
 
 def with_lights(view: View, value: Any) -> View:
-    """Set the number of lights on the ring; 0 for unknown.
-
-    Angles and colours that were given light by light do not fit another number, and are dropped.
-    """
+    """Set the number of lights, 0 for unknown; angles and colours that were given light by light are dropped."""
     number = round(checked_number("The number of lights", value))
     lights = None if number <= 0 else min(max(number, _MIN_LIGHTS), MAX_LIGHTS)
     return view if lights == view.dock.lights else replace(view, dock=Dock(view.dock.diameter, lights))

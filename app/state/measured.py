@@ -33,11 +33,7 @@ class MeasuredPose(msgspec.Struct, frozen=True):
 
 
 def typed_number(name: str, text: str, *, is_finished: bool = True) -> float | None:
-    """Return a number as it was typed, with a decimal point or comma; None for a blank.
-
-    Raises UserError, naming the box and its content, for what is no number. Unless ``is_finished``, its beginning, as
-    a lone minus, counts as blank.
-    """
+    """Return a typed number, with a point or comma; None for a blank or, unless ``is_finished``, a lone minus."""
     text = text.strip()
     if not text or (not is_finished and text in _UNFINISHED):
         return None

@@ -32,18 +32,14 @@ class SettingsFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Remembered(msgspec.Struct, frozen=True):
-    """What the next start restores; ``shows_first_card`` until the card was dismissed.
-
-    ``dark`` is None as long as the page follows the browser's system.
-    The last picture is the sample scene of a name, or the uploaded picture of a name, whose pixels are kept beside.
-    """
+    """What the next start restores."""
 
     settings: Settings = Settings()
-    dark: bool | None = None
+    dark: bool | None = None  # None as long as the page follows the browser's system
     shows_first_card: bool = True
     tank: Tank = Tank()
-    sample: str | None = None
-    upload: str | None = None
+    sample: str | None = None  # name of the last picture where it was a sample
+    upload: str | None = None  # its name where it was sent; the pixels are kept beside
 
 
 def settings_file(view: View) -> bytes:

@@ -114,11 +114,7 @@ def with_file(view: View, path: Path, name: str, list_name: str = "folder") -> V
 
 
 def with_upload(view: View, data: bytes, name: str) -> View:
-    """Show an uploaded picture, with My tank.
-
-    Its camera is used where the picture has its size or is a pure rescale of it; otherwise a camera is guessed, and
-    the notes say so. Raises ValueError (ImageError) for a file that is no picture, naming it.
-    """
+    """Show an uploaded picture with My tank, or a guessed camera. Raises ImageError, which names it, for no picture."""
     return _decoded(view, data, name, "uploads", Sidecar())
 
 

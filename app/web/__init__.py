@@ -1,4 +1,1 @@
-"""The page in the browser, built on viser: the app, its layout, panels, charts, 3D scene and guarded server.
-
-May import export, processing, experiment, state, drawing and inputs; nothing of commands.
-"""
+"""The page in the browser, built on viser: the app, its layout, panels, charts, 3D scene and guarded server."""

@@ -37,26 +37,22 @@ PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 
 @dataclass(frozen=True)
 class Parts:
-    """What the panels work with.
-
-    ``root`` is the folder whose pictures may be listed, and ``beside`` that of the picture given at the start; either
-    may be None. ``fail`` reports unexpected errors. ``recordings`` is where a live source is recorded.
-    """
+    """What the panels work with."""
 
     change: Change
-    fail: Callable[[Exception], None]
+    fail: Callable[[Exception], None]  # reports unexpected errors
     undo: Callable[[viser.ClientHandle], None]
     redo: Callable[[viser.ClientHandle], None]
     uploads: UploadStore
-    root: Path | None
-    beside: Path | None
+    root: Path | None  # the folder whose pictures may be listed
+    beside: Path | None  # that of the picture given at the start
     memory: Memory
     tanks: Tanks
     sequence: SequenceController
     scene: Scene3D
     notify: Notify
     sessions: SessionFolder
-    recordings: Path
+    recordings: Path  # where a live source is recorded
 
 
 class Layout:

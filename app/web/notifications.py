@@ -56,11 +56,7 @@ class Notifications:
 def attempt(
     act: Callable[[], object], notify: Notify, fail: Callable[[Exception], None], client: viser.ClientHandle | None
 ) -> bool:
-    """Do what a person asked for; return False if it failed, after saying so.
-
-    A ValueError from ``act`` is shown as the sentence it holds; any other error goes to ``fail``, since viser would
-    only write it to the terminal, where nobody looks. ``client`` is the browser that asked; None for all.
-    """
+    """Do what a person asked for; False if it failed, after saying so by a ValueError's sentence or by ``fail``."""
     try:
         act()
     except ValueError as error:

@@ -26,11 +26,7 @@ class Change(Protocol):
 
 
 class Panel:
-    """A part of the page; it builds its controls when it is made.
-
-    It passes on each action as a function from the present view to the next. A panel overrides the methods below that
-    it needs.
-    """
+    """A part of the page, with the controls that it builds when it is made; it overrides the methods it needs."""
 
     def load(self, view: View) -> None:
         """Set the controls to the values of a view."""
@@ -46,10 +42,7 @@ class Panel:
 
 
 def on_person(attach: Callable[[Callable[[Any], None]], object], act: Act) -> None:
-    """Call ``act`` with the browser in which a person, not the program, used a control.
-
-    ``attach`` is the control's ``on_update``, ``on_click``, ``on_submit`` or ``on_trigger``.
-    """
+    """Call ``act`` with the browser in which a person, not the program, did what ``attach`` (``on_click``) is for."""
 
     def called(event: Any) -> None:
         if event.client is not None:
@@ -133,10 +126,7 @@ def return_when_idle(handle: Any, change: Change, client: viser.ClientHandle, lo
 
 
 class Slider:
-    """A slider with a typed value that sets one parameter of the view.
-
-    ``put(view, value)`` replaces the parameter's own; with ``reload``, other controls follow.
-    """
+    """A slider with a typed value for one parameter; ``put`` replaces its own, by ``reload`` other controls follow."""
 
     def __init__(
         self,

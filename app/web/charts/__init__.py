@@ -1,4 +1,1 @@
-"""Charts of the page: each turns data into the series of one uplot.
-
-May import processing and drawing; knows nothing of panels.
-"""
+"""Charts of the page: each turns data into the series of one uplot."""

@@ -23,11 +23,7 @@ _SAID = read_toml("controls.toml")["source"]
 
 
 class SourcePanel(Panel):
-    """Samples, uploads, a folder, and buttons that page through the list that the picture is from.
-
-    Only pictures below ``root`` are listed. ``beside`` is the folder of the picture given at the start; its pictures
-    can be paged through. Either may be None. ``sequence`` takes videos, ``memory`` keeps the last picture.
-    """
+    """Samples, uploads, pictures below ``root`` or ``beside`` the given one, and buttons that turn their pages."""
 
     def __init__(
         self,

@@ -1,4 +1,1 @@
-"""What stands between the network and viser: the guarded start, extra pages, capped uploads.
-
-Knows nothing of panels, charts and the scene.
-"""
+"""What stands between the network and viser: the guarded start, extra pages, capped uploads."""

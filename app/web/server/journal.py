@@ -17,13 +17,10 @@ _LONGEST = 300  # characters
 
 
 class Journal:
-    """Writes what each client did, at most one line a second for each, so that nobody can flood the terminal.
-
-    ``is_silent`` leaves out everything, as while we try ourselves whether requests are refused.
-    """
+    """Writes what each client did, at most one line a second for each, so that nobody can flood the terminal."""
 
     def __init__(self) -> None:
-        self.is_silent = False
+        self.is_silent = False  # as while we try ourselves whether requests are refused
         self._told: dict[str, tuple[float, int]] = {}  # when a line was written, and how many were left out since
 
     def note(self, client: str, text: str) -> None:

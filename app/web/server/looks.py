@@ -53,10 +53,7 @@ class Looks:
 
 
 class UpdatePacing:
-    """Decides which frames of a sequence are shown, and how long the 3D scene of a picture rests.
-
-    ``draws_slowly()`` tells whether a browser draws without a graphics card, so that all else waits for the 3D scene.
-    """
+    """Decides which frames of a sequence are shown, and how long the 3D scene rests where a browser draws slowly."""
 
     def __init__(
         self,

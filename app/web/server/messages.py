@@ -31,11 +31,7 @@ _Three = tuple[float, float, float]
 
 
 class RefusedError(ValueError):
-    """A message is refused; the text says why, without what was in it.
-
-    ``control`` is the id of the control that it would have set to a value that this control does not take, and
-    ``reason`` says why it does not.
-    """
+    """A message is refused; the text says why, without what was in it, and ``control`` is that of a wrong value."""
 
     def __init__(self, reason: str, control: str | None = None) -> None:
         super().__init__(reason if control is None else f"a value that is not taken: {reason}")

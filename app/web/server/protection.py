@@ -56,10 +56,7 @@ def check_parts(server: viser.ViserServer) -> None:
 
 
 def check_running(server: viser.ViserServer, guard: Guard, gate: Gate) -> None:
-    """Raise UnprotectedError unless a running server refuses strangers, and hears nobody but through the gate.
-
-    It is asked as they would ask: without the token, and with it for the page of another origin.
-    """
+    """Raise UnprotectedError unless a running server refuses strangers, and hears nobody but through the gate."""
     answered = viser_private.answered_to_all(server)
     if answered is not None:
         raise UnprotectedError(f"it still answers {answered}")

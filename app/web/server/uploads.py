@@ -30,13 +30,9 @@ def too_large(name: str, size: int, limit: int) -> str:
 
 
 class Uploads:
-    """All files under way from browsers.
+    """All files under way from browsers, each of which goes to its receiver and is forgotten.
 
-    viser itself has no cap, keeps files in memory until the client leaves, and mixes up two that arrive together. Here
-    each file goes to its receiver and is forgotten.
-
-    ``limit_bytes`` caps the files under way and those kept, together; ``make_room(at_most)`` must reduce the kept ones
-    to that many bytes.
+    ``limit_bytes`` caps them and those kept, together; ``make_room(at_most)`` must reduce the kept ones to that.
     """
 
     def __init__(

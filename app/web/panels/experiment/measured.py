@@ -27,10 +27,7 @@ def texts_of_pose(pose: MeasuredPose) -> Texts:
 
 
 def after_change(texts: Texts, before: MeasuredPose | None, now: MeasuredPose | None) -> Texts:
-    """Contents of the boxes after the measured pose has changed.
-
-    What is measured now is put in; what stands there only from before, and was not typed over since, is blanked.
-    """
+    """Contents after the measured pose has changed: what stood there only from before, and is not typed over, goes."""
     old, new = (BLANK if pose is None else texts_of_pose(pose) for pose in (before, now))
     return texts | {
         name: new[name] or ("" if texts[name] == old[name] else texts[name])

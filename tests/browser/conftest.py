@@ -186,6 +186,12 @@ class Page:
         button.click()
         self.rest()
 
+    def download(self, name):
+        """Press a button; returns the name and the bytes of the file that comes."""
+        with self.page.expect_download() as download:
+            self.press(name)
+        return download.value.suggested_filename, download.value.path().read_bytes()
+
     def rest(self):
         """Wait until the browser has drawn, and has sent what was typed last.
 

@@ -65,14 +65,11 @@ def test_port_and_water(page):
     page.until(lambda: page.app.view.camera.port is None)
 
 
-def test_camera_is_saved_and_loaded(page, tmp_path):
+def test_camera_is_saved_and_loaded(page):
     page.box("fx (px)").fill("812")
     page.until(lambda: page.app.view.camera.fx == 812)
     page.choose("Camera file as", "ros")
-    with page.page.expect_download() as download:
-        page.page.get_by_role("button", name="Save the camera").click()
-    download.value.save_as(tmp_path / "camera.yaml")
-    saved = (tmp_path / "camera.yaml").read_bytes()
+    _, saved = page.download("Save the camera")
     assert yaml.safe_load(saved)["camera_matrix"]["data"][0] == 812
     page.page.get_by_role("button", name="Back to the default").click()
     page.until(lambda: page.app.view.camera.fx < 600)

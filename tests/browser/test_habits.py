@@ -103,17 +103,15 @@ def close_help(page):
     page.page.get_by_text("Keys work unless you are typing").wait_for(state="hidden")
 
 
-def test_settings_are_saved_and_loaded(page, tmp_path):
+def test_settings_are_saved_and_loaded(page):
     page.box("Diameter (cm)").fill("45")
     page.until(lambda: page.app.view.dock.diameter == 0.45)
     page.tab("Settings")
-    with page.page.expect_download() as download:
-        page.page.get_by_role("button", name="Save the settings").click()
-    download.value.save_as(tmp_path / "settings.yaml")
+    _, saved = page.download("Save the settings")
     page.box("Diameter (cm)").fill("60")
     page.until(lambda: page.app.view.dock.diameter == 0.6)
     page.tab("Settings")
-    page.send("Load settings", ("mine.yaml", (tmp_path / "settings.yaml").read_bytes()))
+    page.send("Load settings", ("mine.yaml", saved))
     page.until(lambda: page.box("Diameter (cm)").input_value() == "45")
     page.tab("Settings")
     page.send("Load settings", ("odd.yaml", b"settings: {methode: otsu}"))

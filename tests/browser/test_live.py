@@ -50,10 +50,7 @@ def test_a_camera_is_asked_judged_and_recorded(camera, tmp_path):
     camera.page.screenshot(path=str(tmp_path / "recording.png"))
     camera.press("Stop recording")
     camera.until(lambda: " frames recorded, " in words(camera))
-    with camera.page.expect_download() as download:
-        camera.press("Download the recording")
     (path,) = (tmp_path / RECORDINGS_FOLDER).iterdir()
-    assert download.value.suggested_filename == path.name
-    assert download.value.path().read_bytes() == path.read_bytes()
+    assert camera.download("Download the recording") == (path.name, path.read_bytes())
     with open_frames(str(path)) as frames:
         assert len(list(frames)) >= 20

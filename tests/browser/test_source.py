@@ -78,13 +78,10 @@ def test_water_too_far_for_its_model_is_refused_and_the_last_scene_stays(page):
     page.until(lambda: page.app.view.scene.pose.position_m[2] < 20)
 
 
-def test_scene_is_saved_and_loaded(page, tmp_path):
+def test_scene_is_saved_and_loaded(page):
     page.box("Dock z (cm)").fill("130")
     page.until(lambda: "130.0 cm ahead" in page.status or page.z_cm == pytest.approx(130, abs=1))
-    with page.page.expect_download() as download:
-        page.page.get_by_role("button", name="Save the scene").click()
-    download.value.save_as(tmp_path / "scene.yaml")
-    saved = (tmp_path / "scene.yaml").read_bytes()
+    _, saved = page.download("Save the scene")
     assert yaml.safe_load(saved)["pose"]["position_m"][2] == 1.3
     page.box("Dock z (cm)").fill("90")
     page.until(lambda: page.z_cm == pytest.approx(90, abs=1))

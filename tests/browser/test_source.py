@@ -36,10 +36,6 @@ def files(page):
     return panel._file
 
 
-def scene_of(page):
-    return page.app.view.scene
-
-
 def test_every_slider_of_the_scene_changes_it(page):
     for name, parameter in SCENE.items():
         limits = parameter.range(page.app.view)

@@ -4,12 +4,11 @@ from pathlib import Path
 
 from dockpose.app.inputs.pictures import Picture
 from dockpose.app.inputs.sidecar import read_sidecar
-from dockpose.app.resources import data_folder, read_toml
+from dockpose.app.resources import data_folder
 from dockpose.files.yaml_file import FileError
 from dockpose.sources.pictures import read_picture
 
 FIRST_SAMPLE = "plain"
-SAMPLE_WORDS: dict[str, str] = read_toml("controls.toml")["source"]["samples"]
 
 
 def samples_folder() -> Path:

@@ -12,7 +12,7 @@ from dockpose.app.state.preferences import Memory
 from dockpose.app.state.tank import Tanks
 from dockpose.app.web.calibration.panel import CalibrationPanel
 from dockpose.app.web.html import help_link
-from dockpose.app.web.jobs import Compare, GoTo, Play, Speed, Take, Use, WishBox, Zip
+from dockpose.app.web.jobs import Acts, Compare, GoTo, Play, Speed, Take, Use, WishBox, Zip
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.camera import CameraPanel
@@ -122,7 +122,7 @@ class Layout:
             self.strip = StripPanel(gui, live, parts.tanks)
             status = HtmlPanel(gui, live, "status", status_html)
             self.chips = ChipsPanel(gui, parts.change)
-            acts = {
+            wished: Acts = {
                 Take: lambda wish, client: self.experiment.take(client),
                 Zip: lambda wish, client: self.export.save_all(client),
                 Compare: lambda wish, client: self.compare.compare(),
@@ -131,7 +131,7 @@ class Layout:
                 GoTo: lambda wish, client: self.sequence.go_to(wish.frame),
                 Speed: lambda wish, client: self.sequence.set_speed(wish.speed),
             }
-            wishes = WishBox(gui, "Done on the page", acts)
+            wishes = WishBox(gui, "Done on the page", wished)
             gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')
             shown = gui.add_tab_group()
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):

@@ -103,9 +103,8 @@ def origin_html(view: View, is_saved: bool, browsers: int) -> str:
     state = "" if is_saved or not view.tank.name else " (changed since it was saved)"
     other = in_force_words(view)
     in_force = f' · <span id="in-force">{escape(other)}</span>' if other else ""
-    told = escape(
-        ". ".join(filter(None, (view.source, other, tank_words(view.tank))))
-    )  # where there is no room for all
+    # Where there is no room for all.
+    told = escape(". ".join(filter(None, (view.source, other, tank_words(view.tank)))))
     several = f' · <span id="browsers">{browsers} browsers</span>' if browsers > 1 else ""
     return (
         f'<div id="strip-origin" title="{told}"><div><b id="source">{escape(view.source)}</b>{in_force}{several}</div>'

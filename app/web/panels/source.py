@@ -7,7 +7,7 @@ from typing import Any
 import viser
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
 from dockpose.app.inputs.received import UploadStore
-from dockpose.app.inputs.samples import SAMPLE_WORDS, sample_names
+from dockpose.app.inputs.samples import sample_names
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.preferences import Memory
@@ -20,6 +20,7 @@ from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, 
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
 _SAID = read_toml("controls.toml")["source"]
+SAMPLE_WORDS = _SAID["samples"]
 
 
 class SourcePanel(Panel):

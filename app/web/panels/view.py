@@ -19,7 +19,7 @@ from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts.histogram import HistogramNumbers
-from dockpose.app.web.jobs import Wish, WishBox
+from dockpose.app.web.jobs import Acts, Wish, WishBox
 from dockpose.app.web.live import LivePage, data_html
 from dockpose.app.web.widgets import Change, Panel
 from dockpose.camera.image import to_levels
@@ -77,7 +77,7 @@ class PicturePanel(Panel):
         self._is_exact = False
         self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
         self._analysis: Analysis | None = None
-        acts = {
+        acts: Acts = {
             Mask: lambda wish, client: change(partial(fulfilled, wish=wish), client, reload=True),
             Level: lambda wish, client: change(partial(fulfilled, wish=wish), client, reload=True),
             Methods: lambda wish, client: self._show_methods(self._analysis if wish.shown else None),

@@ -9,14 +9,8 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose.app.inputs.samples import (
-    SAMPLE_WORDS,
-    load_sample,
-    sample_names,
-    sample_path,
-    sample_source,
-    samples_folder,
-)
+from dockpose.app.inputs.samples import load_sample, sample_names, sample_path, sample_source, samples_folder
+from dockpose.app.web.panels.source import SAMPLE_WORDS
 from dockpose.simulate import load_scene, render, render_folder
 from dockpose.simulate.truth import truth_of
 

@@ -3,12 +3,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dockpose.app.inputs.samples import SAMPLE_WORDS, load_sample
+from dockpose.app.inputs.samples import load_sample
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress, Task
 from dockpose.app.processing.comparison import compare, compare_view, compared, sweep_levels
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
+from dockpose.app.web.panels.source import SAMPLE_WORDS
 from dockpose.pose.known import pose_error
 
 

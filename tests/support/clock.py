@@ -11,8 +11,9 @@ class Clock:
 
 
 def until(check, timeout_s=60.0):
-    """Wait until something is so."""
+    """Wait until something is so; True once it is."""
     end_s = time.monotonic() + timeout_s
     while not check():
         assert time.monotonic() < end_s
         time.sleep(0.01)
+    return True

@@ -38,6 +38,11 @@ async (one) => {
   }
 }
 """
+_DROP = """([name, bytes, type]) => {
+  const files = new DataTransfer();
+  files.items.add(new File([new Uint8Array(bytes)], name, {type}));
+  window.dispatchEvent(new DragEvent("drop", {dataTransfer: files, cancelable: true}));
+}"""
 HANGS_S = 120.0  # nothing takes that long, however busy the machine is: what is waited for does not come
 # Resolves once the browser has drawn; the second once it has sent what was typed last, too, which it does after 50 ms.
 _DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
@@ -178,6 +183,10 @@ class Page:
         self.box(label).click()
         self.page.get_by_role("option", name=option, exact=True).click()
         self.rest()
+
+    def drop(self, name, data, kind):
+        """Drop a file on the page."""
+        self.page.evaluate(_DROP, [name, list(data), kind])
 
     def press(self, name):
         """Press the button of exactly that name, in whichever tab."""

@@ -28,19 +28,15 @@ def words(page):
     return page.page.locator("#sequence").inner_text()
 
 
-def press(page, name):
-    page.page.get_by_role("button", name=name, exact=True).click()
-
-
 def line(page):
     return page.page.locator("dockpose-timeline")
 
 
 def test_course_plays_pauses_and_is_drawn_on_the_time_line(sequence):
     assert line(sequence).is_visible()
-    press(sequence, "Play")
+    sequence.press("Play")
     sequence.until(lambda: sequence.app._sequence.player.index > 12)
-    press(sequence, "Pause")
+    sequence.press("Pause")
     sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app._sequence.is_playing)
     index = sequence.app._sequence.player.index
     sequence.until(lambda: f"frame {index + 1} of 250" in sequence.status)
@@ -85,7 +81,7 @@ def test_time_line_is_pointed_at_clicked_dragged_and_steered_by_keys(sequence):
 
 
 def test_new_browser_has_the_whole_course_and_gaps_are_gaps(sequence, browser):
-    press(sequence, "Play")
+    sequence.press("Play")
     sequence.until(lambda: sequence.app._sequence.player.index > 30)
     sequence.app.change(lambda view: put(view, "min_area_px", 500))  # nothing is as large: no dock
     last = sequence.app._sequence.player.index
@@ -93,7 +89,7 @@ def test_new_browser_has_the_whole_course_and_gaps_are_gaps(sequence, browser):
     sequence.app.change(lambda view: put(view, "min_area_px", 2))
     last = sequence.app._sequence.player.index
     sequence.until(lambda: sequence.app._sequence.player.index > last + 10)
-    press(sequence, "Pause")
+    sequence.press("Pause")
     sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app._sequence.is_playing)
     seen = str(sequence.app._sequence.player.index + 1)
     sequence.until(lambda: line(sequence).get_attribute("data-points") == seen)
@@ -121,9 +117,9 @@ _SAMPLES = """
 
 
 def test_while_playing_all_that_is_drawn_is_of_the_same_frame(sequence):
-    press(sequence, "Play")
+    sequence.press("Play")
     samples = sequence.page.evaluate(_SAMPLES, 5000)
-    press(sequence, "Pause")
+    sequence.press("Pause")
     assert len(samples) > 5
     assert [one for one in samples if len(set(one.split())) > 1] == []
 
@@ -139,9 +135,9 @@ def go_to(page, frame):
 
 
 def test_steps_time_line_and_key(sequence):
-    press(sequence, "Forward")
+    sequence.press("Forward")
     sequence.until(lambda: "frame 2 of 250" in sequence.status)
-    press(sequence, "Back")
+    sequence.press("Back")
     sequence.until(lambda: "frame 1 of 250" in sequence.status)
     go_to(sequence, 247)
     sequence.page.keyboard.press("Home")
@@ -164,7 +160,7 @@ def test_speed_and_the_end(sequence):
     sequence.until(lambda: sequence.app._sequence.player._speed == 2.0)
     sequence.until(lambda: sequence.box("Speed (times)").input_value() == "2")
     go_to(sequence, 245)
-    press(sequence, "Play")
+    sequence.press("Play")
     sequence.until(lambda: "frame 250 of 250" in sequence.status)
     sequence.page.get_by_role("button", name="Play", exact=True).wait_for()
 
@@ -174,7 +170,7 @@ def test_sliders_of_other_tabs_act_on_the_frame(sequence):
     sequence.box("Diameter (cm)").fill("60")
     sequence.until(lambda: sequence.z_cm == pytest.approx(2 * near, rel=0.01))
     sequence.tab("Play")
-    press(sequence, "Forward")
+    sequence.press("Forward")
     sequence.until(lambda: "frame 2 of 250" in sequence.status)
     assert sequence.z_cm == pytest.approx(2 * near, rel=0.05)
 
@@ -207,14 +203,7 @@ def test_video_is_uploaded_and_one_without_a_dock_is_a_result(page, tmp_path):
 
 def test_dropped_video_opens_the_tab_and_plays(page, tmp_path):
     page.tab("Detect")
-    page.page.evaluate(
-        """(bytes) => {
-            const files = new DataTransfer();
-            files.items.add(new File([new Uint8Array(bytes)], "dropped.avi", {type: "video/x-msvideo"}));
-            window.dispatchEvent(new DragEvent("drop", {dataTransfer: files, cancelable: true}));
-        }""",
-        list(video(tmp_path)),
-    )
+    page.drop("dropped.avi", video(tmp_path), "video/x-msvideo")
     page.until(lambda: "dropped.avi, frame 1 of 4" in page.status)
     page.choose("Sequence", NONE_CHOSEN)
 

@@ -104,15 +104,7 @@ def test_several_pictures_at_once_and_turning_pages(page):
 
 
 def test_dropped_pictures_are_taken(page):
-    data = list(sample_path("tilted").read_bytes())
-    page.page.evaluate(
-        """bytes => {
-            const files = new DataTransfer();
-            files.items.add(new File([new Uint8Array(bytes)], "dropped.png", {type: "image/png"}));
-            window.dispatchEvent(new DragEvent("drop", {dataTransfer: files, cancelable: true}));
-        }""",
-        data,
-    )
+    page.drop("dropped.png", sample_path("tilted").read_bytes(), "image/png")
     page.until(lambda: page.has_found("dropped.png"))
 
 

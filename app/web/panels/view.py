@@ -18,16 +18,16 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.detection import with_mask, with_method
 from dockpose.app.state.view import View
-from dockpose.app.web.charts.histogram import HistogramNumbers
 from dockpose.app.web.jobs import Acts, Wish, WishBox
 from dockpose.app.web.live import LivePage, data_html
 from dockpose.app.web.widgets import Change, Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
-from dockpose.thresholds import LEVELS, METHODS
+from dockpose.thresholds import LEVELS, METHODS, Histogram, Threshold
 
 _JPEG_QUALITY = 85
+_LEAST_GROUPS = 10  # that the histogram's axis has
 _MOST_PIXELS = 24_000_000  # a larger picture is sent smaller
 _OUTLINE_STEP = 2  # of the points on the ellipse, every second: a hundredth of a pixel off
 _GROUP = ("at", "radius", "onRing", "label", "outward", "box")  # what is sent of each group of pixels
@@ -219,3 +219,44 @@ def _has_same_lights(one: Estimate, other: Estimate) -> bool:
     """Whether the lights of two estimates are drawn alike: they share a ring, and no port bends the ellipse."""
     is_same = one.ring is other.ring is not None and one.ellipse is other.ellipse and one.camera is other.camera
     return is_same and one.camera.port is None and one.light_numbers() == other.light_numbers()
+
+
+class HistogramNumbers:
+    """Makes the numbers; those that only another picture or other masks change are kept meanwhile."""
+
+    def __init__(self) -> None:
+        self._known: tuple[Any, ...] = ()
+        self._histogram: Histogram | None = None
+        self._curve: Threshold | None = None
+
+    def of(self, analysis: Analysis, *, is_playing: bool) -> dict[str, Any] | None:
+        """Return the numbers; None where no threshold was reached."""
+        threshold, settings = analysis.estimate.threshold, analysis.estimate.settings
+        if threshold is None:
+            return None
+        known = analysis.view.image, settings.masks, settings.min_area_px
+        if self._histogram is None or known[0] is not self._known[0] or known[1:] != self._known[1:]:
+            self._known, self._histogram = known, histogram_in(analysis.view, analysis.estimate)
+            self._curve = None
+        if (threshold.groups_at_level >= 0).any():
+            self._curve = threshold
+        elif self._curve is None and not is_playing:
+            self._curve = thresholds_by(self._histogram, settings, ["hats"]).get("hats")
+        return histogram_numbers(self._histogram.counts, self._curve)
+
+
+def histogram_numbers(counts: np.ndarray, curve: Threshold | None) -> dict[str, Any]:
+    """Return the pixels of each level, and what ``curve`` says of the groups that each leaves, -1 where unknown."""
+    peaks = () if curve is None else curve.peaks
+    return {
+        "counts": counts.tolist(),
+        "groups": [-1] * LEVELS if curve is None else curve.groups_at_level.tolist(),
+        "groupsTop": groups_top(curve),
+        "peaks": [{"level": peak.level, "groups": peak.groups, "votes": peak.votes} for peak in peaks],
+    }
+
+
+def groups_top(curve: Threshold | None) -> int:
+    """Return the end of the axis of groups: twice those at the curve's level, in tens; far more below is noise."""
+    at_level = int(curve.groups_at_level[curve.level]) if curve is not None and curve.level < LEVELS else 0
+    return max(_LEAST_GROUPS, 10 * math.ceil(2 * at_level / 10))

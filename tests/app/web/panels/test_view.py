@@ -15,24 +15,29 @@ from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.app.web.jobs import decoder
 from dockpose.app.web.live import data_html
+from dockpose.app.web.panels.detect import threshold_sentence
 from dockpose.app.web.panels.view import (
+    HistogramNumbers,
     Level,
     Mask,
     Methods,
     fulfilled,
+    groups_top,
+    histogram_numbers,
     lights_numbers,
     picture_data,
     pose_numbers,
     runs,
 )
 from dockpose.estimate import geometry
+from dockpose.thresholds import Threshold
 from msgspec import DecodeError
 
 WISHES = decoder((Mask, Level, Methods))
 
 
 @pytest.fixture(scope="module")
-def analysis():
+def tilted():
     return analyse(open_source("sample_images/tilted.png", None, None))
 
 
@@ -44,8 +49,8 @@ def decoded(data):
     return np.asarray(cv2.imdecode(np.frombuffer(base64.b64decode(data["data"]), np.uint8), cv2.IMREAD_UNCHANGED))
 
 
-def test_overlay_has_what_was_found(analysis):
-    found, numbers = analysis.estimate, overlay_numbers(analysis)
+def test_overlay_has_what_was_found(tilted):
+    found, numbers = tilted.estimate, overlay_numbers(tilted)
     lights = [group for group in numbers["groups"] if group["onRing"]]
     assert sorted(int(group["label"]) for group in lights) == list(range(1, 11))
     np.testing.assert_allclose([group["at"] for group in numbers["groups"]], found.markers.points_px, atol=0.006)
@@ -56,34 +61,34 @@ def test_overlay_has_what_was_found(analysis):
     assert len(data_html("overlay", numbers)) < 16_000
 
 
-def test_outline_of_the_chosen_dock_runs_through_its_lights(analysis):
-    numbers = overlay_numbers(analysis)
+def test_outline_of_the_chosen_dock_runs_through_its_lights(tilted):
+    numbers = overlay_numbers(tilted)
     outline = np.array(numbers["poses"][0]["outline"])
     for group in numbers["groups"]:
         # The outline has 120 points, so that none is nearer than half a step from some light.
         assert np.linalg.norm(outline - group["at"], axis=1).min() < 3.5
 
 
-def test_length_at_the_dock_is_that_of_its_diameter(analysis):
+def test_length_at_the_dock_is_that_of_its_diameter(tilted):
     """Seen squarely a dock of 30 cm is fx 0.30 / z pixels wide."""
-    pose = analysis.estimate.selected
-    pixels = analysis.view.camera.fx * 0.30 / pose.position_m[2]
-    assert pixels * overlay_numbers(analysis)["cmPerPx"] == pytest.approx(30, rel=0.01)
+    pose = tilted.estimate.selected
+    pixels = tilted.view.camera.fx * 0.30 / pose.position_m[2]
+    assert pixels * overlay_numbers(tilted)["cmPerPx"] == pytest.approx(30, rel=0.01)
 
 
-def test_nothing_found_is_sent_as_such(analysis):
-    numbers = overlay_numbers(analyse(put(analysis.view, "min_area_px", 1000)))
+def test_nothing_found_is_sent_as_such(tilted):
+    numbers = overlay_numbers(analyse(put(tilted.view, "min_area_px", 1000)))
     assert numbers["poses"] == []
     assert (numbers["outline"], numbers["centre"], numbers["cmPerPx"]) == (None, None, None)
     json.dumps(numbers, allow_nan=False)
 
 
-def test_level_per_light_sends_the_pixels_that_are_kept(analysis):
-    found = analyse(with_method(analysis.view, "hats_local"))
-    kept = np.zeros(analysis.view.image.shape[:2], bool).ravel()
+def test_level_per_light_sends_the_pixels_that_are_kept(tilted):
+    found = analyse(with_method(tilted.view, "hats_local"))
+    kept = np.zeros(tilted.view.image.shape[:2], bool).ravel()
     for first, number in overlay_numbers(found)["kept"]:
         kept[first : first + number] = True
-    np.testing.assert_array_equal(kept, kept_pixels(analysis.view.image, found.estimate).ravel())
+    np.testing.assert_array_equal(kept, kept_pixels(tilted.view.image, found.estimate).ravel())
 
 
 def test_runs_of_consecutive_numbers():
@@ -91,8 +96,8 @@ def test_runs_of_consecutive_numbers():
     assert runs(np.array([], int)) == []
 
 
-def test_exact_picture_has_each_pixel(analysis):
-    grey = analysis.view.image
+def test_exact_picture_has_each_pixel(tilted):
+    grey = tilted.view.image
     sent = picture_data(grey, 1, True)
     assert (sent["isExact"], sent["type"], sent["width"], sent["height"]) == (True, "image/png", 640, 480)
     np.testing.assert_array_equal(decoded(sent), grey)
@@ -103,16 +108,16 @@ def test_picture_of_16_bits_is_sent_on_the_scale_of_the_levels():
     np.testing.assert_array_equal(decoded(picture_data(deep, 1, True)), [[0, 62, 255]])
 
 
-def test_quick_and_huge_pictures_say_that_they_are_not_exact(analysis):
-    quick = picture_data(analysis.view.image, 1, False)
+def test_quick_and_huge_pictures_say_that_they_are_not_exact(tilted):
+    quick = picture_data(tilted.view.image, 1, False)
     assert (quick["type"], quick["isExact"]) == ("image/jpeg", False)
     huge = picture_data(np.zeros((4000, 8000), np.uint8), 1, True)
     assert (huge["width"], huge["height"], huge["isExact"]) == (8000, 4000, False)
     assert decoded(huge).shape == (2000, 4000)
 
 
-def test_outside_text_is_escaped(analysis):
-    numbers = overlay_numbers(replace(analysis, view=replace(analysis.view, source="<img src=x>")))
+def test_outside_text_is_escaped(tilted):
+    numbers = overlay_numbers(replace(tilted, view=replace(tilted.view, source="<img src=x>")))
     html = data_html("overlay", numbers)
     assert "<img" not in html
     text = re.fullmatch(r"<dockpose-data[^>]*>(.*)</dockpose-data>", html)
@@ -120,12 +125,12 @@ def test_outside_text_is_escaped(analysis):
     assert json.loads(unescape(text[1]))["name"] == "<img src=x>"
 
 
-def test_wishes_are_carried_out(analysis):
+def test_wishes_are_carried_out(tilted):
     level = WISHES.decode('{"do":"level","number":1,"level":77}')
-    settings = fulfilled(analysis.view, level).settings
+    settings = fulfilled(tilted.view, level).settings
     assert (settings.method, settings.level) == ("fixed", 77)
     mask = WISHES.decode('{"do":"mask","number":2,"x":-5,"y":10,"width":25,"height":30}')
-    assert fulfilled(analysis.view, mask).settings.masks == with_mask(analysis.view, -5, 10, 25, 30).settings.masks
+    assert fulfilled(tilted.view, mask).settings.masks == with_mask(tilted.view, -5, 10, 25, 30).settings.masks
 
 
 @pytest.mark.parametrize(
@@ -146,7 +151,64 @@ def test_other_wishes_are_refused(text):
         WISHES.decode(text)
 
 
-def test_mask_off_the_picture_and_level_out_of_range_are_refused_or_clamped(analysis):
+def test_mask_off_the_picture_and_level_out_of_range_are_refused_or_clamped(tilted):
     with pytest.raises(UserError, match="covers nothing"):
-        fulfilled(analysis.view, WISHES.decode('{"do":"mask","number":1,"x":900,"y":0,"width":5,"height":5}'))
-    assert fulfilled(analysis.view, WISHES.decode('{"do":"level","number":1,"level":9999}')).settings.level == 255
+        fulfilled(tilted.view, WISHES.decode('{"do":"mask","number":1,"x":900,"y":0,"width":5,"height":5}'))
+    assert fulfilled(tilted.view, WISHES.decode('{"do":"level","number":1,"level":9999}')).settings.level == 255
+
+
+def numbers_of(analysis):
+    numbers = HistogramNumbers().of(analysis, is_playing=False)
+    assert numbers is not None
+    return numbers
+
+
+def test_numbers_are_those_of_the_threshold(analysis):
+    threshold, numbers = analysis.estimate.threshold, numbers_of(analysis)
+    assert numbers["counts"] == np.bincount(analysis.view.image.ravel(), minlength=256).tolist()
+    assert len(numbers["counts"]) == len(numbers["groups"]) == 256
+    assert numbers["groups"][threshold.level] == 10
+    assert numbers["groups"][0] == -1
+    assert numbers["groupsTop"] == 20
+    assert sorted(peak["level"] for peak in numbers["peaks"]) == sorted(peak.level for peak in threshold.peaks)
+
+
+def test_threshold_that_keeps_nothing(analysis):
+    threshold = replace(analysis.estimate.threshold, level=256)
+    numbers = histogram_numbers(threshold.histogram, threshold)
+    assert (numbers["peaks"], numbers["groupsTop"]) == ([], 10)
+    assert "above 255" in threshold_sentence(replace(analysis.estimate, threshold=threshold))
+
+
+def test_peaks_with_what_they_vote_for():
+    """Three heaps of pixels: background 20, a dim light at 100, brighter ones at 180 and 190."""
+    counts = np.zeros(256, int)
+    counts[[20, 100, 180, 190]] = 9000, 40, 40, 40
+    groups = np.full(256, -1)
+    groups[50:101], groups[101:185], groups[185:191], groups[191:] = 4, 3, 1, 0
+    threshold = Threshold("hats", 100, 100, counts, "", groups, floor=50)
+    votes = {peak["level"]: peak["groups"] for peak in histogram_numbers(counts, threshold)["peaks"]}
+    assert votes == {190: 1, 180: 3, 100: 4}
+    assert groups_top(threshold) == 10
+
+
+def test_level_set_by_hand_keeps_the_curve(analysis):
+    by_hand = [analyse(with_method(analysis.view, "fixed", level)) for level in (40, 150)]
+    numbers, before = HistogramNumbers(), numbers_of(analysis)
+    for level, one in zip((40, 150), by_hand, strict=True):
+        now = numbers.of(one, is_playing=False) or {}
+        assert one.view.settings.level == level
+        for part in ("groups", "groupsTop", "peaks"):
+            assert now[part] == before[part]
+    masked = analyse(with_mask(by_hand[0].view, 0, 0, 320, 480))
+    assert numbers_of(masked)["groups"] != before["groups"]
+
+
+def test_while_playing_no_curve_is_computed_for_a_level_set_by_hand(analysis):
+    by_hand = analyse(with_method(analysis.view, "fixed", 150))
+    assert set((HistogramNumbers().of(by_hand, is_playing=True) or {})["groups"]) == {-1}
+
+
+def test_nothing_is_computed_where_all_is_masked(analysis):
+    masked = analyse(with_method(with_mask(analysis.view, 0, 0, 640, 480), "fixed", 150))
+    assert HistogramNumbers().of(masked, is_playing=False) is None

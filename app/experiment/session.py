@@ -10,7 +10,7 @@ import threading
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import cv2
 import msgspec
@@ -57,7 +57,7 @@ class Session:
         self.notices = tuple(_notices(record, sorted(frames - listed)))
 
     @classmethod
-    def create(cls, folder: str | Path, notes: str = "") -> Self:
+    def create(cls, folder: str | Path, notes: str = "") -> "Session":
         """Make a new session."""
         folder, info = Path(folder), {"schema": SCHEMA, "created": _now(), "program": versions()}
         info["notes"] = clean_text("notes", notes)
@@ -79,7 +79,7 @@ class Session:
         return cls(SessionRecord(folder, info, ()), lock)
 
     @classmethod
-    def open(cls, folder: str | Path) -> Self:
+    def open(cls, folder: str | Path) -> "Session":
         """Reopen a session; temporary files of a program that was stopped are removed."""
         folder = Path(folder)
         if not is_session(folder):
@@ -163,7 +163,7 @@ class Session:
             self._closed = True
             self._held.release()
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Session":
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -51,12 +51,13 @@ def why_no_dock(
     pose = choice.candidates[choice.selected]
     rms_px, most = pose.rms_px or 0.0, max(_MOST_PX, _TAIL * math.sqrt(2) * BUILT_WITHIN * ellipse.semi_axes_px[0])
     is_spaced = dock.lights is None or choice.selected_by != "none" or choice.coincide
-    if not is_spaced or rms_px > most:
+    may_be_chance = log_chance > math.log(ACCEPTED)
+    if not is_spaced or rms_px > most or (may_be_chance and count == dock.lights == len(markers)):
         rays = light_rays(markers.points_px[ring.on_ring], camera, float(pose.position_m[2]))
         angles = np.degrees(angles_on_planes(rays, pose.rotation[None], pose.position_m[None])[0])
         where = f"{rms_px:.1f} px off the dock's" if is_spaced else "not spaced as the dock's lights are"
         return _off_in_words(np.sort(angles), dock, where)
-    if log_chance > math.log(ACCEPTED):
+    if may_be_chance:
         others = len(markers) - count
         among = f"among {others} other{'' if others == 1 else 's'} " if others else ""
         return f"{count} groups {among}lie on a ring, but so inexactly, {rms_px:.1f} px, that it may be chance."

@@ -15,7 +15,6 @@ _SURROUND = 1.6  # width of what is taken off, relative to the blur (Marr and Hi
 # A peak of so many standard deviations of the noise is less than one in a picture of a million pixels.
 _CLEAR_NOISE = 6.0
 _QUANTISED = 0.29  # standard deviation of the rounding to whole levels, which noise can hide no less than
-_MOST_OBLONG = 10.0  # larger to smaller curvature of a peak, as of Lowe's key points
 _MOST_LIGHTS = 60  # of one scale: the clearest
 _HALF = 0.5  # of a peak, above which its pixels are its own
 _REACH = 3.0  # of the blur, within which they lie
@@ -30,8 +29,10 @@ def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
     shrink, sigma_px = 1, FINEST_PX
     widest_px = _WIDEST_SHARE * min(levels.shape)
     while sigma_px * shrink <= max(widest_px, FINEST_PX):
-        response = cv2.GaussianBlur(levels, (0, 0), sigma_px) - cv2.GaussianBlur(levels, (0, 0), _SURROUND * sigma_px)
-        found = _groups(histogram, response, sigma_px, shrink, min_area_px)
+        blurred = cv2.GaussianBlur(levels, (0, 0), sigma_px)
+        response = blurred - cv2.GaussianBlur(levels, (0, 0), _SURROUND * sigma_px)
+        places = _peaks(blurred, response, sigma_px)
+        found = _groups(histogram, response, places, sigma_px, shrink, min_area_px) if len(places) else None
         if found is not None:
             yield found
         if sigma_px > FINEST_PX:  # fine enough for half the pixels
@@ -41,12 +42,9 @@ def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
 
 
 def _groups(
-    histogram: Histogram, response: np.ndarray, sigma_px: float, shrink: int, min_area_px: int
+    histogram: Histogram, response: np.ndarray, places: np.ndarray, sigma_px: float, shrink: int, min_area_px: int
 ) -> Threshold | None:
-    """Threshold by the clearest peaks of one scale's response (h, w) and the pixels around each; None of none."""
-    places = _peaks(response, sigma_px)
-    if len(places) == 0:
-        return None
+    """Threshold by peaks (N, 2) of one scale's response (h, w) and the pixels around each; None of none."""
     height, width = histogram.levels.shape
     index, light = [], []
     reach = math.ceil(_REACH * sigma_px)
@@ -90,28 +88,16 @@ def _groups(
     )
 
 
-def _peaks(response: np.ndarray, sigma_px: float) -> np.ndarray:
+def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float) -> np.ndarray:
     """Rows and columns (N, 2) of the clearest peaks of a response; its noise is that of its median absolute value."""
     step = max(1, round(math.sqrt(response.size / 80_000)))
     spread = float(np.median(np.abs(response[::step, ::step]))) / 0.6745
     # What rounding leaves of a blurred difference of blurs, at least.
     noise = max(spread, _QUANTISED * 0.3 / sigma_px)
     size = 2 * math.ceil(sigma_px) + 1
-    highest = cv2.dilate(response, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
-    rows, columns = np.nonzero((response >= highest) & (response > _CLEAR_NOISE * noise))
-    round_ones = _are_round(response, rows, columns)
-    rows, columns = rows[round_ones], columns[round_ones]
+    near = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    # Along an edge, as the rim of a larger light, the response has peaks where the picture has none.
+    tops = cv2.dilate((blurred >= cv2.dilate(blurred, np.ones((3, 3)))).astype(np.uint8), near) > 0
+    rows, columns = np.nonzero((response >= cv2.dilate(response, near)) & (response > _CLEAR_NOISE * noise) & tops)
     order = np.argsort(-response[rows, columns], kind="stable")[:_MOST_LIGHTS]
     return np.column_stack([rows[order], columns[order]])
-
-
-def _are_round(response: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Which peaks (N,) are no ridges, as edges and the rims of larger lights are, by their curvatures (Lowe 2004)."""
-    height, width = response.shape
-    y, x = np.clip(rows, 1, height - 2), np.clip(columns, 1, width - 2)
-    middle = 2 * response[y, x]
-    xx = response[y, x - 1] + response[y, x + 1] - middle
-    yy = response[y - 1, x] + response[y + 1, x] - middle
-    diagonal = response[y + 1, x + 1] + response[y - 1, x - 1] - response[y + 1, x - 1] - response[y - 1, x + 1]
-    determinant = xx * yy - (diagonal / 4) ** 2
-    return (determinant > 0) & ((xx + yy) ** 2 < (_MOST_OBLONG + 1) ** 2 / _MOST_OBLONG * determinant)

@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+from dockpose.lights.conics import polygons_on_ellipses
+
+from tests.pipeline.lights.test_ring import AREA_PX2, CAMERA, FOCAL_PX, lights
+
+MIDDLE = np.array([CAMERA.cx, CAMERA.cy])
+
+
+def rings_in(points, count=None, tolerance_px=1.5):
+    return polygons_on_ellipses(points - MIDDLE, np.arange(len(points)), count, FOCAL_PX, tolerance_px, AREA_PX2)
+
+
+@pytest.mark.parametrize("count", [9, 16, 24, 37, 48, 64])
+@pytest.mark.parametrize("is_told", [True, False])
+def test_the_number_of_lights_of_a_near_tilted_ring_is_found(count, is_told):
+    # At 0.6 m the near side is larger by a fifth, which bends an even spacing by more than that of 64 lights.
+    ours = lights(count, z_m=0.6, angles=(0.5, -0.4))
+    (ring,) = rings_in(ours, count if is_told else None)
+    assert sorted(ring.members) == list(range(count))
+    assert ring.squares_px2 < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_strays_and_missing_lights_change_nothing(seed):
+    rng = np.random.default_rng(seed)
+    ours = lights(32, z_m=1.0, missing=(3, 17)) + rng.normal(0, 0.2, (30, 2))
+    strays = rng.uniform([0, 0], [640, 480], (25, 2))
+    strays = strays[np.linalg.norm(strays[:, None] - ours, axis=2).min(axis=1) > 8]
+    rings = rings_in(np.vstack([ours, strays]))
+    assert len(rings) == 1
+    assert len(rings[0].corners) == 32
+    assert set(rings[0].members) == set(range(30))
+
+
+@pytest.mark.parametrize("count", [9, 20, 60, 150])
+def test_points_strewn_at_random_are_no_ring(count):
+    rng = np.random.default_rng(count)
+    assert not any(rings_in(rng.uniform([0, 0], [640, 480], (count, 2))) for _ in range(20))
+
+
+def test_lights_anywhere_on_an_ellipse_are_no_ring():
+    turn = np.sort(np.random.default_rng(3).uniform(0, 2 * np.pi, 20))
+    assert rings_in(np.column_stack([320 + 150 * np.cos(turn), 240 + 100 * np.sin(turn)])) == []

@@ -1,0 +1,69 @@
+import cv2
+import numpy as np
+import pytest
+from dockpose.thresholds import histogram_of
+from dockpose.thresholds.scales import at_scales
+
+PLACES = np.array([[120, 100], [300, 90], [470, 160], [200, 330], [420, 360]])
+
+
+def drawn(radius_px, height, noise=3.0, slope=0.0, seed=0):
+    """Gaussian lights of one width at PLACES, on water that grows brighter to the right, with noise."""
+    y, x = np.mgrid[:480, :640]
+    light = sum(height * np.exp(-((x - u) ** 2 + (y - v) ** 2) / (2 * radius_px**2)) for u, v in PLACES)
+    noisy = 40 + slope * x + light + np.random.default_rng(seed).normal(0, noise, (480, 640))
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+
+def centres(image, min_area_px=4):
+    """Centres (N, 2) of the groups of each scale."""
+    return [found.groups.shapes().moments for found in at_scales(histogram_of(image), min_area_px)]
+
+
+def are_lights(found):
+    apart = np.linalg.norm(found[:, None] - PLACES, axis=2)
+    return len(found) == len(PLACES) and apart.min(axis=0).max() < 2
+
+
+@pytest.mark.parametrize(("radius_px", "height"), [(1, 60), (3, 20), (6, 12), (12, 8)])
+def test_lights_of_any_width_are_found_in_noise_that_hides_their_pixels(radius_px, height):
+    assert any(are_lights(found) for found in centres(drawn(radius_px, height, noise=4.0)))
+
+
+def test_lights_on_a_slope_that_is_brighter_than_they_are_are_found():
+    assert any(are_lights(found) for found in centres(drawn(2, 25, slope=0.3)))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_alone_has_next_to_no_lights(seed):
+    # Six standard deviations: less than one peak in all scales of a hundred such pictures.
+    assert sum(len(found) for found in centres(drawn(1, 0, noise=8.0, seed=seed))) <= 1
+
+
+def test_an_even_picture_has_none():
+    assert centres(np.full((480, 640), 90, np.uint8)) == []
+
+
+def test_three_times_the_contrast_has_the_same_lights():
+    image = drawn(3, 20)
+    one, three = (max(centres(picture), key=are_lights) for picture in (image, 3 * image))
+    assert are_lights(one)
+    assert are_lights(three)
+
+
+@pytest.mark.parametrize("noise_levels", [0, 2])
+def test_the_rim_of_a_large_disc_is_no_row_of_lights(noise_levels):
+    y, x = np.mgrid[:480, :640]
+    covered = np.clip(60.5 - np.hypot(x - 320, y - 240), 0, 1)
+    seen = 40 + 160 * cv2.GaussianBlur(covered, (0, 0), 0.7)  # as by a lens
+    noise = np.random.default_rng(0).normal(0, noise_levels, seen.shape)
+    assert all(len(found) <= 1 for found in centres(np.rint(seen + noise).astype(np.uint8)))
+
+
+def test_masked_pixels_have_no_lights():
+    image = drawn(3, 60)
+    counted = np.ones_like(image)
+    counted[:200] = 0
+    found = list(at_scales(histogram_of(np.where(counted > 0, image, 0).astype(np.uint8), counted), 4))
+    assert found
+    assert all(one.groups.shapes().moments[:, 1].min() > 200 for one in found)

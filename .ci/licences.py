@@ -1,7 +1,5 @@
 """Write LICENSES-THIRD-PARTY.md: every package that dockpose and its extras bring along, its version and licence."""
 
-from __future__ import annotations
-
 import re
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path

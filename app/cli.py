@@ -1,7 +1,5 @@
 """The program ``dockpose``: which command does the work, and its exit status."""
 
-from __future__ import annotations
-
 import argparse
 import difflib
 import glob
@@ -13,20 +11,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
 
-from dockpose.app.commands import compare, estimate, export, simulate
+from dockpose.app.commands import compare, console, estimate, export, simulate
 from dockpose.app.commands.arguments import protected
 from dockpose.app.commands.calibration import calibrate, learn_dock
-from dockpose.app.commands.console import (
-    EXIT_BAD_ARGUMENTS,
-    EXIT_STOPPED,
-    EXIT_TERMINATED,
-    EXIT_UNWRITABLE,
-    Terminated,
-    ended_by_sigterm,
-    forgiving_output,
-    say,
-    stop_in,
-)
 from dockpose.app.commands.logging_options import add_logging, logged
 from dockpose.app.commands.machine import completion, doctor, serve
 from dockpose.app.commands.paper import budget, reproduce, study
@@ -58,47 +45,47 @@ _COMPILING = "compiling the loops over pixels; the first run takes up to a minut
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program."""
-    with forgiving_output(), ended_by_sigterm(), METHODS.telling(_warn):
+    with console.forgiving_output(), console.ended_by_sigterm(), METHODS.telling(_warn):
         try:
             arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))
             with protected(arguments), logged(arguments):
                 return _run(arguments)
         except (ValueError, OSError) as error:  # of the arguments themselves
-            say(str(error), logging.ERROR)
-            return EXIT_BAD_ARGUMENTS
-        except Terminated:
-            return EXIT_TERMINATED
+            console.say(str(error), logging.ERROR)
+            return console.EXIT_BAD_ARGUMENTS
+        except console.Terminated:
+            return console.EXIT_TERMINATED
         except KeyboardInterrupt:
-            return EXIT_STOPPED
+            return console.EXIT_STOPPED
 
 
 def _warn(text: str) -> None:
-    say(text, logging.WARNING)
+    console.say(text, logging.WARNING)
 
 
 def _run(arguments: argparse.Namespace) -> int:
     """Run a command, noting when it begins and how it ends; returns the exit status."""
     command = arguments.command
     _LOG.info("%s begins: dockpose %s", command, version("dockpose"))
-    status = EXIT_BAD_ARGUMENTS
+    status = console.EXIT_BAD_ARGUMENTS
     try:
-        with on_compiling(lambda: say(_COMPILING)):
+        with on_compiling(lambda: console.say(_COMPILING)):
             status = arguments.run(arguments)
     except BrokenPipeError:  # the reader of our output went away, as `head` does
-        status = EXIT_UNWRITABLE
+        status = console.EXIT_UNWRITABLE
     except OutputError as error:
-        say(str(error), logging.ERROR)
-        status = EXIT_UNWRITABLE
+        console.say(str(error), logging.ERROR)
+        status = console.EXIT_UNWRITABLE
     except (ValueError, OSError) as error:
-        say(str(error), logging.ERROR)
+        console.say(str(error), logging.ERROR)
     except (KeyboardInterrupt, Exception) as error:
         try:
-            is_ended = isinstance(stop_in(error), Terminated)
+            is_ended = isinstance(console.stop_in(error), console.Terminated)
         except Exception:
             _LOG.exception("%s failed", command)
             raise
-        say("ended by SIGTERM" if is_ended else "stopped", logging.WARNING)
-        status = EXIT_TERMINATED if is_ended else EXIT_STOPPED
+        console.say("ended by SIGTERM" if is_ended else "stopped", logging.WARNING)
+        status = console.EXIT_TERMINATED if is_ended else console.EXIT_STOPPED
     _LOG.info("%s ends with status %d", command, status)
     return status
 
@@ -125,7 +112,9 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong with the arguments, and exit."""
-        self.exit(EXIT_BAD_ARGUMENTS, f"{self.prog}: {one_line(message)} ({self.prog} --help lists the options)\n")
+        self.exit(
+            console.EXIT_BAD_ARGUMENTS, f"{self.prog}: {one_line(message)} ({self.prog} --help lists the options)\n"
+        )
 
 
 def _parsed(words: list[str]) -> argparse.Namespace:

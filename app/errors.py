@@ -1,7 +1,5 @@
 """The error whose text is a sentence for a person."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

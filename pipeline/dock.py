@@ -1,7 +1,5 @@
 """The dock: a circle of known diameter with lights around its rim."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -1,7 +1,5 @@
 """Detection and tracking settings."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 

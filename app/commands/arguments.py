@@ -1,13 +1,12 @@
 """Arguments that several commands share, and what is made of them."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError, blaming
@@ -20,95 +19,33 @@ from dockpose.app.inputs.protected import Protected, files_below, files_of, is_o
 from dockpose.app.inputs.samples import sample_source
 from dockpose.app.inputs.sequences import is_sequence
 from dockpose.app.inputs.wishes import wishes_from
+from dockpose.app.resources import read_toml
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sources import Kind, Wishes, kind_of
 from dockpose.thresholds import METHODS
 
-Commands = argparse._SubParsersAction  # what add_subparsers() returns has no public name
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # what add_subparsers() returns
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
 WRITTEN = ("json", "csv", "annotate", "montage", "out", "rerun", "record", "log_file")
 READ = ("camera", "dock", "scene")
-_BESIDE = "default: what NAME.yaml beside NAME.png says"
+_TYPES = {
+    **{"int": int, "float": float, "path": Path, "sample": sample_source},
+    "sample_path": lambda text: Path(sample_source(text)),
+}
+# Packages' methods are only loaded where one of them, or the help, is asked for.
+METHOD = {"choices": METHODS}
 
 
-def add_sources(parser: argparse.ArgumentParser, nargs: str, text: str) -> None:
-    """Add SOURCE; the word ``sample_images`` stands for the samples."""
-    parser.add_argument(
-        "sources", nargs=nargs, metavar="SOURCE", type=sample_source, help=f"{text}; sample_images: the samples"
-    )
-
-
-def add_camera_and_dock(parser: argparse._ActionsContainer) -> None:
-    """Add ``--camera``, ``--dock-diameter``, ``--dock`` and ``--lights``."""
-    parser.add_argument("--camera", metavar="C.yaml", help=f"camera file: ROS, OpenCV or dockpose ({_BESIDE})")
-    parser.add_argument(
-        "--dock-diameter",
-        metavar="M",
-        help=f"diameter of the ring of lights in metres, or with a unit, as 30cm ({_BESIDE})",
-    )
-    parser.add_argument("--dock", metavar="D.yaml", help="dock file, as learn-dock writes it, with diameter and lights")
-    parser.add_argument("--lights", type=int, metavar="N", help="number of evenly spaced lights (default: not known)")
-
-
-def add_rotate(parser: argparse._ActionsContainer) -> None:
-    """Add ``--rotate``."""
-    parser.add_argument(
-        "--rotate",
-        type=int,
-        default=0,
-        choices=(90, 180, 270),
-        help="turn pictures clockwise by so many degrees to see them upright, and the camera with them, whose file is "
-        "for the sensor's pixels (default: as they are; tags of orientation are not applied)",
-    )
-
-
-def add_wishes(parser: argparse._ActionsContainer) -> None:
-    """Add ``--exposure``, ``--gain``, ``--fps`` and ``--format``."""
-    parser.add_argument(
-        "--exposure",
-        type=float,
-        metavar="E",
-        help="fixed exposure time in the driver's unit: 0.1 ms on Linux, so 120 is 12 ms; a power of two of a second "
-        "on Windows, so -6 is 1/64 s (default: as the camera is set)",
-    )
-    parser.add_argument("--gain", type=float, metavar="G", help="gain in the driver's unit")
-    parser.add_argument("--fps", type=float, metavar="HZ", help="frame rate to ask for")
-    parser.add_argument(
-        "--format", metavar="FOUR", help="pixel format to ask for: MJPG, YUYV, GREY, or Y16, which keeps 16 bits"
-    )
-
-
-def add_method(parser: argparse._ActionsContainer, default: str | None = None) -> None:
-    """Add ``--method``; installed packages' methods are only loaded where one of them, or the help, is asked for."""
-    parser.add_argument(
-        "--method",
-        choices=METHODS,  # pyright: ignore[reportArgumentType]  # argparse asks it for no more than a mapping has
-        default=default,
-        metavar="NAME",
-        help="threshold method: %(choices)s (default: hats)",
-    )
-
-
-def add_topic(parser: argparse._ActionsContainer) -> None:
-    """Add ``--topic``."""
-    parser.add_argument(
-        "--topic", metavar="NAME", help="topic of a ROS bag, as /camera/image_raw (default: the only one with pictures)"
-    )
-
-
-def add_masks(parser: argparse._ActionsContainer) -> None:
-    """Add ``--mask``."""
-    parser.add_argument(
-        "--mask",
-        metavar="X,Y,W,H",
-        action="append",
-        default=[],
-        help="ignore a rectangle, such as burnt-in text: left, top, width and height in pixels; may be repeated (write "
-        "--mask=-5,0,90,20 if it starts with a minus)",
-    )
+def add_options(to: argparse._ActionsContainer, *tables: str, words: Mapping[str, object] = {}, **code: Any) -> None:
+    """Add the options of tables of ``static/options.toml``; ``code`` has by option what only code knows of it."""
+    for name, about in [option for table in tables for option in read_toml("options.toml")[table].items()]:
+        more = about | code.get(name.lstrip("-").replace("-", "_"), {})
+        if "type" in about:
+            more["type"] = _TYPES[about["type"]]
+        to.add_argument(name, **more | {"help": " ".join(about["help"].split()).format(**words)})
 
 
 @contextlib.contextmanager

@@ -1,7 +1,5 @@
 """``dockpose compare``: every threshold method on the same pictures, each up to the pose that it leads to."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 from collections.abc import Callable, Mapping
@@ -9,17 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dockpose import Estimate, Settings
-from dockpose.app.commands.arguments import (
-    Commands,
-    add_camera_and_dock,
-    add_masks,
-    add_rotate,
-    add_sources,
-    add_topic,
-    camera_of,
-    dock_of,
-    masks_of,
-)
+from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, masks_of
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.commands.output import PictureFolder, open_lines, write_line
 from dockpose.app.drawing.montage import montage
@@ -37,16 +25,10 @@ from dockpose.sources import Kind, kind_of
 _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``compare``."""
     parser = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
-    add_sources(parser, "+", "a picture, a folder of pictures, a glob, a picture of several pages, or a bag of ROS")
-    add_camera_and_dock(parser)
-    add_rotate(parser)
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
-    parser.add_argument("--montage", metavar="DIR", type=Path, help="write a picture of all methods side by side")
-    add_topic(parser)
-    add_masks(parser)
+    add_options(parser, "compare", "camera_and_dock", "rotate", "json", "compare_output", "topic", "masks")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -1,7 +1,5 @@
 """All that commands print, exit codes, how far a run over frames is, and its interruption by Ctrl+C or SIGTERM."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import logging
@@ -148,7 +146,7 @@ class FrameProgress:
         self._bar = TerminalBar(*columns, console=console, transient=True, disable=off, redirect_stdout=False)
         self._task = self._bar.add_task(escape(printable(name)), total=total, rate="")
 
-    def __enter__(self) -> FrameProgress:
+    def __enter__(self) -> "FrameProgress":
         self._bar.start()
         return self
 
@@ -212,7 +210,7 @@ class Interrupts:
         if self._was_asked:
             raise KeyboardInterrupt
 
-    def __enter__(self) -> Interrupts:
+    def __enter__(self) -> "Interrupts":
         is_main = threading.current_thread() is threading.main_thread()
         self._is_ours = is_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
         if self._is_ours:

@@ -1,7 +1,5 @@
 """``dockpose estimate``: pictures, videos and live streams in; JSON lines, a table and annotated pictures out."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import dataclasses
@@ -10,35 +8,11 @@ from pathlib import Path
 
 import numpy as np
 from dockpose import Camera, Dock, Estimate, Settings, estimate
-from dockpose.app.commands.arguments import (
-    Commands,
-    add_camera_and_dock,
-    add_masks,
-    add_method,
-    add_rotate,
-    add_sources,
-    add_topic,
-    add_wishes,
-    camera_of,
-    check_least,
-    check_recording,
-    dock_of,
-    settings_of,
-    wishes_of,
-)
-from dockpose.app.commands.console import (
-    EXIT_ALL_READ,
-    EXIT_SOME_UNREADABLE,
-    EXIT_STOPPED,
-    EXIT_TERMINATED,
-    Interrupts,
-    Terminated,
-    say,
-    stop_in,
-)
+from dockpose.app.commands import arguments as given
+from dockpose.app.commands import console
 from dockpose.app.commands.estimate_sequence import How, estimate_sequence
 from dockpose.app.commands.output import Destinations, Recordings, ResultWriter
-from dockpose.app.commands.replay import add_session_argument, run_session
+from dockpose.app.commands.replay import run_session
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError
@@ -55,79 +29,20 @@ from dockpose.checks import as_text
 from dockpose.tracking import NO_TRACK
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: given.Commands) -> None:
     """Add the command ``estimate``."""
     parser = commands.add_parser("estimate", help="estimate the dock's pose in pictures, videos and live streams")
-    add_sources(
-        parser,
-        "*",
-        "a picture, a folder of pictures, a glob, a video, a bag of ROS, a camera (0, /dev/video0), the address of a "
-        "stream (http://, rtsp://), or a scene file to simulate",
+    given.add_options(parser, "estimate")
+    given.add_options(parser.add_argument_group("camera and dock"), "camera_and_dock", "rotate")
+    detection, least_px = ("method", "estimate_detection", "masks"), Settings().min_area_px
+    given.add_options(
+        parser.add_argument_group("detection"), *detection, words={"least_px": least_px}, method=given.METHOD
     )
-    group = parser.add_argument_group("camera and dock")
-    add_camera_and_dock(group)
-    add_rotate(group)
-    _add_detection(parser.add_argument_group("detection"))
-    _add_outputs(parser.add_argument_group("output"))
-    _add_sequences(parser.add_argument_group("sequences and bags"))
-    add_wishes(parser.add_argument_group("live cameras"))
-    add_session_argument(parser.add_argument_group("experiment log"))
-
-
-def _add_detection(group: argparse._ArgumentGroup) -> None:
-    add_method(group)
-    group.add_argument("--level", type=int, help="threshold at this grey level, 0 to 255, instead of by a method")
-    group.add_argument(
-        "--min-area",
-        type=int,
-        metavar="PX",
-        help=f"ignore groups of fewer bright pixels (default: {Settings().min_area_px})",
-    )
-    add_masks(group)
-
-
-def _add_outputs(group: argparse._ArgumentGroup) -> None:
-    group.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
-    group.add_argument("--csv", metavar="FILE", help="write a table, one row a frame")
-    group.add_argument(
-        "--annotate",
-        metavar="DIR",
-        type=Path,
-        help="write annotated pictures into this folder, or one annotated MP4 for a sequence",
-    )
-    group.add_argument(
-        "--out",
-        metavar="FILE.mcap",
-        type=Path,
-        help="write ROS 2 messages, for Foxglove: poses with covariances, /tf, annotated pictures, diagnostics",
-    )
-    group.add_argument("--rerun", metavar="FILE.rrd", type=Path, help="write a recording for the Rerun viewer")
-    group.add_argument(
-        "--record",
-        metavar="FILE.mkv",
-        type=Path,
-        help="keep every frame of a camera or stream, as it was sent or losslessly compressed",
-    )
-
-
-def _add_sequences(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--rate",
-        type=float,
-        metavar="HZ",
-        help="treat the pictures, in their order, as a sequence at this frame rate; for raw videos, theirs",
-    )
-    group.add_argument(
-        "--smooth",
-        action="store_true",
-        help="smooth the poses of a sequence over all its frames; JSON lines and rows are written at its end, or when "
-        "Ctrl+C stops it",
-    )
-    add_topic(group)
-    group.add_argument("--jobs", type=int, default=1, metavar="N", help="worker processes (default: 1)")
-    group.add_argument(
-        "--scheduler", metavar="ADDRESS", help="work on the Dask cluster at this address, as tcp://host:8786"
-    )
+    given.add_options(parser.add_argument_group("output"), "json", "estimate_output")
+    sequences = ("estimate_sequences", "topic", "estimate_workers")
+    given.add_options(parser.add_argument_group("sequences and bags"), *sequences)
+    given.add_options(parser.add_argument_group("live cameras"), "wishes")
+    given.add_options(parser.add_argument_group("experiment log"), "estimate_session")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -136,9 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
         return run_session(arguments)
     if not arguments.sources:
         arguments.parser.error("give a SOURCE, or --session FOLDER")
-    camera, dock, settings = camera_of(arguments), dock_of(arguments), settings_of(arguments)
+    camera, dock, settings = given.camera_of(arguments), given.dock_of(arguments), given.settings_of(arguments)
     rate_hz = arguments.rate
-    check_least(arguments, jobs=1)
+    given.check_least(arguments, jobs=1)
     if rate_hz is not None and not 0 < rate_hz < 1e6:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
     to = Destinations(
@@ -148,20 +63,13 @@ def run(arguments: argparse.Namespace) -> int:
         if path is not None and path.suffix.lower() != ending:
             raise UserError(f"{option} {path}: must be NAME{ending}")
     if arguments.record is not None:
-        check_recording(arguments.record, arguments.sources)
+        given.check_recording(arguments.record, arguments.sources)
     if arguments.smooth and arguments.json is None and arguments.csv is None:
         raise UserError("--smooth needs --json FILE or --csv FILE, which is where smoothed poses go")
-    wishes = wishes_of(arguments, arguments.sources)
-    how = How(
-        rate_hz,
-        arguments.topic,
-        arguments.jobs,
-        arguments.scheduler,
-        wishes,
-        arguments.record,
-        arguments.smooth,
-        arguments.rotate,
-    )
+    wishes = given.wishes_of(arguments, arguments.sources)
+    workers_of = {"jobs": arguments.jobs, "scheduler": arguments.scheduler}
+    shown = {"is_smoothed": arguments.smooth, "rotate_deg": arguments.rotate}
+    how = How(rate_hz, arguments.topic, wishes=wishes, record=arguments.record, **workers_of, **shown)
     return estimate_sources(arguments.sources, camera, dock, settings, to, how)
 
 
@@ -171,11 +79,10 @@ def estimate_sources(
     dock: Dock | None,
     settings: Settings,
     to: Destinations,
-    how: How | None = None,
+    how: How,
 ) -> int:
     """Estimate every picture and sequence, and write what was asked for, frame by frame."""
-    how = how or How()
-    found = resolve(sources, camera, dock, say, how.rate_hz, how.topic, how.rotate_deg)
+    found = resolve(sources, camera, dock, console.say, how.rate_hz, how.topic, how.rotate_deg)
     parts = [dataclasses.replace(part, wishes=how.wishes) if isinstance(part, FrameSource) else part for part in found]
     if to.is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
         raise UserError(f"--annotate {to.annotate}: a video is made of one sequence; give a folder instead")
@@ -183,7 +90,7 @@ def estimate_sources(
         raise UserError(f"{to.recordings[0]}: takes one source, since its times are those of one")
     all_read = True
     with contextlib.ExitStack() as files:
-        interrupts = files.enter_context(Interrupts())
+        interrupts = files.enter_context(console.Interrupts())
         results = ResultWriter(to, files, interrupts.check)
         try:
             for number, part in enumerate(parts, 1):
@@ -195,13 +102,15 @@ def estimate_sources(
                 else:
                     all_read &= _try_sequence(part, settings, how, results, number if len(parts) > 1 else None)
         except (KeyboardInterrupt, SystemError) as error:
-            stopped = stop_in(error)
+            stopped = console.stop_in(error)
             frames = "1 frame" if results.frames == 1 else f"{results.frames} frames"
-            say(f"stopped after {frames}, whose results are kept")
-            return EXIT_TERMINATED if isinstance(stopped, Terminated) else EXIT_STOPPED
+            console.say(f"stopped after {frames}, whose results are kept")
+            return console.EXIT_TERMINATED if isinstance(stopped, console.Terminated) else console.EXIT_STOPPED
     if results.failures:
-        say(f"on {count(len(results.failures), 'frame')} the threshold method failed; first: {results.failures[0]}")
-    return EXIT_ALL_READ if all_read and not results.failures else EXIT_SOME_UNREADABLE
+        console.say(
+            f"on {count(len(results.failures), 'frame')} the threshold method failed; first: {results.failures[0]}"
+        )
+    return console.EXIT_ALL_READ if all_read and not results.failures else console.EXIT_SOME_UNREADABLE
 
 
 def _try_sequence(source: FrameSource, settings: Settings, how: How, results: ResultWriter, number: int | None) -> bool:
@@ -214,7 +123,7 @@ def _try_sequence(source: FrameSource, settings: Settings, how: How, results: Re
     except UserError:
         raise
     except ValueError as error:
-        say(str(error) if source.source in str(error) else f"{source.source}: {error}")
+        console.say(str(error) if source.source in str(error) else f"{source.source}: {error}")
         return False
 
 
@@ -222,9 +131,9 @@ def _estimate_pictures(
     batch: Batch, settings: Settings, how: How, results: ResultWriter, files: contextlib.ExitStack
 ) -> None:
     to = results.to.annotate
-    recordings = Recordings(results.to, as_text(str(batch.files[0].path)) if batch.files else "", files, say)
+    recordings = Recordings(results.to, as_text(str(batch.files[0].path)) if batch.files else "", files, console.say)
     folder = None if to is None else results.folder(to)
-    auto_masks = AutoMasks(settings, say)
+    auto_masks = AutoMasks(settings, console.say)
 
     def write(
         path: Path, sha256: str | None, taken_s: float | None, found: Estimate, read: Callable[[], np.ndarray]

@@ -1,7 +1,5 @@
 """Sequences for ``dockpose estimate``: frame after frame searched, followed over time, and written."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 from collections.abc import Callable, Iterator
@@ -73,7 +71,7 @@ def estimate_sequence(
             progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
-        lines = files.enter_context(_Smoothed(run, settings, results)) if how.is_smoothed else None
+        hold = files.enter_context(_smoothed(run, settings, results)) if how.is_smoothed else None
         recordings = Recordings(results.to, source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
@@ -86,7 +84,7 @@ def estimate_sequence(
                 write_picture(found.index, found.time_s, drawn())
 
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
-            held = None if lines is None else lines.hold(tracked)
+            held = None if hold is None else hold(tracked)
             results.write(line, f"{found.name} frame {found.index}{time}", followed.trust, draw, held)
             seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track)
             times_s, original = (found.time_s, found.time_unix_s), functools.partial(run.picture, found.index)
@@ -158,23 +156,20 @@ class _Run:
                     yield found, self._following.follow(found.estimate, found.time_s)
 
 
-class _Smoothed:
-    """Holds the lines of a sequence; at its end, or where it is stopped, they are written with smoothed poses."""
+@contextlib.contextmanager
+def _smoothed(run: _Run, settings: Settings, results: ResultWriter) -> Iterator[Callable[[Tracked], HeldLines]]:
+    """What takes in each frame and keeps its line; at the end, or where it is stopped, they are written smoothed."""
+    smoother, held = Smoother(run.camera, settings), HeldLines()
 
-    def __init__(self, run: _Run, settings: Settings, results: ResultWriter) -> None:
-        self._smoother, self._held, self._results = Smoother(run.camera, settings), HeldLines(), results
+    def hold(tracked: Tracked) -> HeldLines:
+        smoother.note(tracked)
+        return held
 
-    def __enter__(self) -> _Smoothed:
-        return self
-
-    def hold(self, tracked: Tracked) -> HeldLines:
-        """Take in the next frame, and return what keeps its line."""
-        self._smoother.note(tracked)
-        return self._held
-
-    def __exit__(self, *error: object) -> None:
-        for line, smoothed in zip(self._held, self._smoother.poses(), strict=False):
-            self._results.record(line | {"smoothed": None if smoothed is None else smoothed.to_dict()})
+    try:
+        yield hold
+    finally:
+        for line, smoothed in zip(held, smoother.poses(), strict=False):
+            results.record(line | {"smoothed": None if smoothed is None else smoothed.to_dict()})
 
 
 def _picture_writer(

@@ -1,51 +1,27 @@
 """``dockpose export``: a picture, a session or a sequence in; tables, plots, reports and annotated pictures out."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Collection
 from pathlib import Path
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, add_camera_and_dock, add_rotate, camera_of, dock_of
+from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put, say
 from dockpose.app.drawing.annotated import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
 from dockpose.app.inputs.protected import UNPROTECTED, Protected
-from dockpose.app.inputs.samples import sample_source
 from dockpose.app.inputs.sidecar import camera_and_dock
 from dockpose.files.durable_files import write_whole
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``export``."""
     parser = commands.add_parser("export", help="write a report, tables, plots and annotated pictures")
-    parser.add_argument(
-        "source",
-        metavar="SOURCE",
-        type=lambda text: Path(sample_source(text)),
-        help="a picture, a session's folder, or what estimate --json wrote",
-    )
-    parser.add_argument(
-        "--out",
-        metavar="OUT",
-        type=Path,
-        required=True,
-        help="a folder for all of it; or one file: NAME.zip with all of it, NAME.html the report, NAME.svg, .pdf or "
-        ".png the annotated picture or the plot, NAME.csv, .md or .tex the table, NAME.json, NAME.yaml",
-    )
-    parser.add_argument(
-        "--layers",
-        metavar="A,B",
-        default=",".join(LAYERS),
-        help="what to draw on the picture (default: %(default)s)",
-    )
-    add_camera_and_dock(parser)
-    add_rotate(parser)
+    add_options(parser, "export", "camera_and_dock", "rotate", layers={"default": ",".join(LAYERS)})
 
 
 def run(arguments: argparse.Namespace) -> int:

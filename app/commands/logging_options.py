@@ -1,7 +1,5 @@
 """``--log-level`` and ``--log-file`` of every command: one line an event, with nothing secret in it, by ``logging``."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import logging
@@ -10,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 
+from dockpose.app.commands.arguments import add_options
 from dockpose.app.errors import writing
 from dockpose.checks import printable
 
@@ -24,13 +23,7 @@ _SECRETS = (
 
 def add_logging(parser: argparse.ArgumentParser) -> None:
     """Add ``--log-level`` and ``--log-file``."""
-    group = parser.add_argument_group("events")
-    group.add_argument(
-        "--log-level",
-        choices=LEVELS,
-        help="write events from this level on, a line each, to standard error or --log-file (default there: info)",
-    )
-    group.add_argument("--log-file", metavar="FILE", help="add a line an event to this file")
+    add_options(parser.add_argument_group("events"), "events", log_level={"choices": LEVELS})
 
 
 @contextlib.contextmanager

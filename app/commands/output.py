@@ -1,7 +1,5 @@
 """Where a command's results go: lines of JSON, a table, pictures, a video. What cannot be written is a UserError."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import dataclasses
@@ -12,7 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import IO, Any
 
 import cv2
 import msgspec
@@ -67,7 +65,7 @@ class ResultWriter:
         self.frames, self.failures = 0, list[str]()
         self._folders: dict[Path, PictureFolder] = {}
 
-    def folder(self, path: Path) -> PictureFolder:
+    def folder(self, path: Path) -> "PictureFolder":
         """The folder for annotated pictures of that path, one and the same for all sources."""
         if path not in self._folders:
             self._folders[path] = PictureFolder(path, self.to.protected)
@@ -79,7 +77,7 @@ class ResultWriter:
         label: str,
         trust: Trust,
         draw: Callable[[], object],
-        held: HeldLines | None = None,
+        held: "HeldLines | None" = None,
     ) -> None:
         """Write one frame."""
         self._before_each()
@@ -154,13 +152,6 @@ class HeldLines:
             yield from map(json.loads, self._file)
 
 
-class Lines(Protocol):
-    """What lines are written to, each of which is there at once."""
-
-    def write(self, text: str, /) -> Any:
-        """Write whole lines."""
-
-
 class StandardOutput:
     """Standard output, for lines."""
 
@@ -198,7 +189,10 @@ class LineFile:
             self._file.close()
 
 
-def open_lines(target: str | None, files: contextlib.ExitStack) -> LineFile | StandardOutput | None:
+Lines = LineFile | StandardOutput  # what lines are written to, each of which is there at once
+
+
+def open_lines(target: str | None, files: contextlib.ExitStack) -> Lines | None:
     """Open a file for lines, to be closed with ``files``; "-" is standard output, None nothing."""
     if target is None:
         return None

@@ -1,7 +1,5 @@
 """``dockpose estimate --session FOLDER``: a session's frames estimated again, and what came out differently."""
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 from collections.abc import Mapping
@@ -17,16 +15,6 @@ from dockpose.camera.image import decode, read_picture_file
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock")
 _WRITTEN = ("json", "csv", "annotate", "out", "rerun", "record")
 _MOST_NUMBERS = 4  # of a row that are listed one by one
-
-
-def add_session_argument(parser: argparse._ActionsContainer) -> None:
-    """Add ``--session``."""
-    parser.add_argument(
-        "--session",
-        metavar="FOLDER",
-        type=Path,
-        help="instead of SOURCE: estimate a session's frames again, and say which numbers differ and why",
-    )
 
 
 def run_session(arguments: argparse.Namespace) -> int:

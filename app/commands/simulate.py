@@ -1,7 +1,5 @@
 """``dockpose simulate``: a scene file in, pictures or a video with their truth out."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import csv
@@ -11,17 +9,19 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import msgspec
 import numpy as np
 from dockpose import Camera, Dock, estimate
-from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_ended, say
 from dockpose.app.commands.output import LineFile
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.app.inputs.protected import Protected
+from dockpose.app.state.scene import DEFAULT_SCENE
 from dockpose.files.durable_files import remove
 from dockpose.pose.circle import CirclePose
-from dockpose.simulate import Approach, FilmPlan, Lights, Pose, RenderedFrame, Scene, film, load_sequence, save_sequence
+from dockpose.simulate import Approach, FilmPlan, Lights, RenderedFrame, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
 from dockpose.simulate.parts import Background
 from rich.console import Console
@@ -32,32 +32,14 @@ _FRAME_NAME = re.compile(r"frame_(\d+)\.(?:png|yaml)")
 _TRUTH_HEAD = f"{','.join(TRUTH_COLUMNS)}\r\n".encode()
 
 # LEDs as bright as they must be to be seen from 20 m.
-DEFAULT = FilmPlan(
-    scene=Scene(
-        camera=Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480),
-        dock=Dock(diameter=0.30, lights=10),
-        pose=Pose(position_m=(0.05, 0.03, 1.0), theta_x_deg=10.0, theta_y_deg=-15.0, roll_deg=5.0),
-        lights=Lights(level=2e5),
-        background=Background(level=10.0, gradient_y=-6.0),
-    ),
-    motion=Approach(frames=60),
-)
+_BRIGHT = {"lights": Lights(level=2e5), "background": Background(level=10.0, gradient_y=-6.0)}
+DEFAULT = FilmPlan(scene=msgspec.structs.replace(DEFAULT_SCENE, **_BRIGHT), motion=Approach(frames=60))
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``simulate``."""
     parser = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
-    parser.add_argument("--scene", metavar="S.yaml", help="scene file (default: an approach from 20 m to 1 m)")
-    parser.add_argument("--seed", type=int, metavar="N", help="random seed (default: the scene file's)")
-    parser.add_argument("--frames", type=int, metavar="N", help="number of frames (default: as the scene file says)")
-    parser.add_argument(
-        "--out",
-        required=True,
-        metavar="DIR",
-        type=Path,
-        help="folder for frame_0001.png and so on with truth.csv; or a video with its truth in a CSV beside it: "
-        "NAME.mp4, or NAME.mkv or NAME.avi, which keep every grey level",
-    )
+    add_options(parser, "simulate")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -119,7 +101,7 @@ def _check_files(out: Path, frames: int, protected: Protected) -> None:
             raise UserError(f"--out {out}: {path} is there already, of no earlier run; give another name, or rename it")
 
 
-def _target(out: Path, sequence: FilmPlan) -> _Folder | _Video:
+def _target(out: Path, sequence: FilmPlan) -> "_Folder | _Video":
     return _Video(out, sequence) if is_video_file(out) else _Folder(out, sequence)
 
 
@@ -179,7 +161,7 @@ class _Video(_Target):
             size = f"{camera.width} x {camera.height}"
             raise UserError(f"--out {path}: an MP4 needs an even width and height, the camera has {size} pixels")
 
-    def __enter__(self) -> _Video:
+    def __enter__(self) -> "_Video":
         super().__enter__()
         try:
             save_sequence(self._sequence, self._path.with_suffix(".yaml"))

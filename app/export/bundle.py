@@ -1,7 +1,5 @@
 """Files that can be exported of a picture, a session or a sequence: their names and what makes each."""
 
-from __future__ import annotations
-
 import functools
 import io
 import zipfile
@@ -122,7 +120,7 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
     return lines
 
 
-def _figure_files(name: str, make: Callable[[], Figure], *kinds: str) -> Files:
+def _figure_files(name: str, make: "Callable[[], Figure]", *kinds: str) -> Files:
     """Return the files of a figure, one of each kind."""
     save = {"svg": functools.partial(figures.to_svg, name=name), "png": figures.to_png, "pdf": figures.to_pdf}
     return {f"{name}.{kind}": lambda to_bytes=save[kind]: to_bytes(make()) for kind in kinds}

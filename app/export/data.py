@@ -1,7 +1,5 @@
 """Results of a picture as JSON and rows of a table, and its settings as YAML."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

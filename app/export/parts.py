@@ -1,11 +1,10 @@
 """Parts of the reports on the paper and the study, with their words, plots and tables; and the page of any report."""
 
-from __future__ import annotations
-
 import base64
 import datetime
 import functools
-import tomllib
+import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ import jinja2
 from dockpose.app.drawing.figures import to_png, to_svg
 from dockpose.app.drawing.numbers import MISSING
 from dockpose.app.experiment.row import csv_text
-from dockpose.app.resources import static_path
+from dockpose.app.resources import read_toml, static_path
 from dockpose.files.durable_files import write_whole
 from markupsafe import Markup
 
@@ -29,8 +28,10 @@ Rows = Sequence[Sequence[Cell]]
 @functools.cache
 def _pages() -> jinja2.Environment:
     loader = jinja2.FunctionLoader(lambda name: static_path(name).read_text(encoding="utf-8"))
-    strict = jinja2.StrictUndefined
-    return jinja2.Environment(loader=loader, autoescape=True, undefined=strict, trim_blocks=True, lstrip_blocks=True)
+    how: Any = {"autoescape": jinja2.select_autoescape(["html"]), "undefined": jinja2.StrictUndefined}
+    pages = jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, **how)
+    pages.filters |= {"is_finite": math.isfinite}
+    return pages
 
 
 def page(template: str, **values: Any) -> str:
@@ -39,14 +40,15 @@ def page(template: str, **values: Any) -> str:
     return _pages().get_template(template).render(made=made, **values)
 
 
-@functools.cache
-def _all_words() -> dict[str, Any]:
-    return tomllib.loads(static_path("parts.toml").read_text(encoding="utf-8"))
+def sentences(template: str, macro: str, *values: Any) -> list[str]:
+    """What a macro of a template in ``static`` says, in paragraphs with empty lines between them."""
+    text = getattr(_pages().get_template(template).module, macro)(*values)
+    return [" ".join(one.split()) for one in re.split(r"\n\s*\n", text) if one.strip()]
 
 
 def words(part: str, *path: str, **numbers: Any) -> str:
     """A text of ``parts.toml`` with its numbers in it; none where there is no such text."""
-    found: Any = _all_words()[part]
+    found: Any = read_toml("parts.toml")[part]
     for name in path:
         found = found.get(name, "")
     return _filled(found, numbers)
@@ -54,7 +56,7 @@ def words(part: str, *path: str, **numbers: Any) -> str:
 
 def _filled(text: str, numbers: Mapping[str, Any]) -> str:
     """A text with its numbers in it, and those texts that stand at the top of ``parts.toml`` for all parts."""
-    shared = {name: " ".join(one.split()) for name, one in _all_words().items() if isinstance(one, str)}
+    shared = {name: " ".join(one.split()) for name, one in read_toml("parts.toml").items() if isinstance(one, str)}
     return " ".join(text.split()).format(**shared, **numbers)
 
 
@@ -74,7 +76,7 @@ class Plot:
     is_photograph: bool = False  # shown as PNG within the report, since an SVG would hold all pixels of a picture
 
     @classmethod
-    def of(cls, name: str, caption: str, figure: Figure) -> Plot:
+    def of(cls, name: str, caption: str, figure: "Figure") -> "Plot":
         """Draw a figure; one that shows pictures is a photograph."""
         _settle(figure)
         is_photograph = any(axes.images for axes in figure.axes)
@@ -90,7 +92,7 @@ class Plot:
         return Markup(text[text.index("<svg") :])
 
 
-def _settle(figure: Figure) -> None:
+def _settle(figure: "Figure") -> None:
     """Lay a figure out once, and round where its axes lie: the last digits depend on where objects lie in memory."""
     if figure.get_layout_engine() is not None:
         figure.draw_without_rendering()
@@ -112,9 +114,9 @@ class NumberTable:
     is_shown: bool = True  # False for the points of a curve, which only the file has
 
     @classmethod
-    def of(cls, part: str, table: str, name: str, rows: Rows, /, **numbers: Any) -> NumberTable:
+    def of(cls, part: str, table: str, name: str, rows: Rows, /, **numbers: Any) -> "NumberTable":
         """A table with the words of ``parts.toml``; its first row is its head where it has none there."""
-        of = _all_words()[part]["tables"][table]
+        of = read_toml("parts.toml")[part]["tables"][table]
         head, *body = rows if "head" not in of else (of["head"], *rows)
         filled = [_filled(str(cell), numbers) for cell in head]
         return cls(name, _filled(of["caption"], numbers), filled, body, of.get("digits", 3), of.get("is_shown", True))
@@ -148,13 +150,13 @@ class Part:
     def of(
         cls,
         key: str,
-        plots: Mapping[str, Figure],
+        plots: "Mapping[str, Figure]",
         tables: Mapping[str, Rows],
         /,
         like: str = "",
         files: str | None = None,
         **numbers: Any,
-    ) -> Part:
+    ) -> "Part":
         """A part with the words of its key, or of what it is ``like``; files are named after ``files`` or the key."""
         like, files = like or key, key if files is None else files
         title, paper, ours, differs = (words(like, name, **numbers) for name in ("title", "paper", "ours", "differs"))

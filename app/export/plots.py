@@ -1,7 +1,5 @@
 """Plots: a picture's histogram, a session's errors against range, a sequence's poses over time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +16,7 @@ if TYPE_CHECKING:
 _STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (BLUE, "o"), (ORANGE, "s"))  # one for each of QUANTITIES
 
 
-def histogram_figure(threshold: Threshold) -> Figure:
+def histogram_figure(threshold: Threshold) -> "Figure":
     """Return a plot of the pixels at each grey level, the threshold, the peaks, and the groups each level leaves."""
     figure = new_figure(6.5, 3.0)
     axes = figure.add_subplot()
@@ -42,7 +40,7 @@ def histogram_figure(threshold: Threshold) -> Figure:
     return figure
 
 
-def error_figure(rows: Sequence[Row]) -> Figure:
+def error_figure(rows: Sequence[Row]) -> "Figure":
     """Return a plot of estimated minus measured against range: position above, angles below."""
     figure = new_figure(6.5, 4.8)
     figure.set_layout_engine("constrained")
@@ -64,7 +62,7 @@ def error_figure(rows: Sequence[Row]) -> Figure:
     return figure
 
 
-def sequence_figure(lines: Sequence[dict[str, Any]]) -> Figure:
+def sequence_figure(lines: Sequence[dict[str, Any]]) -> "Figure":
     """Return a plot of the chosen pose of each line of schema 1 over time, or over frames where times are unknown."""
     times = [line.get("time_s") for line in lines]
     timed = all(time is not None for time in times) and len(set(times)) == len(times)

@@ -1,12 +1,10 @@
 """What a live source gives, kept in a file meanwhile: packets as they were sent, or else lossless frames."""
 
-from __future__ import annotations
-
 import contextlib
 import threading
 from collections import deque
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import av
 from av.error import FFmpegError
@@ -18,14 +16,6 @@ ENDING = ".mkv"
 MOST_WAITING_BYTES = 256 * 2**20  # some three seconds of 1280 x 720 in colour
 _TIMED_FRAMES = 5  # from which the rate in the file's header is estimated
 _RATE_HZ = 25.0  # of fewer
-
-
-class _Part(Protocol):
-    """One file of a recording, of frames of one kind."""
-
-    def write(self, arrival: Arrival) -> None: ...
-
-    def close(self) -> None: ...
 
 
 class Recording:
@@ -124,7 +114,7 @@ class Recording:
             except Exception as error:
                 self._fail(error)
 
-    def _next(self) -> tuple[_Part, Arrival] | None:
+    def _next(self) -> "tuple[_Part, Arrival] | None":
         """Wait for what is to be written; None once there is no more."""
         with self._changed:
             self._changed.wait_for(lambda: self._waiting or not self.is_running)
@@ -142,7 +132,7 @@ class Recording:
             said = str(error) if isinstance(error, UserError) else f"{self.path}: cannot be written ({error})"
             self._tell(f"{said}; it is no longer recorded, and all else goes on")
 
-    def _new_part(self, arrival: Arrival) -> _Part:
+    def _new_part(self, arrival: Arrival) -> "_Part":
         """Begin a file for frames as this one, beside those that there are; of packets while their source is open."""
         number = len(self._paths) + 1
         path = self.path if number == 1 else self.path.with_stem(f"{self.path.stem}-{number}")
@@ -279,6 +269,9 @@ class _Packets:
                 self._container.mux(packet)
             except FFmpegError as error:
                 raise UserError(f"{self._path}: cannot be written ({error.strerror})") from error
+
+
+_Part = _Pictures | _Packets  # one file of a recording, of frames of one kind
 
 
 def _times_us(packet: av.Packet, arrival: Arrival) -> tuple[int | None, int]:

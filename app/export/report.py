@@ -1,7 +1,5 @@
 """Reports on a picture, a sequence or a session: one HTML file each, which opens offline and prints well."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import re
@@ -48,24 +46,6 @@ class ReportTable:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class Report:
-    """Content of the template, which escapes every text."""
-
-    title: str  # name of the source
-    kind: str  # "picture", "sequence" or "session"
-    facts: Mapping[str, str]  # names and values at the top of the page
-    groups: Mapping[str, Mapping[str, str]]  # names and values of the set-up by title: camera, dock, settings, versions
-    tables: Sequence[ReportTable] = ()
-    plots: Sequence[tuple[str, Markup]] = ()  # title and trusted SVG
-    pictures: Sequence[tuple[str, str]] = ()  # caption and data URI
-    note: str = ""  # a sentence below the title
-
-    def html(self) -> str:
-        """Return the text of the file."""
-        return page("report.html", report=self)
-
-
 def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
     """Return the report of one picture: both poses, the histogram, and all settings."""
     view, found = analysis.view, analysis.estimate
@@ -82,16 +62,13 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
     if found.threshold is not None:
         plots.append(("Histogram and threshold", _svg(histogram_figure(found.threshold), "histogram")))
     line = found.to_dict(view.source)
-    return Report(
-        view.source,
-        "picture",
-        facts,
-        _groups(line) | {"Versions": versions()},
-        [_candidates_table(found)] if found.candidates else [],
-        plots,
-        [(view.source, _data_uri(annotate(view.image, found, layers=LAYERS, headline=headline_of(analysis.trust)), 1))],
-        " ".join(view.notes),
-    ).html()
+    picture = annotate(view.image, found, layers=LAYERS, headline=headline_of(analysis.trust))
+    return _html(
+        **{"title": view.source, "kind": "picture", "note": " ".join(view.notes), "facts": facts, "plots": plots},
+        groups=_groups(line) | {"Versions": versions()},
+        tables=[_candidates_table(found)] if found.candidates else [],
+        pictures=[(view.source, _data_uri(picture, 1))],
+    )
 
 
 def session_report(record: SessionRecord) -> str:
@@ -117,16 +94,13 @@ def session_report(record: SessionRecord) -> str:
     note += f" {missing} of the pictures cannot be read." if missing else ""
     groups["Versions, when the session was made"] = _texts(record.info.get("program"))
     groups["Versions, of this report"] = versions()
-    return Report(
-        record.name,
-        "session",
-        facts,
-        groups,
-        [ReportTable("Estimated (measured)", content.head, content.body, content.foot, "Δ: estimated minus measured.")],
-        [("Error against range", _svg(error_figure(record.rows), "errors"))] if record.rows else [],
-        pictures,
-        note.strip(),
-    ).html()
+    of_rows = content.head, content.body, content.foot
+    return _html(
+        **{"title": record.name, "kind": "session", "note": note.strip(), "facts": facts, "groups": groups},
+        tables=[ReportTable("Estimated (measured)", *of_rows, "Δ: estimated minus measured.")],
+        plots=[("Error against range", _svg(error_figure(record.rows), "errors"))] if record.rows else [],
+        pictures=pictures,
+    )
 
 
 def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
@@ -144,15 +118,16 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
     shown = [_sequence_row(line) for line in _spread(lines, MOST_ROWS)]
     head = ("Frame", "Time (s)", *QUANTITIES, "likely (%)", "Track", "Source")
     first = lines[0] if lines else {}
-    return Report(
-        path.name,
-        "sequence",
-        facts,
-        _groups(first) | {"Versions, of this report": versions()},
-        [ReportTable("Chosen poses", head, shown, note=_left_out(len(lines), MOST_ROWS, "frames"))],
-        [("Pose over the sequence", _svg(sequence_figure(lines), "sequence"))] if lines else [],
-        pictures,
-    ).html()
+    return _html(
+        **{"title": path.name, "kind": "sequence", "note": "", "facts": facts, "pictures": pictures},
+        groups=_groups(first) | {"Versions, of this report": versions()},
+        tables=[ReportTable("Chosen poses", head, shown, note=_left_out(len(lines), MOST_ROWS, "frames"))],
+        plots=[("Pose over the sequence", _svg(sequence_figure(lines), "sequence"))] if lines else [],
+    )
+
+
+def _html(**report: Any) -> str:
+    return page("report.html", report=report)
 
 
 def _groups(line: Mapping[str, Any]) -> dict[str, dict[str, str]]:
@@ -223,7 +198,7 @@ def _data_uri(picture: np.ndarray, pictures: int) -> str:
     return f"data:image/jpeg;base64,{base64.b64encode(data).decode()}"
 
 
-def _svg(figure: Figure, name: str) -> Markup:
+def _svg(figure: "Figure", name: str) -> Markup:
     """Return a figure as SVG to embed in HTML: without the XML header, and without a fixed size."""
     text = to_svg(figure, name).decode()
     return Markup(re.sub(r' width="[\d.]+pt" height="[\d.]+pt"', "", text[text.index("<svg") :], count=1))

@@ -1,15 +1,14 @@
 """The table "estimated (measured)" as CSV, Markdown, LaTeX and HTML."""
 
-from __future__ import annotations
-
 import re
+import unicodedata
 from collections.abc import Sequence
 
 from dockpose.app.drawing.numbers import MISSING
 from dockpose.app.experiment.row import POSE_COLUMNS, Row, csv_text
 from dockpose.app.experiment.table import table
-from dockpose.app.export.latex import to_latex
 from dockpose.app.export.parts import page
+from dockpose.app.resources import read_toml
 from markupsafe import escape
 
 CSV_HEAD = (
@@ -89,3 +88,34 @@ def _is_number(text: str) -> bool:
 
 def _latex_line(cells: Sequence[str]) -> str:
     return " & ".join(to_latex(cell) for cell in cells) + r" \\"
+
+
+_GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
+
+
+def to_latex(text: str) -> str:
+    """Return LaTeX that prints the text and does nothing else; letters without a font in plain LaTeX become "?"."""
+    return "".join(_character(character) for character in unicodedata.normalize("NFC", text))
+
+
+def _character(character: str) -> str:
+    commands = read_toml("latex.toml")
+    if character in commands["characters"]:
+        return commands["characters"][character]
+    if " " <= character <= "~":
+        return character
+    letter, *marks = unicodedata.normalize("NFD", character)
+    if letter.isascii() and letter.isalpha() and len(marks) == 1 and marks[0] in commands["accents"]:
+        dotless = rf"\{letter}" if letter in "ij" and marks[0] != "\N{COMBINING CEDILLA}" else letter
+        return f"{commands['accents'][marks[0]]}{{{dotless}}}"
+    return _greek(character)
+
+
+def _greek(character: str) -> str:
+    """Return a Greek letter as a math command; "?" where there is none."""
+    match = _GREEK.match(unicodedata.name(character, ""))
+    if match is None:
+        return "?"
+    name = {"LAMDA": "lambda"}.get(match[2], match[2].lower())
+    command = name if match[1] == "SMALL" else name.capitalize()
+    return rf"$\{command}$" if name in read_toml("latex.toml")["greek"][match[1]].split() else "?"

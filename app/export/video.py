@@ -1,7 +1,5 @@
 """Videos that we write: H.264 that browsers play, or FFV1 that keeps every grey level, at the times of the frames."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """Sentences about a result: what was found, why this pose, and what to try where nothing was found."""
 
-from __future__ import annotations
-
 import math
 
 from dockpose import Estimate

@@ -1,7 +1,5 @@
 """One run of the pipeline for the page: a view in, an analysis out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any

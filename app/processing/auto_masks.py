@@ -1,7 +1,5 @@
 """Automatic masks over what stays put from frame to frame, as burnt-in text does."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Longer work, one piece at a time in its own thread, with progress and cancelling."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
@@ -24,7 +22,7 @@ class Progress:
         """Make the next step of the work its last."""
         self._stop.set()
 
-    def silent(self) -> Progress:
+    def silent(self) -> "Progress":
         """For a part of the work: stops with it, but reports nothing."""
         part = Progress(lambda share: None)
         part._stop = self._stop

@@ -1,7 +1,5 @@
 """Boards gathered from the frames of a video or a live camera, as the command and the page do it."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field

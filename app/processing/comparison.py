@@ -1,7 +1,5 @@
 """All threshold methods on one picture, and how the dock's centre moves with a fixed level."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +13,7 @@ from dockpose.app.processing.background import Progress
 from dockpose.app.state.view import View
 from dockpose.camera.image import to_grey
 from dockpose.lights.masks import hide
-from dockpose.paper.baselines import centre_errors_px
+from dockpose.paper.lights.levels import centre_errors_px
 from dockpose.pose.known import pose_error
 from dockpose.thresholds import LEVELS, METHODS, Histogram, MethodError, Threshold, histogram_of
 

@@ -1,7 +1,5 @@
 """Following the dock from frame to frame: search, track and trust, for commands, the page and the ROS node alike."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A thread that always works on the newest job and drops those that it had no time for."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

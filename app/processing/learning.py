@@ -1,7 +1,5 @@
 """Views of a dock gathered from pictures or frames, for learning where its lights are."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 from dockpose import Camera, Dock, Estimate, estimate

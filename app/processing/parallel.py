@@ -5,8 +5,6 @@ searches, so they are independent. They are searched before the automatic masks 
 these change the settings, the rest is searched again.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import logging
@@ -20,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
@@ -51,26 +49,6 @@ class Found:
     skipped: int = 0
     time_unix_s: float | None = None
     tag: int = 1  # of a picture's orientation
-
-
-class Work(Protocol):
-    """Frames that can be estimated in any order, in chunks that can be sent to other processes."""
-
-    def count(self) -> int:
-        """Number of frames."""
-        ...
-
-    def belongs(self, index: int) -> tuple[Camera, Dock]:
-        """Camera and dock of a frame."""
-        ...
-
-    def label(self, found: Found) -> str:
-        """Name of a frame in messages."""
-        ...
-
-    def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
-        """Return what estimates frames ``start`` to ``stop`` (excluded) in order; ``before`` is the one before them."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -133,6 +111,10 @@ class PictureWork:
         return functools.partial(_estimate_pictures, self.files[start:stop], self.folder, start)
 
 
+# Frames that can be estimated in any order, in chunks that can be sent to other processes.
+Work = SequenceWork | PictureWork
+
+
 def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
     """The search over the frames of a sequence, the same in every process."""
     return Search(camera, dock, settings, whole_first=BLOCK)
@@ -141,9 +123,7 @@ def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
 def _estimate_frames(
     work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
 ) -> list[Found]:
-    frames, told = _opened(
-        work.source, work.paths, work.rate_hz, work.folder, not work.dock.colours, work.topic, work.rotate_deg
-    )
+    frames, told = _opened(work)
     told.clear()
     search = search_of(work.camera, work.dock, settings)
     if before is not None and before.estimate is not None:
@@ -253,22 +233,16 @@ def _cancel(waiting: deque[Future[list[Found]]]) -> None:
 
 
 @functools.lru_cache(maxsize=1)
-def _opened(
-    source: str,
-    paths: tuple[Path, ...],
-    rate_hz: float | None,
-    folder: str,
-    grey: bool,
-    topic: str | None,
-    rotate_deg: int,
-) -> tuple[Frames, list[str]]:
+def _opened(work: SequenceWork) -> tuple[Frames, list[str]]:
     """A source that stays open in a worker from chunk to chunk, and the list of its messages."""
     told: list[str] = []
-    if paths:
-        frames: Frames = Pictures([Path(folder) / path for path in paths], source, rate_hz, told.append)
+    folder = Path(work.folder)
+    if work.paths:
+        frames: Frames = Pictures([folder / path for path in work.paths], work.source, work.rate_hz, told.append)
     else:
-        frames = open_frames(Path(folder) / source, told.append, rate_hz=rate_hz, grey=grey, topic=topic)
-    frames.turn(rotate_deg)
+        how: Any = {"rate_hz": work.rate_hz, "grey": not work.dock.colours, "topic": work.topic}
+        frames = open_frames(folder / work.source, told.append, **how)
+    frames.turn(work.rotate_deg)
     return frames, told
 
 

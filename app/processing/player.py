@@ -1,7 +1,5 @@
 """Playing a sequence: which frame is shown when, in a thread of its own."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator

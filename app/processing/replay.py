@@ -1,7 +1,5 @@
 """Estimating a stored result again, and finding which of its numbers differ."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """The study's scenes by several processes or on a cluster, kept block by block, so that a killed run can go on."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import functools
@@ -24,8 +22,7 @@ from dockpose.app.experiment.row import csv_text
 from dockpose.app.experiment.versions import versions
 from dockpose.app.processing.parallel import workers
 from dockpose.files.durable_files import remove_temporaries, sync_folder, write_whole
-from dockpose.study.methods import METHODS
-from dockpose.study.scenes import ELAPSED, as_text, scene_rows
+from dockpose.study.scenes import ELAPSED, METHODS, as_text, scene_rows
 
 BLOCK = 2  # scenes: about half a second of one core, which is what a kill can cost
 _AHEAD = 2  # submitted blocks for each worker

@@ -1,7 +1,5 @@
 """The trajectory of a dock over the frames of a sequence, for charts and for the path in 3D."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The camera: intrinsics and lens distortion, pixels to rays and back."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -186,7 +184,7 @@ class Camera(
     def _pixels(self, image: np.ndarray) -> np.ndarray:
         return image * [self.fx, self.fy] + [self.cx, self.cy]
 
-    def for_size(self, width: int, height: int) -> Camera:
+    def for_size(self, width: int, height: int) -> "Camera":
         """Intrinsics scaled to another size in pixels; ValueError where that is no pure rescale, as of a crop."""
         if (width, height) == (self.width, self.height):
             return self
@@ -207,7 +205,7 @@ class Camera(
             height=height,
         )
 
-    def rotated(self, degrees: int) -> Camera:
+    def rotated(self, degrees: int) -> "Camera":
         """The camera of the picture turned clockwise by 0, 90, 180 or 270; by 90, (x, y, z) becomes (-y, x, z)."""
         camera = self
         for _ in range(check_turn("degrees", degrees) // 90):

@@ -1,7 +1,5 @@
 """TIFF files page by page, each with its tags said so plainly that every reader gives the same pixels."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

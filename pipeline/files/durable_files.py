@@ -1,7 +1,5 @@
 """Writing files whole or not at all, so that they survive a power cut."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import functools

@@ -1,7 +1,5 @@
 """YAML files: read within limits, so that none takes long or much memory, and each fault is one short sentence."""
 
-from __future__ import annotations
-
 import os
 import stat
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Figure 17 of the paper: error of the pose against the number of lights, by the ellipse, EPnP, its peers, and ours."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The measurements of the paper: Tables 2 to 4 of Ghosh et al. 2016, doi 10.1007/s00138-015-0736-4."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from pathlib import Path

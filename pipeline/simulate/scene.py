@@ -6,30 +6,18 @@ import msgspec
 from dockpose.camera.camera import Camera
 from dockpose.checks import check_whole
 from dockpose.dock import Dock
+from dockpose.simulate import parts
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import PRESETS, Water, preset
-from dockpose.simulate.parts import (
-    Background,
-    Lamp,
-    Lights,
-    Mirror,
-    Occluder,
-    Panel,
-    Part,
-    Pose,
-    Sensor,
-    Snow,
-    Text,
-)
 
 # The parts that every scene has.
 _KINDS = {
-    **{"camera": Camera, "dock": Dock, "pose": Pose, "lights": Lights, "water": Water},
-    **{"psf": Psf, "background": Background, "sensor": Sensor},
+    **{"camera": Camera, "dock": Dock, "pose": parts.Pose, "lights": parts.Lights, "water": Water},
+    **{"psf": Psf, "background": parts.Background, "sensor": parts.Sensor},
 }
 
 
-class Scene(Part, frozen=True, kw_only=True):
+class Scene(parts.Part, frozen=True, kw_only=True):
     """One picture to simulate; each part is described by its own class.
 
     ``water`` may also be given as the name of a preset, such as "harbour".
@@ -68,18 +56,18 @@ class Scene(Part, frozen=True, kw_only=True):
 
     camera: Camera
     dock: Dock
-    pose: Pose
-    lights: Lights = Lights()
+    pose: parts.Pose
+    lights: parts.Lights = parts.Lights()
     water: Water = PRESETS["tank"]
     psf: Psf = Psf()
-    background: Background = Background()
-    panel: Panel | None = None
-    snow: Snow | None = None
-    mirror: Mirror | None = None
-    lamps: tuple[Lamp, ...] = ()
-    occluders: tuple[Occluder, ...] = ()
-    texts: tuple[Text, ...] = ()
-    sensor: Sensor = Sensor()
+    background: parts.Background = parts.Background()
+    panel: parts.Panel | None = None
+    snow: parts.Snow | None = None
+    mirror: parts.Mirror | None = None
+    lamps: tuple[parts.Lamp, ...] = ()
+    occluders: tuple[parts.Occluder, ...] = ()
+    texts: tuple[parts.Text, ...] = ()
+    sensor: parts.Sensor = parts.Sensor()
     seed: int = 0
 
     def __post_init__(self) -> None:

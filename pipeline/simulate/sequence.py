@@ -1,7 +1,5 @@
 """Sequences: pictures of a scene in which the vehicle moves, on its own or steered by an estimator."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -43,12 +41,12 @@ class FilmPlan(msgspec.Struct, frozen=True, kw_only=True):
         """Number of frames."""
         return 1 if self.motion is None else self.motion.frames
 
-    def with_frames(self, frames: int) -> FilmPlan:
+    def with_frames(self, frames: int) -> "FilmPlan":
         """Return the same course in this many frames; a scene without a motion is repeated with different noise."""
         motion = self.motion or Hover(drift_m=0.0, drift_deg=0.0)
         return FilmPlan(scene=self.scene, motion=msgspec.structs.replace(motion, frames=frames))
 
-    def with_seed(self, seed: int) -> FilmPlan:
+    def with_seed(self, seed: int) -> "FilmPlan":
         """Return the same sequence with other random numbers."""
         return FilmPlan(scene=msgspec.structs.replace(self.scene, seed=seed), motion=self.motion)
 

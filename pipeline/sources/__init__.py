@@ -5,11 +5,10 @@ Public are ``open_frames``, ``Frame``, ``Frames`` and ``SourceError``; the other
 May import `dockpose.estimate` and `dockpose.simulate`, since simulated courses can be steered by an estimator.
 """
 
-from dockpose.sources.ahead import read_ahead
 from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Wishes
 from dockpose.sources.exposure import ExposureHint, ExposureWatch, exposure_hint
-from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.frames import Frame, Frames, SourceError, Tell, read_ahead
 from dockpose.sources.live import Arrival, Live
 from dockpose.sources.names import BAG_ENDINGS, VIDEO_ENDINGS, Kind, camera_number, kind_of
 from dockpose.sources.opening import open_frames

@@ -1,7 +1,5 @@
 """What a live source is read through, and OpenCV's cameras, without their messages on standard error."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable
@@ -53,43 +51,34 @@ class Capture(Protocol):
     @property
     def time_s(self) -> float | None:
         """Time of the frame that was grabbed last by the source's own clock, in seconds; None where it has none."""
-        ...
 
     @property
     def about(self) -> str:
         """What it gives, in words, as "1280 x 720 MJPG at 30 frames/s"; empty where it does not say."""
-        ...
 
     @property
     def packets(self) -> tuple[av.Packet, ...]:
         """The frame that was grabbed last as it was sent, and what was sent with it; empty where that is not known."""
-        ...
 
     @property
     def unix_at_zero_s(self) -> float | None:
         """Time of day at the zero of ``time_s`` by the sender, in seconds since 1970 (UTC); None where unknown."""
-        ...
 
     @property
     def shown(self) -> Callable[[], np.ndarray] | None:
         """Returns the frame that was grabbed last as it is shown, where only its brightness was retrieved."""
-        ...
 
     def ask(self, wishes: Wishes) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused."""
-        ...
 
     def grab(self) -> bool:
         """Wait for the next frame; False if there is none or it is corrupt."""
-        ...
 
     def retrieve(self) -> tuple[bool, np.ndarray | None]:
         """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
-        ...
 
     def release(self) -> None:
         """Release the device or the connection."""
-        ...
 
 
 class Camera:

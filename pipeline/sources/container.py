@@ -1,7 +1,5 @@
 """Files and streams as FFmpeg opens them, what their packets tell of the frames, and MP4 files that break off."""
 
-from __future__ import annotations
-
 import itertools
 import os
 from array import array

@@ -1,7 +1,5 @@
 """Whether a camera's exposure suits the lights: neither cut off at the top of the scale nor lost in the noise."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

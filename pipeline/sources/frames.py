@@ -1,9 +1,9 @@
 """Frames, and what all sources of frames have in common."""
 
-from __future__ import annotations
-
 import abc
-from collections.abc import Callable, Iterator, Sequence
+import queue
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from types import TracebackType
@@ -184,3 +184,46 @@ def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:
     known = [times[index] for index in new]
     spread = np.interp(np.arange(len(times)), [*new, len(times)], [*known, known[-1] + usual])
     return np.rint(spread).astype(np.int64).tolist(), [index for index, step in enumerate(steps, 1) if step < 0]
+
+
+Item = TypeVar("Item")
+_END = object()
+
+
+def read_ahead(items: Iterable[Item], at_most: int = 4) -> Iterator[Item]:
+    """Yield the items in order, fetched by a thread that is up to ``at_most`` ahead; its errors come in turn."""
+    waiting: queue.Queue[tuple[object, BaseException | None]] = queue.Queue(maxsize=at_most)
+    stop = threading.Event()
+
+    def put(item: object, error: BaseException | None = None) -> bool:
+        while not stop.is_set():
+            try:
+                waiting.put((item, error), timeout=0.1)
+            except queue.Full:
+                continue
+            return True
+        return False
+
+    def run() -> None:
+        try:
+            for item in items:
+                if not put(item):
+                    return
+        except BaseException as error:  # raised again where the items are consumed
+            put(_END, error)
+        else:
+            put(_END)
+
+    thread = threading.Thread(target=run, name="dockpose reading ahead", daemon=True)
+    thread.start()
+    try:
+        while True:
+            item, error = waiting.get()
+            if error is not None:
+                raise error
+            if item is _END:
+                return
+            yield item  # pyright: ignore[reportReturnType]
+    finally:
+        stop.set()
+        thread.join(timeout=5.0)

@@ -1,7 +1,5 @@
 """Cameras and streams: a thread keeps the newest frame, and reconnects when the source goes away."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """The kind of source that a text names; a path is never taken for an address, nor an address for a path."""
 
-from __future__ import annotations
-
 import enum
 import glob
 import re

@@ -1,7 +1,5 @@
 """Open a source of frames by its name."""
 
-from __future__ import annotations
-
 import os
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Picture files as frames: a single one, a folder's, or those that match a glob; and the pages of one."""
 
-from __future__ import annotations
-
 import glob
 import hashlib
 import io
@@ -15,16 +13,7 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-from dockpose.camera.image import (
-    check_size,
-    decode,
-    decode_page,
-    is_animation,
-    of_pillow,
-    orientation_of,
-    read_picture_file,
-    tiff_pages,
-)
+from dockpose.camera import image as decoding
 from dockpose.camera.tiff import is_tiff
 from dockpose.checks import as_text
 from dockpose.sources.frames import Frame, Indexed, SourceError, Tell
@@ -63,7 +52,7 @@ class Pages(Indexed):
         try:
             with path.open("rb") as file:
                 self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-            self._pages = tiff_pages(self._data, source) if is_tiff(self._data) else []
+            self._pages = decoding.tiff_pages(self._data, source) if is_tiff(self._data) else []
             self._times_s = [] if self._pages else _times_s(path)
         except SourceError:
             raise
@@ -83,7 +72,7 @@ class Pages(Indexed):
 
     def _frame(self, index: int) -> Frame:
         if self._pages:
-            image = decode_page(self._pages[index], f"{self.source}: page {index + 1}")
+            image = decoding.decode_page(self._pages[index], f"{self.source}: page {index + 1}")
             self._tell_orientation(self._pages[index].orientation, self.source)
         else:
             with self._lock:
@@ -94,12 +83,12 @@ class Pages(Indexed):
     def _of_animation(self, index: int, name: str) -> np.ndarray:
         if self._animation is None:
             self._animation = _quietly(self._path)
-            self._tell_orientation(orientation_of(self._animation), self.source)
+            self._tell_orientation(decoding.orientation_of(self._animation), self.source)
         try:
             self._animation.seek(index)
         except (EOFError, OSError, ValueError) as error:
             raise SourceError(f"{name}: {error}") from error
-        return of_pillow(self._animation, name)
+        return decoding.of_pillow(self._animation, name)
 
 
 def has_pages(path: Path) -> bool:
@@ -110,9 +99,9 @@ def has_pages(path: Path) -> bool:
         with path.open("rb") as file:
             if is_tiff(file.read(4)):
                 with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                    return len(tiff_pages(data, str(path))) > 1
+                    return len(decoding.tiff_pages(data, str(path))) > 1
         with _quietly(path) as picture:
-            return is_animation(picture)
+            return decoding.is_animation(picture)
     except Exception:  # Pillow's readers raise many kinds on damaged files
         return False
 
@@ -120,7 +109,7 @@ def has_pages(path: Path) -> bool:
 def _times_s(path: Path) -> list[float | None]:
     """When each frame of an animation is shown, in seconds; None for all where one of them has no duration."""
     with _quietly(path) as picture:
-        check_size(*picture.size, 4, str(path))
+        decoding.check_size(*picture.size, 4, str(path))
         count = min(getattr(picture, "n_frames", 1), _MAX_FRAMES)
         times_s: list[float] = [0.0]
         for index in range(count):
@@ -145,9 +134,9 @@ def read_picture(path: Path) -> tuple[np.ndarray, str]:
 
 def read_tagged(path: Path) -> tuple[np.ndarray, str, float | None, int]:
     """Read a picture file as :func:`read_picture`, when it was taken as :func:`taken_unix_s`, and its orientation."""
-    data = read_picture_file(path)
-    image = decode(data, str(path))
-    return image, hashlib.sha256(data).hexdigest(), taken_unix_s(data), orientation_of(data)
+    data = decoding.read_picture_file(path)
+    image = decoding.decode(data, str(path))
+    return image, hashlib.sha256(data).hexdigest(), taken_unix_s(data), decoding.orientation_of(data)
 
 
 def taken_unix_s(data: bytes) -> float | None:

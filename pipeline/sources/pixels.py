@@ -1,7 +1,5 @@
 """Pixels of a decoded video frame: brightness with all its levels, or colour."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A simulated course as frames, from a scene file in which the vehicle moves."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import islice
 

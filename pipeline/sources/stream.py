@@ -1,7 +1,5 @@
 """A network stream, read so that each frame is there as soon as it arrives."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

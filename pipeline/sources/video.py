@@ -1,7 +1,5 @@
 """A video file as frames, in order and by index."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from datetime import datetime

@@ -1,7 +1,5 @@
 """What a camera and a dock allow: standard errors and the chance to tell both poses apart, by range and tilt."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

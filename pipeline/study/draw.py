@@ -1,7 +1,5 @@
 """Scenes of the study, each drawn at random in all its factors at once, with a camera that exposes as cameras do."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -13,8 +11,8 @@ from dockpose.simulate.emitters import emitters_of
 from dockpose.simulate.optics.glow import light_on_sensor
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background, Lamp, Lights, Mirror, Pose, Sensor, Snow, Text
+from dockpose.simulate.render import expose
 from dockpose.simulate.scene import Scene
-from dockpose.simulate.sensor import expose
 from dockpose.simulate.surroundings import add_snow, background_picture
 from dockpose.simulate.truth import Truth, truth_of
 

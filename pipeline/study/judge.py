@@ -1,7 +1,5 @@
 """What came of a method on a scene, by physics: right poses, wrong ones, refusals and false docks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

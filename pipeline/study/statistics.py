@@ -1,7 +1,5 @@
 """Shares, differences of paired shares and medians, each with a 95 % confidence interval."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass

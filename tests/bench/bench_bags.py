@@ -1,7 +1,5 @@
 """An MCAP of a thousand frames, written by another library, against the same pictures; and cuts all over a bag."""
 
-from __future__ import annotations
-
 import json
 import time
 

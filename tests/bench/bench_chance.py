@@ -1,7 +1,5 @@
 """Rings that chance makes: random points, uniform and in clusters, for each number of lights."""
 
-from __future__ import annotations
-
 from multiprocessing import Pool
 
 import numpy as np

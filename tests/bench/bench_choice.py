@@ -2,8 +2,6 @@
 
 # pyright: reportOptionalIterable=false, reportOptionalMemberAccess=false
 
-from __future__ import annotations
-
 import csv
 import math
 from itertools import pairwise

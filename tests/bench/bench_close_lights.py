@@ -1,7 +1,5 @@
 """Docks so close that their lamps fill much of the picture and run together, drawn without the project's simulator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise

@@ -1,21 +1,14 @@
 """Opening a session of 2,000 rows on the page: from the click to the table shown, in a real Chromium."""
 
-from __future__ import annotations
-
-import shutil
 import statistics
 from pathlib import Path
 
-import msgspec
-import pytest
-from dockpose.app.experiment import Session
-from dockpose.app.experiment.row import row_to_csv
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.experiment.panel import NO_SESSION
 from dockpose.app.web.server.options import Options
 
 from tests.browser.conftest import Page
-from tests.support.taking import FOUND, PICTURE
+from tests.support.taking import long_session
 
 ROWS, OPENINGS = 2000, 5
 MOST_S = 2.0
@@ -34,26 +27,9 @@ _WATCH = """
 """
 
 
-@pytest.fixture
-def root(tmp_path: Path) -> Path:
-    with Session.create(tmp_path / "long") as session:
-        first = session.take(PICTURE, FOUND, "tank", notes="as measured, by hand")
-    rows = [
-        msgspec.structs.replace(
-            first, number=n, file=f"frames/{n:04d}.png", measured_z_cm=100 + n / 100, measured_theta_y_deg=n / 100
-        )
-        for n in range(1, ROWS + 1)
-    ]
-    results = tmp_path / "long" / "results.csv"
-    results.write_text(results.read_text().splitlines()[0] + "\n" + "".join(map(row_to_csv, rows)))
-    for row in rows[1:]:
-        for ending in (".png", ".json"):
-            shutil.copy(tmp_path / f"long/frames/0001{ending}", tmp_path / f"long/{row.file[:-4]}{ending}")
-    return tmp_path
-
-
-def test_two_thousand_rows_open_within_two_seconds(browser, root: Path) -> None:
-    app = App.build(port=0, options=Options(sessions=root))
+def test_two_thousand_rows_open_within_two_seconds(browser, tmp_path: Path) -> None:
+    long_session(tmp_path / "long", ROWS)
+    app = App.build(port=0, options=Options(sessions=tmp_path))
     try:
         page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
         page.open()

@@ -2,8 +2,6 @@
 
 # pyright: reportOptionalOperand=false, reportOptionalIterable=false, reportGeneralTypeIssues=false
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

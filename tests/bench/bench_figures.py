@@ -1,7 +1,5 @@
 """The paper's figures made twice from one seed: the same byte for byte, small, and within their budget of computing."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Killing each command that writes 200 times, at any moment and before each change of a file; what stays is read."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Each runs in a process of its own, so that its peak of memory is its own.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

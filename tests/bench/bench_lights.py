@@ -1,7 +1,5 @@
 """Lights told from everything else, on 600 scenes drawn at random: by thresholds alone, and the pose they lead to."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from functools import cache
@@ -12,7 +10,7 @@ import numpy as np
 from dockpose import Dock, Settings, estimate
 from dockpose.camera.image import to_grey
 from dockpose.lights.markers import find_markers
-from dockpose.paper.lights.outcomes import are_the_lights, group_centres
+from dockpose.paper.lights.levels import are_the_lights, group_centres
 from dockpose.simulate import Truth, render
 from dockpose.simulate.parts import Snow
 from dockpose.thresholds import METHODS, Histogram, histogram_of

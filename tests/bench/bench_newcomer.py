@@ -1,7 +1,5 @@
 """The README's way from a clone to the pose in the user's own picture: its commands, in a fresh environment."""
 
-from __future__ import annotations
-
 import os
 import resource
 import shlex

@@ -1,7 +1,5 @@
 """Pictures without a dock: how often one is seen all the same, by kind and by the number of lights that is told."""
 
-from __future__ import annotations
-
 from multiprocessing import Pool
 
 import numpy as np

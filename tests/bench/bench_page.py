@@ -1,7 +1,5 @@
 """How fast the page is beside a bare viser page of one slider and one picture, and memory while sliders move."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -13,12 +11,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from dockpose import Camera, Dock
 from dockpose.camera.files import save_camera
-from dockpose.simulate import Pose, Scene, render
-from dockpose.simulate.optics.water import preset
-from dockpose.simulate.parts import Background, Lights
 
+from tests.bench.bench_speed import camera, scene
 from tests.browser.conftest import Page
 
 MOVES = 80
@@ -133,18 +128,9 @@ def serve(tmp_path):
 
 def rendered(tmp_path, width: int, height: int) -> tuple[np.ndarray, list[str]]:
     """A picture of that size, and the arguments that name its camera and its dock."""
-    camera = Camera(1.1 * width, 1.1 * width, (width - 1) / 2, (height - 1) / 2, width, height)
-    scene = Scene(
-        camera=camera,
-        dock=Dock(0.30, 10),
-        pose=Pose(position_m=(0.1, -0.05, 1.5), theta_x_deg=15.0, theta_y_deg=20.0),
-        lights=Lights(level=600.0),
-        water=preset("tank"),
-        background=Background(level=20.0, gradient_x=15.0),
-        seed=1,
-    )
-    save_camera(camera, tmp_path / "camera.yaml")
-    return render(scene)[0], ["--camera", str(tmp_path / "camera.yaml"), "--dock-diameter", "0.30", "--lights", "10"]
+    save_camera(camera((width, height)), tmp_path / "camera.yaml")
+    known = ["--camera", str(tmp_path / "camera.yaml"), "--dock-diameter", "0.30", "--lights", "10"]
+    return scene((width, height)), known
 
 
 @pytest.fixture

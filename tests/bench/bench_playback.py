@@ -1,7 +1,5 @@
 """How many frames of a 1280 x 720 video the page shows in a second."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest

@@ -2,24 +2,24 @@
 
 # pyright: reportOptionalIterable=false, reportOptionalMemberAccess=false
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator
 from multiprocessing import Pool
 
 import cv2
+import msgspec
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
-from dockpose.lights.ellipse import fit_ellipse
-from dockpose.paper.baselines import centres, hong_poses
+from dockpose.lights.ellipse import Ellipse, fit_ellipse
+from dockpose.paper.lights.levels import centres
 from dockpose.paper.tables import COLUMNS, TABLES, coded_dock
+from dockpose.paper.tank import poses as tank
 from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
-from dockpose.simulate import Lights, Pose, Scene, render
+from dockpose.simulate import Lights, Scene, render
 
 from tests.support.scenes import CAMERA
 
@@ -29,24 +29,14 @@ DIAMETER_M = 0.30
 
 def errors_of(pose: CirclePose, row: np.ndarray) -> np.ndarray:
     """Absolute errors (5,) in centimetres and degrees against x, y, z, theta_x, theta_y."""
-    found = [*(100 * pose.position_m), math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)]
-    return np.abs(np.array(found) - row)
+    return np.abs(np.array(tank.numbers_of(pose)) - row)
 
 
 def tank_scene(row: np.ndarray, lights: int, seed: int, missing: tuple[int, ...] = ()) -> Scene:
     """The dock at one of the paper's poses, in the water of the tank, at a roll drawn by the seed."""
-    return Scene(
-        camera=CAMERA,
-        dock=Dock(DIAMETER_M, lights),
-        pose=Pose(
-            position_m=tuple((row[:3] / 100).tolist()),
-            theta_x_deg=float(row[3]),
-            theta_y_deg=float(row[4]),
-            roll_deg=float(np.random.default_rng(seed).uniform(0, 360)),
-        ),
-        lights=Lights(missing=missing),
-        seed=seed,
-    )
+    roll_deg = float(np.random.default_rng(seed).uniform(0, 360))
+    scene = tank.tank_scene(row, Dock(DIAMETER_M, lights), roll_deg, seed, CAMERA)
+    return msgspec.structs.replace(scene, lights=Lights(missing=missing))
 
 
 def on_one_scene(job: tuple[np.ndarray, int, int]) -> tuple[np.ndarray, bool] | None:
@@ -164,6 +154,25 @@ def test_part_of_the_ring():
         assert abs(np.median(ours) - 100) <= abs(np.median(direct) - 100) + 0.1
         if degrees == 360:
             assert abs(np.mean(ours) - 100) <= 0.1
+
+
+def hong_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[CirclePose, CirclePose]:
+    """Both poses of a circle of ``diameter`` metres by the assumption of Hong et al., which is weak perspective.
+
+    The ellipse's major axis is the diameter, its centre the dock's, tilted about that axis by acos(minor / major).
+    """
+    focal = math.sqrt(camera.fx * camera.fy)
+    major, minor = ellipse.semi_axes_px
+    z = focal * diameter / (2 * major)
+    x, y = ellipse.centre_px
+    position = np.array([(x - camera.cx) / camera.fx * z, (y - camera.cy) / camera.fy * z, z])
+    tilt = math.acos(min(1.0, minor / major))
+    across = np.array([-math.sin(ellipse.angle_rad), math.cos(ellipse.angle_rad), 0.0])
+    first, second = (
+        CirclePose(position, np.array([0, 0, -math.cos(tilt)]) + side * math.sin(tilt) * across, np.array([x, y]))
+        for side in (-1.0, 1.0)
+    )
+    return first, second
 
 
 def test_simpler_methods_of_the_paper():

@@ -1,16 +1,13 @@
 """The README's figures, measured again: those of the study by fewer scenes, whose intervals must meet the README's."""
 
-from __future__ import annotations
-
 import csv
 import re
 from pathlib import Path
 
 import pytest
 from dockpose.app.cli import main
-from dockpose.study.methods import PRODUCT
-from dockpose.study.summary import Summary, summary_of
-from dockpose.study.table import columns_of
+from dockpose.study.scenes import PRODUCT
+from dockpose.study.summary import Summary, columns_of, summary_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES, SEED = 400, 7  # other scenes than those of `make report`

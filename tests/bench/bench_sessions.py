@@ -1,18 +1,13 @@
 """Killing a program 200 times while it takes frames, and opening a session of 2,000 rows."""
 
-from __future__ import annotations
-
-import shutil
 import time
 from pathlib import Path
 
-import msgspec
 import yaml
 from dockpose.app.experiment import Session, read_session
-from dockpose.app.experiment.row import row_to_csv
 
 from tests.support.killing import kill_often
-from tests.support.taking import FOUND, PICTURE
+from tests.support.taking import FOUND, PICTURE, long_session
 
 KILLS = 200
 ROWS = 2000
@@ -31,14 +26,7 @@ def test_two_hundred_kills(tmp_path: Path) -> None:
 
 
 def test_two_thousand_rows_open_at_once(tmp_path: Path) -> None:
-    with Session.create(tmp_path / "tank") as session:
-        first = session.take(PICTURE, FOUND, "tank", notes="as measured, by hand")
-    rows = [msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png") for n in range(1, ROWS + 1)]
-    results = tmp_path / "tank" / "results.csv"
-    results.write_text(results.read_text().splitlines()[0] + "\n" + "".join(map(row_to_csv, rows)))
-    for row in rows[1:]:
-        for ending in (".png", ".json"):
-            shutil.copy(tmp_path / f"tank/frames/0001{ending}", tmp_path / f"tank/{row.file[:-4]}{ending}")
+    long_session(tmp_path / "tank", ROWS)
     start = time.perf_counter()
     assert len(read_session(tmp_path / "tank").rows) == ROWS
     analysis = time.perf_counter() - start

@@ -4,8 +4,6 @@ All times are the best of several in this run, beside OpenCV's Gaussian blur of 
 machine.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

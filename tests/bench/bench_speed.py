@@ -1,7 +1,5 @@
 """From a picture to both poses, as ratios to OpenCV's ArUco detector and its histogram on the same picture."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

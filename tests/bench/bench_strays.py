@@ -1,7 +1,5 @@
 """Rings among stray lamps: complete, half seen, uneven; each drawn as a picture of small lamps and estimated."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from multiprocessing import Pool

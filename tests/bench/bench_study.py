@@ -1,7 +1,5 @@
 """The study: ten kills at random moments and a Dask cluster change no byte, and what a scene costs of one core."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The paper's tables and Figure 17 in the report: their figures, the same from the same seed, and what they cost."""
 
-from __future__ import annotations
-
 import time
 from multiprocessing import Pool
 from pathlib import Path

@@ -2,8 +2,6 @@
 
 # pyright: reportOptionalMemberAccess=false, reportOptionalOperand=false
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,22 +9,9 @@ from multiprocessing import Pool
 
 import msgspec
 import numpy as np
-from dockpose import Camera, Dock, Estimate, Tracked, Tracker, estimate
-from dockpose.paper.table1 import choose_by_eccentricity
+from dockpose import Camera, Dock, Estimate, Tracked, Tracker, estimate, simulate
+from dockpose.paper.closed_loop import choose_by_eccentricity
 from dockpose.pose.circle import CirclePose
-from dockpose.simulate import (
-    Approach,
-    ClosedLoop,
-    FilmPlan,
-    Lights,
-    Pose,
-    RenderedFrame,
-    Scene,
-    Sensor,
-    film,
-    render,
-    scenes,
-)
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
 from dockpose.simulate.sequence import steer
@@ -40,7 +25,7 @@ LEAST_VISIBLE = 5  # lights within the picture: with fewer the dock is out of vi
 CERTAIN = 0.99
 
 
-def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> FilmPlan:
+def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> simulate.FilmPlan:
     """An approach from 20 m to 1 m of a 2 m dock, or from 4 m to 0.5 m of a 0.30 m dock.
 
     The lights face it at up to 35 degrees; currents carry and turn the vehicle; the water is between clear and coastal;
@@ -58,16 +43,16 @@ def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> FilmPlan:
     drift_m = rng.uniform(0, 0.05) if large else rng.uniform(0, 0.02)
     built_deg = rng.uniform(0, 0.2) * (not exact)
     frames = int(rng.integers(60, 101))
-    scene = Scene(
+    scene = simulate.Scene(
         camera=camera,
         dock=dock,
-        pose=Pose(
+        pose=simulate.Pose(
             position_m=(rng.uniform(-0.08, 0.08) * start, rng.uniform(-0.03, 0.03) * start, start),
             theta_x_deg=math.degrees(math.asin(normal[1])),
             theta_y_deg=math.degrees(math.atan2(-normal[0], -normal[2])),
             roll_deg=rng.uniform(0, 360),
         ),
-        lights=Lights(
+        lights=simulate.Lights(
             level=math.exp(rng.uniform(math.log(40), math.log(1000))),
             radius_m=(0.02 if large else 0.004) * rng.uniform(0.7, 1.4),
             beam_exponent=rng.uniform(0, 1.5),
@@ -76,10 +61,10 @@ def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> FilmPlan:
         ),
         water=water_of_turbidity(rng.uniform(0, 0.4 if large else 0.7)),
         background=Background(level=rng.uniform(0, 35)),
-        sensor=Sensor(read_noise_levels=rng.uniform(0.3, 2)),
+        sensor=simulate.Sensor(read_noise_levels=rng.uniform(0.3, 2)),
         seed=int(rng.integers(1 << 30)),
     )
-    motion = Approach(
+    motion = simulate.Approach(
         frames=frames,
         rate_hz=rng.uniform(5, 15),
         start_m=start,
@@ -88,10 +73,10 @@ def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> FilmPlan:
         drift_deg=rng.uniform(0, 3),
         drift_time_s=rng.uniform(2, 6),
     )
-    return FilmPlan(scene=scene, motion=motion)
+    return simulate.FilmPlan(scene=scene, motion=motion)
 
 
-def approach(seed: int, dock: Dock, *, exact: bool = True) -> Iterator[RenderedFrame]:
+def approach(seed: int, dock: Dock, *, exact: bool = True) -> Iterator[simulate.RenderedFrame]:
     """Its frames, in one to three stretches of which three lights of ten are out."""
     sequence = draw_approach(seed, dock, exact=exact)
     rng = np.random.default_rng([seed, int(dock is FAR), 1])
@@ -100,22 +85,22 @@ def approach(seed: int, dock: Dock, *, exact: bool = True) -> Iterator[RenderedF
         first, length = int(rng.integers(sequence.frames)), int(rng.integers(8, 25))
         missing = tuple(int(number) for number in rng.choice(LIGHTS, MISSING, replace=False))
         out |= {index: missing for index in range(first, first + length)}
-    for index, (time_s, scene) in enumerate(scenes(sequence)):
+    for index, (time_s, scene) in enumerate(simulate.scenes(sequence)):
         lights = msgspec.structs.replace(
             scene.lights, level=_exposed(scene, sequence.scene), missing=out.get(index, ())
         )
         scene = msgspec.structs.replace(scene, lights=lights)
-        image, truth = render(scene)
-        yield RenderedFrame(index + 1, time_s, scene, image, truth)
+        image, truth = simulate.render(scene)
+        yield simulate.RenderedFrame(index + 1, time_s, scene, image, truth)
 
 
-def _exposed(scene: Scene, first: Scene) -> float:
+def _exposed(scene: simulate.Scene, first: simulate.Scene) -> float:
     """The lights' level as the camera's exposure makes it: at the start as drawn, near by up to ten times as bright."""
     start, now = _dimmed(first), _dimmed(scene)
     return first.lights.level / start * min(1.0, 10 * start / now)
 
 
-def _dimmed(scene: Scene) -> float:
+def _dimmed(scene: simulate.Scene) -> float:
     """The middle of a light's picture, as a share of what it would be 1 m ahead in clear water."""
     distance = float(np.linalg.norm(scene.pose.position_m))
     size_px = scene.camera.fx * scene.lights.radius_m
@@ -150,7 +135,7 @@ class Score:
     side_changes: int = 0
     certain_wrong: int = 0
 
-    def __add__(self, other: Score) -> Score:
+    def __add__(self, other: "Score") -> "Score":
         return Score(*(getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__))
 
 
@@ -227,7 +212,7 @@ def closed_loop(job: tuple[int, bool, bool]) -> Score:
     scene = msgspec.structs.replace(drawn.scene, pose=place, lights=lights)
     level = _exposed(scene, drawn.scene)
     scene = msgspec.structs.replace(scene, lights=msgspec.structs.replace(lights, level=level))
-    motion = ClosedLoop(
+    motion = simulate.ClosedLoop(
         frames=30,
         rate_hz=3.0,
         end_m=5.0 if large else 1.0,
@@ -252,7 +237,7 @@ def closed_loop(job: tuple[int, bool, bool]) -> Score:
         return pose
 
     table1 = frames = 0
-    for frame in film(FilmPlan(scene=scene, motion=motion), observe):
+    for frame in simulate.film(simulate.FilmPlan(scene=scene, motion=motion), observe):
         tracked, found, selected = seen[-1]
         visible = int(frame.truth.visible.sum())
         judge.see(frame.number, tracked, frame.truth.normal, visible)

@@ -1,7 +1,5 @@
 """Rings under trouble of many kinds, such as motion blur, bands, torches and text, each with and without the ring."""
 
-from __future__ import annotations
-
 from collections import Counter
 from multiprocessing import Pool
 

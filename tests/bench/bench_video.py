@@ -6,8 +6,6 @@ Decoding alone is FFmpeg's decoder with as many threads as there are cores, and 
 printed beside what came out, and not asserted, because it is not reached.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Run ``make test test-slow`` beside four processes that hold the cores: ``python -m tests.bench.busy --runs 10``."""
 
-from __future__ import annotations
-
 import argparse
 import subprocess
 import sys

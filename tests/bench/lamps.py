@@ -1,7 +1,5 @@
 """Pictures of rings of lamps, drawn without the project's simulator: discs in linear light, halos, gamma, JPEG."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

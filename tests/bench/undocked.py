@@ -1,7 +1,5 @@
 """Pictures without a dock, drawn by a program of its own: lamps, grids, letters, bubbles and snow, torches."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import cv2

@@ -1,7 +1,5 @@
 """Rings of lamps under trouble of many kinds, each with its twin: the same picture with the lamps strewn, no ring."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field

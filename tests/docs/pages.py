@@ -1,7 +1,5 @@
 """The pages that people read, their fenced blocks, their words in code, and the commands in them."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 from collections.abc import Iterator

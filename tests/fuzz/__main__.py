@@ -5,8 +5,6 @@ it takes more than 2 s, or the memory grows by more than 500 MB. Each target run
 that crashes is seen: its last input is kept. Escapes are kept in ``build/fuzz``; what is mended moves to the corpus.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib.util
 import subprocess

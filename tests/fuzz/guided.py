@@ -4,8 +4,6 @@ What reaches code that none reached before is changed further. Atheris ends the 
 after so many inputs, so that how many there were is kept in a file.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import inspect

@@ -1,7 +1,5 @@
 """Inputs drawn at random: seeds with bytes changed, cut, repeated and put together, and words of files."""
 
-from __future__ import annotations
-
 import random
 import struct
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Runs targets on drawn inputs in a process of its own, and judges what comes of each."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import random

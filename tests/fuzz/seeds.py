@@ -1,7 +1,5 @@
 """Good inputs to begin from, each small, and arrays and numbers of every kind."""
 
-from __future__ import annotations
-
 import functools
 import io
 import json

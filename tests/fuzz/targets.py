@@ -1,7 +1,5 @@
 """What is attacked: each target takes bytes, and may refuse them with a ValueError whose text is one short sentence."""
 
-from __future__ import annotations
-
 import functools
 import json
 import math

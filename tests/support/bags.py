@@ -1,16 +1,18 @@
 """Bags of ROS 1 and ROS 2, written by the libraries `mcap` and `rosbags` alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+from dockpose.camera.files import save_camera
+from dockpose.simulate import Approach, FilmPlan, film
 from mcap.writer import CompressionType, Writer
 from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_typestore
+
+from tests.support.scenes import CAMERA, random_scene
 
 ROS1, ROS2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
@@ -153,3 +155,14 @@ def write_rosbag1(
         writer.set_compression(getattr(rosbag1.Writer.CompressionFormat, compression))
     _write_all(writer, entries, ROS1, ROS1.serialize_ros1)
     return path
+
+
+def write_approach(folder: Path, count: int, dark: Iterable[int]) -> list[str]:
+    """Write run.mcap of an approach, some frames of it dark, and camera.yaml; returns the options that name these."""
+    plan = FilmPlan(scene=random_scene(3), motion=Approach(start_m=1.6, end_m=1.2, frames=count, rate_hz=10.0))
+    shown = [frame.image for frame in film(plan)]
+    for index in dark:
+        shown[index] = np.full_like(shown[index], 10)
+    write_mcap(folder / "run.mcap", frames(shown))
+    save_camera(CAMERA, folder / "camera.yaml")
+    return ["--camera", str(folder / "camera.yaml"), "--dock-diameter", "0.30", "--lights", "10"]

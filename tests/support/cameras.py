@@ -5,8 +5,6 @@ still answered with yes, sizes and rates go to the nearest that there is, contro
 without CONVERT_RGB grey formats keep their depth, and a rate can be set only while no frames flow.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 
@@ -42,7 +40,7 @@ class V4l2Camera:
         self.grabbed, self.stamp_s, self.released = -1, 0.0, False
 
     @classmethod
-    def make(cls, *arguments, **more) -> Opener:
+    def make(cls, *arguments, **more) -> "Opener":
         """Return what opens such a camera, and keeps the one opened last as its ``last``."""
 
         return Opener(lambda: cls(*arguments, **more))

@@ -1,7 +1,5 @@
 """The Dockerfile as instructions, where no Docker is."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Modules that stand for rclpy and ROS's messages: what the node calls of them, and a record of what it did."""
 
-from __future__ import annotations
-
 import enum
 import sys
 from types import ModuleType, SimpleNamespace
@@ -48,7 +46,7 @@ class Return(enum.Enum):
 class Node:
     """A lifecycle node, whose publishers publish while it is active, as in rclpy."""
 
-    nodes: list[Node]
+    nodes: "list[Node]"
 
     def __init__(self, name: str) -> None:
         self.name, self.parameters, self.said = name, {}, []

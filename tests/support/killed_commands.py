@@ -1,7 +1,5 @@
 """Commands of the program that are killed while they work, and the check of the files that they leave."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """Kill programs that take frames at random moments, and count what is lost."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Connection

@@ -1,7 +1,5 @@
 """How the code is laid out: which folder imports which, how long files are, and what is documented."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import inspect

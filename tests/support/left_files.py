@@ -1,7 +1,5 @@
 """Whether the files that a command left can be read, each by what reads its kind."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Threshold methods that are there for the time of a test; and packages that bring some."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Scenes drawn at random, for tests that must hold for any of them."""
 
-from __future__ import annotations
-
 import msgspec
 import numpy as np
 from dockpose import Camera, Dock

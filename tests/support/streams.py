@@ -1,7 +1,5 @@
 """A real HTTP server on loopback that sends an MJPEG stream, and can be cut and brought back."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Sequence
@@ -85,7 +83,7 @@ class MjpegServer:
         self._server.server_close()
         self._thread.join()
 
-    def __enter__(self) -> MjpegServer:
+    def __enter__(self) -> "MjpegServer":
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -1,14 +1,11 @@
 """A study's table made by hand: factors spread evenly, outcomes by a rule."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
 from dockpose.study.judge import COLUMNS, FALSE_DOCK, SUCCESS, WRONG_POSE
-from dockpose.study.methods import METHODS
-from dockpose.study.scenes import ELAPSED
-from dockpose.study.table import FACTORS, Columns
+from dockpose.study.scenes import ELAPSED, METHODS
+from dockpose.study.summary import FACTORS, Columns
 
 _TEXT = ("status", "outcome", "selected_by")
 

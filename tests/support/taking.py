@@ -1,17 +1,18 @@
 """A program that takes frames at full speed until it is killed, and the check of what it leaves."""
 
-from __future__ import annotations
-
 import hashlib
 import json
+import shutil
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pandas
 import yaml
 from dockpose import estimate
 from dockpose.app.experiment import Measured, Session
+from dockpose.app.experiment.row import row_to_csv
 from dockpose.simulate import render
 from PIL import Image
 
@@ -20,6 +21,21 @@ from tests.support.scenes import CAMERA, DOCK, random_scene
 # Made once, in the server that the programs are forked from.
 PICTURE = render(random_scene(2))[0]
 FOUND = estimate(PICTURE, CAMERA, DOCK)
+
+
+def long_session(folder: Path, rows: int) -> Path:
+    """Make a session of so many rows, of one picture, each with an attitude that was measured."""
+    with Session.create(folder) as session:
+        first = session.take(PICTURE, FOUND, "tank", notes="as measured, by hand")
+    results = folder / "results.csv"
+    lines = [results.read_text().splitlines()[0] + "\n"]
+    for n in range(1, rows + 1):
+        measured = {"measured_z_cm": 100 + n / 100, "measured_theta_y_deg": n / 100}
+        lines.append(row_to_csv(msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png", **measured)))
+        for ending in (".png", ".json") if n > 1 else ():
+            shutil.copy(folder / f"frames/0001{ending}", folder / f"frames/{n:04d}{ending}")
+    results.write_text("".join(lines))
+    return folder
 
 
 def take_until_killed(folder: str, confirmed: Connection) -> None:

@@ -1,7 +1,5 @@
 """``dockpose calibrate``: pictures, a video or a live view of a board in, a camera file out."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys
@@ -10,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, Terminated, put, say
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.calibration import MEDIA, camera_lines, outcome, port_lines
@@ -31,37 +29,11 @@ from rich.progress import track
 _OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``calibrate``."""
     parser = commands.add_parser("calibrate", help="make a camera file from pictures or a video of a chessboard")
-    parser.add_argument(
-        "sources",
-        nargs="+",
-        metavar="SOURCE",
-        help="folder, pictures or glob; or a video; or a live camera's number or a stream's address, until the views "
-        "are enough or Ctrl+C",
-    )
-    parser.add_argument("--board", required=True, metavar="10x7", help="columns and rows of squares on the board")
-    parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, in metres")
-    parser.add_argument("--charuco", metavar="DICT", help="dictionary of a ChArUco board, as DICT_4X4_50")
-    parser.add_argument("--marker", type=float, metavar="M", help="side of its markers (default: 3/4 of a square)")
-    parser.add_argument(
-        "--lens",
-        default="auto",
-        choices=LENS_CHOICES,
-        help="distortion: none, k1, k2 (k1 and k2), tangential (p1 and p2 too), k3 (that too), fisheye or rational "
-        "(default: auto, the simplest that fits the pictures)",
-    )
-    parser.add_argument(
-        "--in", dest="medium", default="air", choices=MEDIA, help="where the pictures were taken (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--camera",
-        metavar="AIR.yaml",
-        help="with --in water: the camera as calibrated in air, of which the flat port is to be found",
-    )
-    parser.add_argument("--format", default="dockpose", choices=FORMATS, help="file format (default: %(default)s)")
-    parser.add_argument("--out", default="camera.yaml", metavar="C.yaml", type=Path, help="default: %(default)s")
+    choices = {"lens": LENS_CHOICES, "in": MEDIA, "format": FORMATS}
+    add_options(parser, "calibrate", **{name: {"choices": each} for name, each in choices.items()})
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -111,7 +83,7 @@ def _status(views: Sequence[BoardView]) -> int:
     return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in views) else EXIT_ALL_READ
 
 
-def report(views: Sequence[BoardView], looked: Looked | None, used: int, about: Iterator[str]) -> Iterator[str]:
+def report(views: Sequence[BoardView], looked: Looked | None, used: int, about: Sequence[str]) -> Iterator[str]:
     """Lines that tell what became of each picture, and then about the camera."""
     width = max(len(view.name) for view in views)
     for view in views:

@@ -1,16 +1,14 @@
 """``dockpose learn-dock``: a video of a dock in, a dock file with where its lights really are out."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 from dockpose import Estimate
-from dockpose.app.commands.arguments import Commands, add_camera_and_dock, camera_of, dock_of
+from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, Terminated, put, say
 from dockpose.app.errors import UserError, check_place, writing
+from dockpose.app.export.parts import sentences
 from dockpose.app.inputs.dock_file import save_dock
 from dockpose.app.inputs.sequences import typed
 from dockpose.app.inputs.sidecar import known
@@ -22,17 +20,12 @@ from dockpose.sources import Kind, kind_of, list_pictures
 _RULE = "light   outwards mm     along mm        off plane mm"
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``learn-dock``."""
     parser = commands.add_parser(
         "learn-dock", help="measure where the dock's lights really are, from a video of it in clear water"
     )
-    parser.add_argument("source", metavar="SOURCE", help="video, folder of pictures, live camera (until Ctrl+C)")
-    add_camera_and_dock(parser)
-    parser.add_argument(
-        "--fit-focal", action="store_true", help="fit the camera's focal length too, and write it as well"
-    )
-    parser.add_argument("--out", default="dock.yaml", metavar="D.yaml", type=Path, help="default: %(default)s")
+    add_options(parser, "learn-dock_source", "camera_and_dock", "learn-dock")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -78,24 +71,4 @@ def report(learned: LearnedDock, views: int) -> Iterator[str]:
         turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
         own, sigma = turn @ offsets[light], np.sqrt(turn**2 @ sigmas[light] ** 2)
         yield f"{light:5}  " + "  ".join(f"{each:6.2f} ± {error:4.2f} " for each, error in zip(own, sigma, strict=True))
-    yield "(along: the way the numbers grow; off plane: away from the camera)"
-    yield (
-        f"Learned from {learned.views} of {views} views. The lights are met to {learned.residual_px:.2f} px, in their "
-        f"nominal places to {learned.nominal_px:.2f} px."
-    )
-    largest = float(np.linalg.norm(offsets, axis=1).max())
-    if learned.is_uneven:
-        yield f"The worst light is {largest:.1f} mm off its place."
-    else:
-        yield f"No light is off its place by more than chance ({largest:.1f} mm at most)."
-    if learned.roll_share > 0.9:
-        yield "The unevenness tells the lights apart: in such views the dock's roll is known over the whole turn."
-    elif learned.is_uneven:
-        yield (
-            f"The unevenness gives the dock's roll over the whole turn in {100 * learned.roll_share:.0f} % of such "
-            "views; in the others only modulo the lights' spacing."
-        )
-    if learned.sigma_focal is not None:
-        camera = learned.camera
-        yield f"The focal length is {camera.fx:.1f} x {camera.fy:.1f} px ± {100 * learned.sigma_focal:.2f} %."
-    yield "The size of the ring is as given: pictures cannot tell it from the distance."
+    yield from sentences("learned_dock.txt", "learned", learned, views, float(np.linalg.norm(offsets, axis=1).max()))

@@ -1,7 +1,5 @@
 """What ``dockpose doctor`` checks. Nothing secret is told: no token, no address, no name but those of packages."""
 
-from __future__ import annotations
-
 import io
 import os
 import platform
@@ -61,7 +59,7 @@ class Finding:
     text: str
     more: dict[str, Any] = field(default_factory=dict)
 
-    def with_text(self, text: str) -> Finding:
+    def with_text(self, text: str) -> "Finding":
         """Return the finding with another text."""
         return replace(self, text=one_line(text))
 

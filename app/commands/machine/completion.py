@@ -1,11 +1,9 @@
 """``dockpose completion``: what makes a shell complete the program's commands, options and files."""
 
-from __future__ import annotations
-
 import argparse
 import re
 
-from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put_text
 from dockpose.app.errors import UserError
 
@@ -14,14 +12,14 @@ _FOLDERS = re.compile(r"DIR|FOLDER|ROOT")
 _FILES = re.compile(r"FILE|\.yaml|SOURCE|SESSION|PICTURE|VIDEO")
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``completion``."""
     parser = commands.add_parser(
         "completion",
         help="print what lets a shell complete commands, options and files",
         description='As in: eval "$(dockpose completion bash)", which may stand in ~/.bashrc.',
     )
-    parser.add_argument("shell", choices=SHELLS, help="which shell")
+    add_options(parser, "completion", shell={"choices": SHELLS})
 
 
 def run(arguments: argparse.Namespace) -> int:

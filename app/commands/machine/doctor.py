@@ -1,12 +1,10 @@
 """``dockpose doctor``: whether all that dockpose needs is there and works, for a report of a fault."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 from collections.abc import Iterator
 
-from dockpose.app.commands.arguments import Commands
+from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put
 from dockpose.app.commands.machine.checkup import BROKEN, CHECKS, Finding, without_home
 from dockpose.app.commands.output import open_lines, write_line
@@ -15,10 +13,10 @@ from dockpose.checks import one_line
 EXIT_BROKEN = 1
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``doctor``."""
     parser = commands.add_parser("doctor", help="check the installation, for a report of a fault")
-    parser.add_argument("--json", metavar="FILE", help="write one JSON object a line; - for standard output")
+    add_options(parser, "json")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -1,26 +1,14 @@
 """``dockpose serve``: the page in the browser."""
 
-from __future__ import annotations
-
 import argparse
 import threading
 from collections.abc import Callable
-from pathlib import Path
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import (
-    Commands,
-    add_camera_and_dock,
-    add_topic,
-    add_wishes,
-    camera_of,
-    dock_of,
-    wishes_of,
-)
+from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, wishes_of
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.samples import sample_source
 from dockpose.app.web.server.options import DEFAULT_PORT, DEFAULTS, SESSIONS_FOLDER, Options
 
 _OPEN_WARNING = (
@@ -29,48 +17,11 @@ _OPEN_WARNING = (
 )
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``serve``."""
     parser = commands.add_parser("serve", help="open the page in the browser (this is what dockpose alone does)")
-    parser.add_argument(
-        "source",
-        nargs="?",
-        metavar="SOURCE",
-        type=sample_source,
-        help="picture, folder, video, bag, camera (0, /dev/video0), stream, or a sample's name (default: first sample)",
-    )
-    add_camera_and_dock(parser)
-    add_topic(parser)
-    add_wishes(parser)
-    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default: %(default)s, this machine)")
-    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port to listen on (default: %(default)s)")
-    parser.add_argument("--folder", metavar="ROOT", type=Path, help="let the page show pictures of this folder")
-    parser.add_argument(
-        "--sessions",
-        metavar="FOLDER",
-        type=Path,
-        default=SESSIONS_FOLDER,
-        help="folder of the experiments, made when the first one begins (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--upload-limit-mb",
-        type=float,
-        default=200,
-        metavar="MB",
-        help="limit for all uploads together (default: 200)",
-    )
-    parser.add_argument(
-        "--allow-host",
-        metavar="NAME",
-        action="append",
-        default=[],
-        help="accept this host name too, for example a reverse proxy's; may be repeated",
-    )
-    parser.add_argument(
-        "--view-token",
-        action="store_true",
-        help="print a second address too, for an audience that may look but change nothing",
-    )
+    add_options(parser, "serve_source", "camera_and_dock", "topic", "wishes")
+    add_options(parser, "serve", port={"default": DEFAULT_PORT}, sessions={"default": SESSIONS_FOLDER})
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -1,7 +1,5 @@
 """``dockpose budget``: which errors a camera and a dock allow, by range and tilt."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import csv
@@ -11,7 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, camera_of, dock_of
+from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put_text
 from dockpose.app.commands.output import Lines, open_lines
 from dockpose.app.drawing.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, set_up_words, usual_ranges_m
@@ -24,38 +22,11 @@ from rich.table import Table
 _COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg", "told_apart")
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``budget``."""
     parser = commands.add_parser("budget", help="say which errors to expect of a camera and a dock, by range and tilt")
-    parser.add_argument("--camera", metavar="C.yaml", required=True, help="camera file: ROS, OpenCV or dockpose")
-    parser.add_argument(
-        "--dock-diameter",
-        metavar="M",
-        required=True,
-        help="diameter of the ring in metres, or with a unit, as 30cm",
-    )
-    parser.add_argument("--lights", type=int, metavar="N", required=True, help="number of evenly spaced lights")
-    parser.add_argument(
-        "--noise",
-        type=float,
-        metavar="PX",
-        default=USUAL_NOISE_PX,
-        help=f"noise of a light's centre in pixels: 0.1 for bright, sharp lights, 1 in turbid water "
-        f"(default: {USUAL_NOISE_PX:g})",
-    )
-    parser.add_argument(
-        "--ranges",
-        metavar="M,M,...",
-        help="ranges in metres (default: from a full picture to merged lights)",
-    )
-    parser.add_argument(
-        "--tilts",
-        metavar="DEG,DEG,...",
-        help=f"tilts in degrees; 0 is square on (default: {','.join(f'{tilt:g}' for tilt in TILTS_DEG)})",
-    )
-    parser.add_argument("--draws", type=int, metavar="N", default=200, help="simulated for each row (default: 200)")
-    parser.add_argument("--seed", type=int, metavar="N", default=0, help="random seed (default: 0)")
-    parser.add_argument("--csv", metavar="FILE", help="write the table in full; - for standard output")
+    tilts = ",".join(f"{tilt:g}" for tilt in TILTS_DEG)
+    add_options(parser, "budget", words={"tilts": tilts}, noise={"default": USUAL_NOISE_PX})
     parser.set_defaults(dock=None)  # the budget is of lights that are evenly spaced
 
 

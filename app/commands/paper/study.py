@@ -1,36 +1,19 @@
 """``dockpose study``: Monte Carlo on simulated scenes, every method on each, and a page on what comes of it."""
 
-from __future__ import annotations
-
 import argparse
 import os
-from pathlib import Path
 
-from dockpose.app.commands.arguments import Commands, check_least
+from dockpose.app.commands.arguments import Commands, add_options, check_least
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_STOPPED, EXIT_TERMINATED, FrameProgress, Terminated, say
 from dockpose.app.processing.study import Study
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``study``."""
     parser = commands.add_parser("study", help="try all methods on simulated scenes drawn at random, and compare them")
-    parser.add_argument("--scenes", type=int, metavar="N", required=True, help="number of scenes")
-    parser.add_argument("--seed", type=int, metavar="S", required=True, help="random seed")
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--jobs", type=int, metavar="N", default=os.cpu_count() or 1, help="processes (default: one a core)"
-    )
-    where.add_argument(
-        "--scheduler", metavar="ADDRESS", help="work on the Dask cluster at this address, as tcp://127.0.0.1:8786"
-    )
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        type=Path,
-        default=Path("study"),
-        help="folder for study.csv, cost.csv, index.html and plots; a study that was stopped goes on in it "
-        "(default: study)",
-    )
+    add_options(parser, "study")
+    add_options(parser.add_mutually_exclusive_group(), "study_workers", jobs={"default": os.cpu_count() or 1})
+    add_options(parser, "study_output")
 
 
 def run(arguments: argparse.Namespace) -> int:

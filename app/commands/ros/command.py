@@ -1,32 +1,25 @@
 """``dockpose ros``: a lifecycle node of ROS 2 that publishes where the dock is."""
 
-from __future__ import annotations
-
 import argparse
+import importlib
+from array import array
+from typing import Any
 
-from dockpose.app.commands.arguments import Commands, add_camera_and_dock, add_method, dock_of
+from dockpose.app.commands.arguments import METHOD, Commands, add_options, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say
-from dockpose.app.commands.ros.node import make_node, options_of
+from dockpose.app.commands.ros.logic import NodeLogic, Options
 from dockpose.app.errors import UserError
+from dockpose.app.export.recordings.messages import TOPICS
+from dockpose.app.inputs.dock_file import load_dock
+from dockpose.camera.files import load_camera
+from dockpose.dock import Dock
+from dockpose.settings import Settings
 
 
-def add_parser(commands: Commands[argparse.ArgumentParser]) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the command ``ros``."""
     parser = commands.add_parser("ros", help="publish the dock's pose as a node of ROS 2 (where rclpy is there)")
-    parser.add_argument(
-        "--topic",
-        metavar="NAME",
-        default="/camera/image_raw",
-        help="image topic (default: %(default)s)",
-    )
-    add_camera_and_dock(parser)
-    add_method(parser, "hats")
-    parser.add_argument(
-        "--managed", action="store_true", help="wait to be configured and activated, rather than do so at once"
-    )
-    parser.add_argument(
-        "--ros-args", nargs=argparse.REMAINDER, default=[], metavar="...", help="for ROS, as -p lights:=10; comes last"
-    )
+    add_options(parser, "ros_topic", "camera_and_dock", "method", "ros", method=METHOD | {"default": "hats"})
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -62,3 +55,126 @@ def run(arguments: argparse.Namespace) -> int:
         node.destroy_node()
         rclpy.try_shutdown()
     return EXIT_ALL_READ
+
+
+NAME = "dockpose"
+
+
+def make_node(defaults: dict[str, Any]) -> Any:
+    """Return the node, not yet configured."""
+    lifecycle, qos = importlib.import_module("rclpy.lifecycle"), importlib.import_module("rclpy.qos")
+    done = lifecycle.TransitionCallbackReturn
+
+    class DockNode(lifecycle.Node):
+        """Subscribes to pictures while it is active, and publishes what they show."""
+
+        def __init__(self) -> None:
+            super().__init__(NAME)
+            for name, value in defaults.items():
+                self.declare_parameter(name, value)
+            self._logic: NodeLogic | None = None
+            self._options: Options | None = None
+            self._outputs: dict[str, Any] = {}
+            self._inputs: list[Any] = []
+
+        def on_configure(self, state: Any) -> Any:
+            """Read the parameters, and offer the topics; a wrong parameter leaves the node as it was."""
+            values = {name: self.get_parameter(name).value for name in defaults}
+            try:
+                self._options = options_of(values)
+            except ValueError as error:
+                self.get_logger().error(str(error))
+                return done.FAILURE
+            self._logic = NodeLogic(self._options, self.get_logger().warning)
+            reliable = qos.QoSProfile(depth=10, reliability=qos.ReliabilityPolicy.RELIABLE)
+            for topic, kind in TOPICS.items():
+                self._outputs[topic] = self.create_lifecycle_publisher(message_class(kind), topic, reliable)
+            return done.SUCCESS
+
+        def on_activate(self, state: Any) -> Any:
+            """Listen to the camera."""
+            assert self._options is not None
+            kind = "CompressedImage" if self._options.is_compressed else "Image"
+            best_effort = qos.qos_profile_sensor_data
+            for name, topic, take in (
+                ("CameraInfo", self._options.info_topic, self._take_info),
+                (kind, self._options.image_topic, self._take_image),
+            ):
+                of_kind = message_class(f"sensor_msgs/msg/{name}")
+                self._inputs.append(self.create_subscription(of_kind, topic, take, best_effort))
+            return super().on_activate(state)
+
+        def on_deactivate(self, state: Any) -> Any:
+            """Stop listening, and forget the track."""
+            for subscription in self._inputs:
+                self.destroy_subscription(subscription)
+            self._inputs.clear()
+            if self._logic is not None:
+                self._logic.restart()
+            return super().on_deactivate(state)
+
+        def on_cleanup(self, state: Any) -> Any:
+            """Take the topics back."""
+            for publisher in self._outputs.values():
+                self.destroy_lifecycle_publisher(publisher)
+            self._outputs.clear()
+            self._logic = self._options = None
+            return done.SUCCESS
+
+        def on_shutdown(self, state: Any) -> Any:
+            """End, from whichever state."""
+            self.on_deactivate(state)
+            return self.on_cleanup(state)
+
+        def _take_info(self, message: Any) -> None:
+            if self._logic is not None:
+                self._logic.take_camera_info(message)
+
+        def _take_image(self, message: Any) -> None:
+            if self._logic is None:
+                return
+            now_s = 1e-9 * self.get_clock().now().nanoseconds
+            for topic, fields in self._logic.take_image(message, now_s):
+                self._outputs[topic].publish(filled(message_class(TOPICS[topic])(), fields))
+
+    return DockNode()
+
+
+def options_of(values: dict[str, Any]) -> Options:
+    """Return the options by the values of the node's parameters. Raises ValueError that names a wrong one."""
+    if values["dock_file"]:
+        dock = load_dock(values["dock_file"])
+    elif values["dock_diameter_m"] > 0:
+        dock = Dock(float(values["dock_diameter_m"]), values["lights"] or None)
+    else:
+        raise UserError(f"dock_diameter_m is {values['dock_diameter_m']}; it must be the dock's diameter in metres")
+    camera = load_camera(values["camera_file"]) if values["camera_file"] else None
+    return Options(dock, Settings(method=values["method"]), camera, values["image_topic"])
+
+
+def message_class(kind: str) -> Any:
+    """Return the class of messages of a type, as "sensor_msgs/msg/Image"."""
+    package, _, name = kind.replace("/msg/", "/").partition("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def filled(message: Any, fields: dict[str, Any]) -> Any:
+    """Fill in a message's fields from plain values, and return it."""
+    kinds = message.get_fields_and_field_types()
+    for name, value in fields.items():
+        kind = kinds[name]
+        if isinstance(value, dict):
+            filled(getattr(message, name), value)
+        elif isinstance(value, list) and kind.startswith("sequence<"):
+            inner = message_class(kind.removeprefix("sequence<").removesuffix(">"))
+            setattr(message, name, [filled(inner(), one) for one in value])
+        else:
+            setattr(message, name, _plain(kind, value))
+    return message
+
+
+def _plain(kind: str, value: Any) -> Any:
+    """A value as rclpy takes it: bytes as an array, a byte as bytes."""
+    if isinstance(value, bytes):
+        return array("B", value)
+    return bytes([value]) if kind == "octet" else value

@@ -1,7 +1,5 @@
 """What the node does with messages, without ROS: messages of cameras in, fields of messages about the dock out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """An MCAP file of ROS 2 messages, for Foxglove and every reader of bags, written frame by frame."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """What was found in a frame as the fields of ROS 2 messages, and a pose in YAML that ``ros2 topic pub`` takes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """A recording for the viewer Rerun: pictures, lights, both poses in 3D, their chances, how each frame was judged."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import os

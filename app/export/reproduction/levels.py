@@ -1,9 +1,6 @@
 """Figures 3, 8, 14 and 16: the level of HATS, and what depends on the level."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, THRESHOLD_COLOUR
@@ -11,14 +8,10 @@ from dockpose.app.export.parts import Cell, Part, words
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
 from dockpose.paper.lights import levels as sweeps
-from dockpose.paper.lights.levels import MIN_AREA_PX, PARAMETERS, AtLevel, Picture, at_level, picture_of
-from dockpose.paper.lights.outcomes import are_the_lights, group_centres
-from dockpose.paper.lights.tank_scenes import near_ring, tank_scenes
+from dockpose.paper.lights.scenes import near_ring, tank_scenes
 from dockpose.thresholds import LEVELS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 _DEAD = (2, 3, 4)  # three neighbours
 _CENTRES = {"mass moment": (BLUE, "-"), "centre of the ellipse": (ORANGE, "--"), "centre by the pose": (GREEN, ":")}
@@ -28,14 +21,14 @@ _AGREE = 2.0  # standard errors
 
 def figure_3(seed: int) -> Part:
     """Too low, right and too high a level on one picture."""
-    picture = picture_of(near_ring(seed))
+    picture = sweeps.picture_of(near_ring(seed))
     levels = {
         "lights run together": sweeps.merged_level(picture),
         "background shows": sweeps.flooded_level(picture),
         "HATS": picture.hats.level,
         "lights are lost": sweeps.losing_level(picture),
     }
-    seen = {name: at_level(picture, level) for name, level in levels.items()}
+    seen = {name: sweeps.at_level(picture, level) for name, level in levels.items()}
     return Part.of(
         "figure_3",
         {"main": _draw_levels(picture, seen)},
@@ -45,7 +38,7 @@ def figure_3(seed: int) -> Part:
     )
 
 
-def _words(name: str, one: AtLevel) -> str:
+def _words(name: str, one: sweeps.AtLevel) -> str:
     kept, mm = 100 * one.kept, 1000 * one.distance_m
     pose = "none" if one.found.selected is None else "right" if one.is_right else "wrong"
     return words("figure_3", pose, name=name, one=one, groups=_groups(one.groups), kept=kept, mm=mm)
@@ -55,13 +48,13 @@ def _groups(count: int) -> str:
     return f"{count} group{'' if count == 1 else 's'}"
 
 
-def _row(name: str, one: AtLevel) -> tuple[Cell, ...]:
+def _row(name: str, one: sweeps.AtLevel) -> tuple[Cell, ...]:
     ellipse, lights = one.found.ellipse, one.found.lights_on_ring
     shape = (None,) * 4 if ellipse is None else (*ellipse.centre_px, *ellipse.semi_axes_px)
     return name, one.level, one.kept, one.groups, lights, *shape, 1000 * one.distance_m, one.angle_deg
 
 
-def _draw_levels(picture: Picture, seen: dict[str, AtLevel]) -> Figure:
+def _draw_levels(picture: sweeps.Picture, seen: dict[str, sweeps.AtLevel]) -> Figure:
     figure = canvas(8.6, 5.9, PHOTO_DPI)
     axes = figure.subplots(2, 3).ravel()
     _show_levels(
@@ -75,8 +68,8 @@ def _draw_levels(picture: Picture, seen: dict[str, AtLevel]) -> Figure:
 
 def figure_8(seed: int) -> Part:
     """The histogram and the level on five scenes."""
-    pictures = {name: picture_of(scene) for name, scene in tank_scenes(seed).items()}
-    seen = {name: at_level(picture, picture.hats.level) for name, picture in pictures.items()}
+    pictures = {name: sweeps.picture_of(scene) for name, scene in tank_scenes(seed).items()}
+    seen = {name: sweeps.at_level(picture, picture.hats.level) for name, picture in pictures.items()}
     exact = [name for name, picture in pictures.items() if _is_exact(picture)]
     return Part.of(
         "figure_8",
@@ -90,24 +83,24 @@ def figure_8(seed: int) -> Part:
     )
 
 
-def _is_exact(picture: Picture) -> bool:
-    points_px = group_centres(picture.histogram, picture.hats.level, MIN_AREA_PX)
-    return are_the_lights(points_px, picture.truth.lights_px[picture.truth.visible])
+def _is_exact(picture: sweeps.Picture) -> bool:
+    points_px = sweeps.group_centres(picture.histogram, picture.hats.level, sweeps.MIN_AREA_PX)
+    return sweeps.are_the_lights(points_px, picture.truth.lights_px[picture.truth.visible])
 
 
-def _rest_words(name: str, picture: Picture, one: AtLevel) -> str:
+def _rest_words(name: str, picture: sweeps.Picture, one: sweeps.AtLevel) -> str:
     pose = "right" if one.is_right else "wrong" if one.found.selected is not None else "not found"
     return words(
         "figure_8", "other", name=name, picture=picture, one=one, found=one.found.lights_on_ring or 0, pose=pose
     )
 
 
-def _scene_row(name: str, picture: Picture, one: AtLevel) -> tuple[Cell, ...]:
+def _scene_row(name: str, picture: sweeps.Picture, one: sweeps.AtLevel) -> tuple[Cell, ...]:
     errors = 1000 * one.distance_m, one.angle_deg
     return name, one.level, picture.hats.floor, picture.lights, one.groups, one.found.lights_on_ring, *errors
 
 
-def _draw_scenes(pictures: dict[str, Picture], seen: dict[str, AtLevel]) -> Figure:
+def _draw_scenes(pictures: dict[str, sweeps.Picture], seen: dict[str, sweeps.AtLevel]) -> Figure:
     figure = canvas(8.6, 9.2, PHOTO_DPI)
     rows = figure.subplots(len(pictures), 3, width_ratios=(2, 3, 3))
     for axes, (name, picture) in zip(rows, pictures.items(), strict=True):
@@ -124,7 +117,7 @@ def _draw_scenes(pictures: dict[str, Picture], seen: dict[str, AtLevel]) -> Figu
 
 def figure_14(seed: int) -> Part:
     """The dock's centre by three ways, against the level."""
-    pictures = [picture_of(near_ring(seed, missing)) for missing in ((), _DEAD)]
+    pictures = [sweeps.picture_of(near_ring(seed, missing)) for missing in ((), _DEAD)]
     levels = np.arange(1, LEVELS)
     errors = [sweeps.centre_sweep(picture, levels.tolist()) for picture in pictures]
     at_hats = [one[picture.hats.level - 1] for picture, one in zip(pictures, errors, strict=True)]
@@ -154,7 +147,7 @@ def _span(values: np.ndarray) -> tuple[float, float]:
     return (float(known.min()), float(known.max())) if len(known) else (np.nan, np.nan)
 
 
-def _draw_sweeps(pictures: list[Picture], levels: np.ndarray, errors: list[np.ndarray]) -> Figure:
+def _draw_sweeps(pictures: list[sweeps.Picture], levels: np.ndarray, errors: list[np.ndarray]) -> Figure:
     figure = canvas(8.6, 4.6)
     axes = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(2, 1))
     for column, (picture, curves) in enumerate(zip(pictures, errors, strict=True)):
@@ -175,17 +168,17 @@ def _draw_sweeps(pictures: list[Picture], levels: np.ndarray, errors: list[np.nd
 def figure_16(seed: int) -> Part:
     """The ellipse at two levels."""
     scene = near_ring(seed)
-    picture, found = picture_of(scene), sweeps.two_levels(scene, _PICTURES)
+    picture, found = sweeps.picture_of(scene), sweeps.two_levels(scene, _PICTURES)
     difference, error = found.mean_difference, found.standard_error
-    apart = [name for name, one in zip(PARAMETERS, np.abs(difference) / error, strict=True) if one > _AGREE]
+    apart = [name for name, one in zip(sweeps.PARAMETERS, np.abs(difference) / error, strict=True) if one > _AGREE]
     largest = float(np.abs(difference[:4]).max())
     means, scatter = found.errors.mean(axis=0), found.errors.std(axis=0, ddof=1)
     columns = (found.true_values, means[0], scatter[0], means[1], scatter[1], difference, error)
     units = ("px", "px", "px", "px", "deg", "1")
-    names = [f"{name} ({unit})" for name, unit in zip(PARAMETERS, units, strict=True)]
+    names = [f"{name} ({unit})" for name, unit in zip(sweeps.PARAMETERS, units, strict=True)]
     return Part.of(
         "figure_16",
-        {"main": _draw_two(picture, [at_level(picture, level) for level in found.levels])},
+        {"main": _draw_two(picture, [sweeps.at_level(picture, level) for level in found.levels])},
         {"main": [(name, *row) for name, row in zip(names, np.column_stack(columns).tolist(), strict=True)]},
         found=found,
         lights=[_range_words(column) for column in found.lights.T],
@@ -203,13 +196,13 @@ def _range_words(counts: np.ndarray) -> str:
     return str(low) if low == high else f"{low} to {high}"
 
 
-def _draw_two(picture: Picture, seen: list[AtLevel]) -> Figure:
+def _draw_two(picture: sweeps.Picture, seen: list[sweeps.AtLevel]) -> Figure:
     figure = canvas(8.6, 3.3, PHOTO_DPI)
     _show_levels(figure.subplots(1, 3), picture, {f"level {one.level}: {_groups(one.groups)}": one for one in seen})
     return figure
 
 
-def _show_levels(axes: Sequence[Axes], picture: Picture, seen: Mapping[str, AtLevel]) -> None:
+def _show_levels(axes: Sequence[Axes], picture: sweeps.Picture, seen: Mapping[str, sweeps.AtLevel]) -> None:
     """The ring of a picture, and what each level keeps of it, by title."""
     part = draw.ring_part(picture)
     show(axes[0], picture.image, "the picture", part)

@@ -1,10 +1,7 @@
 """Figure 15, the threshold methods on one scene and over random scenes; and HATS from its literal reading to ours."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
@@ -13,24 +10,12 @@ from dockpose.app.export.parts import Cell, Part, Rows, listed, words
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
 from dockpose.estimate import Estimate, estimate
-from dockpose.paper.lights.levels import Picture, picture_of
-from dockpose.paper.lights.outcomes import pose_errors, pose_is_right
-from dockpose.paper.lights.rivals import (
-    ANY_LEVEL,
-    METHODS_COMPARED,
-    OURS,
-    PER_LIGHT,
-    RIVALS,
-    Tally,
-    compare_methods,
-    compare_schemes,
-)
-from dockpose.paper.lights.tank_scenes import tank_scenes
+from dockpose.paper.lights import rivals
+from dockpose.paper.lights.levels import Picture, picture_of, pose_errors, pose_is_right
+from dockpose.paper.lights.scenes import tank_scenes
 from dockpose.settings import Settings
 from dockpose.study.statistics import Difference, Share, paired_difference, wilson
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from matplotlib.figure import Figure
 
 NAMES = {
     "hats": "HATS",
@@ -53,51 +38,55 @@ def figure_15(seed: int) -> Part:
     """HATS against its four rivals."""
     pictures = {name: picture_of(scene) for name, scene in tank_scenes(seed).items()}
     found_in = {
-        name: {method: _found(picture, method) for method in METHODS_COMPARED} for name, picture in pictures.items()
+        name: {method: _found(picture, method) for method in rivals.METHODS_COMPARED}
+        for name, picture in pictures.items()
     }
     picture, found = pictures[_ONE_SCENE], found_in[_ONE_SCENE]
-    tally = compare_methods(seed)
-    differences = {rival: _differences(tally, "hats", rival) for rival in RIVALS}
+    tally = rivals.compare_methods(seed)
+    differences = {rival: _differences(tally, "hats", rival) for rival in rivals.RIVALS}
     in_tank = [
-        (name, *(_cell(found_in[name][method], pictures[name]) for method in METHODS_COMPARED)) for name in pictures
+        (name, *(_cell(found_in[name][method], pictures[name]) for method in rivals.METHODS_COMPARED))
+        for name in pictures
     ]
     return Part.of(
         "figure_15",
         {"main": _draw_methods(picture, found)},
         {
             "one_scene": [_one_scene(name, one, picture) for name, one in found.items()],
-            "tank": [("scene", *(NAMES[name] for name in METHODS_COMPARED)), *in_tank],
-            "main": share_rows(tally, {**NAMES, PER_LIGHT: "HATS, a level per light", ANY_LEVEL: ANY_LEVEL}),
+            "tank": [("scene", *(NAMES[name] for name in rivals.METHODS_COMPARED)), *in_tank],
+            "main": share_rows(
+                tally, {**NAMES, rivals.PER_LIGHT: "HATS, a level per light", rivals.ANY_LEVEL: rivals.ANY_LEVEL}
+            ),
             "differences": _difference_rows("HATS less", {NAMES[rival]: of for rival, of in differences.items()}),
         },
         scene=_ONE_SCENE,
         lights=picture.lights,
         found="; ".join(_one_scene_words(name, one, picture) for name, one in found.items()),
         cases=len(tally.is_hard),
-        shares=", ".join(f"{NAMES[name]} {share_words(tally.exact[name])}" for name in METHODS_COMPARED),
-        rings=", ".join(f"{NAMES[name]} {share_words(tally.right[name])}" for name in METHODS_COMPARED),
-        best=share_words(tally.exact[ANY_LEVEL]),
-        per_light=share_words(tally.right[PER_LIGHT]),
+        shares=", ".join(f"{NAMES[name]} {share_words(tally.exact[name])}" for name in rivals.METHODS_COMPARED),
+        rings=", ".join(f"{NAMES[name]} {share_words(tally.right[name])}" for name in rivals.METHODS_COMPARED),
+        best=share_words(tally.exact[rivals.ANY_LEVEL]),
+        per_light=share_words(tally.right[rivals.PER_LIGHT]),
         claim=" ".join(_claim_words(column, differences) for column in _COLUMNS),
     )
 
 
 def literal_hats(seed: int) -> Part:
     """The ladder from the literal reading to ours."""
-    tally = compare_schemes(seed)
+    tally = rivals.compare_schemes(seed)
     steps = list(tally.exact)
     gains = {after: _differences(tally, after, before) for before, after in pairwise(steps)}
-    whole = _differences(tally, OURS, _LITERAL)
+    whole = _differences(tally, rivals.OURS, _LITERAL)
     return Part.of(
         "literal_hats",
         {"main": _draw_steps(tally, steps)},
         {
-            "main": share_rows(tally, {**{name: name for name in steps}, PER_LIGHT: "ours, a level per light"}),
+            "main": share_rows(tally, {**{name: name for name in steps}, rivals.PER_LIGHT: "ours, a level per light"}),
             "steps": _difference_rows("step", gains),
         },
         cases=len(tally.is_hard),
-        exact=[share_words(tally.exact[name]) for name in (_LITERAL, OURS)],
-        right=[share_words(tally.right[name]) for name in (_LITERAL, OURS)],
+        exact=[share_words(tally.exact[name]) for name in (_LITERAL, rivals.OURS)],
+        right=[share_words(tally.right[name]) for name in (_LITERAL, rivals.OURS)],
         exact_gain=_difference_words(whole["exact"]),
         right_gain=_difference_words(whole["right"]),
         steps=_steps_words(gains),
@@ -142,7 +131,7 @@ def share_words(successes: np.ndarray) -> str:
     return f"{100 * share.value:.0f} % ({100 * share.low:.0f} to {100 * share.high:.0f})"
 
 
-def share_rows(tally: Tally, rows: Mapping[str, str]) -> Rows:
+def share_rows(tally: rivals.Tally, rows: Mapping[str, str]) -> Rows:
     """Head and shares of each method in per cent with their intervals; ``rows`` has the methods' names in words."""
     return [(*_head("method"), "plain half", "hard half"), *(_shares(tally, *names) for names in rows.items())]
 
@@ -151,7 +140,7 @@ def _head(first: str) -> list[str]:
     return [first, *(cell for _, column, _ in _COLUMNS.values() for cell in (column, "from", "to"))]
 
 
-def _shares(tally: Tally, method: str, title: str) -> list[Cell]:
+def _shares(tally: rivals.Tally, method: str, title: str) -> list[Cell]:
     row: list[Cell] = [title]
     for column in _COLUMNS:
         of = getattr(tally, column).get(method)
@@ -165,7 +154,7 @@ def _in_per_cent(one: Share | Difference) -> list[float]:
     return [100 * one.value, 100 * one.low, 100 * one.high]
 
 
-def _differences(tally: Tally, first: str, second: str) -> dict[str, Difference]:
+def _differences(tally: rivals.Tally, first: str, second: str) -> dict[str, Difference]:
     """By column, the share of the first method less that of the second on the same scenes."""
     return {column: paired_difference(of[first], of[second]) for column in _COLUMNS for of in [getattr(tally, column)]}
 
@@ -241,7 +230,7 @@ def _draw_methods(picture: Picture, found: Mapping[str, Estimate]) -> Figure:
     return figure
 
 
-def _draw_steps(tally: Tally, steps: list[str]) -> Figure:
+def _draw_steps(tally: rivals.Tally, steps: list[str]) -> Figure:
     figure = canvas(8.6, 4.0)
     axes = figure.add_subplot()
     rows = np.arange(len(steps))

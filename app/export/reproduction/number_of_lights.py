@@ -1,9 +1,6 @@
 """Figure 17 of the paper: the pose's error against the number of lights."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION
@@ -12,10 +9,9 @@ from dockpose.app.export.reproduction.pictures import canvas, legend_above
 from dockpose.paper import light_numbers
 from dockpose.paper.light_numbers import RING_OF, WHO, Errors, errors_with
 from dockpose.pose.pnp import NAMES
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 COUNTS = (4, 5, 6, 7, 8, 10, 12, 16, 20, 24)
 _WORDS = {"ellipse": "ellipse only", **NAMES, "ours": "ours, with spacing"}
@@ -115,8 +111,6 @@ def _figure(results: Results) -> Figure:
 
 
 def _draw(axes: Axes, results: Results, cells: list[tuple[int, int]], what: str, share: float) -> None:
-    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
-
     for who in WHO:
         values = np.array([_quantile(getattr(results[cell], what)[who], share) for cell in cells])
         values[~np.isfinite(values)] = np.nan

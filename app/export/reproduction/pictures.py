@@ -1,9 +1,7 @@
 """Figures, pictures and curves that several parts draw alike."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, GROUPS_COLOUR, LIGHT_COLOUR, THRESHOLD_COLOUR
@@ -11,10 +9,8 @@ from dockpose.app.drawing.figures import DPI, new_figure
 from dockpose.estimate import Estimate
 from dockpose.paper.lights.levels import Picture
 from dockpose.thresholds import LEVELS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 SMALL = 8  # points, of texts within a figure
 PHOTO_DPI = 110  # of figures with pictures in them, which keeps the report small

@@ -1,7 +1,5 @@
 """The report on the paper: all parts, made by several processes, in one HTML file that opens offline."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Callable
 from concurrent.futures import as_completed

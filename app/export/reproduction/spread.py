@@ -1,10 +1,7 @@
 """Figures 5 to 7: point spread functions, the picture of a lamp through each, and its histogram."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, ORANGE, PURPLE, THRESHOLD_COLOUR
@@ -15,10 +12,8 @@ from dockpose.paper.lights.spread import HOU_DISTANCE_M, HOU_THETA0_RAD, HOU_WAT
 from dockpose.simulate.optics.hankel import ANGLES
 from dockpose.simulate.optics.psf import PointSpread, Psf, hou_exponent, point_spread
 from dockpose.thresholds import LEVELS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 _DISTANCES_M = (1.0, 3.0, HOU_DISTANCE_M)
 _DRAWS = 3

@@ -1,9 +1,6 @@
 """Tables 2 to 4 of the paper: measured in the tank, the paper's estimates, ours on rendered pictures; error budget."""
 
-from __future__ import annotations
-
 import functools
-from typing import TYPE_CHECKING
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREY, ORANGE, VERMILLION
@@ -14,9 +11,7 @@ from dockpose.paper.tank import error_budget as budgets
 from dockpose.paper.tank.calibrations import BOARD, VIEWS
 from dockpose.paper.tank.error_budget import ITEMS, Budget, poses_of_tables, reading_steps
 from dockpose.paper.tank.poses import DRAWS, Row, reproduce_row
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from matplotlib.figure import Figure
 
 GROSS_DEG = 5.0  # an angle that is off by more shows another pose, not a less exact one
 _PICTURES = {

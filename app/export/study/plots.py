@@ -1,21 +1,17 @@
 """Plots of the study: every method against every factor, HATS against its rivals, calibration and cost."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dockpose.app.drawing.colours import BLUE, GREEN, VERMILLION
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.pictures import draw_intervals
-from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
+from dockpose.study.scenes import HATS, METHODS, PRODUCT, RIVALS
 from dockpose.study.summary import INTERVALS
 from dockpose.thresholds import METHODS as THRESHOLDS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 # Key of a result, title of its panel, factor on its numbers, and whether its scale is logarithmic.
 _PANELS = (

@@ -1,7 +1,5 @@
 """The study's page, its plots and its summary, from ``study.csv`` and ``cost.csv``."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
@@ -16,10 +14,8 @@ from dockpose.app.export.study import plots
 from dockpose.app.export.study.words import advice_text, calibration_text, claim_text, factor_text
 from dockpose.app.processing.study import COST_CSV, STUDY_CSV
 from dockpose.files.durable_files import write_whole
-from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
-from dockpose.study.scenes import ELAPSED
-from dockpose.study.summary import summary_of
-from dockpose.study.table import Columns, columns_of, of_method
+from dockpose.study.scenes import ELAPSED, HATS, METHODS, PRODUCT, RIVALS
+from dockpose.study.summary import Columns, columns_of, of_method, summary_of
 from markupsafe import Markup
 
 PLOTS = "plots"  # folder of the plots and tables

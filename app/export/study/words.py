@@ -1,12 +1,10 @@
 """What the study says, in sentences made from its numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
 from dockpose.app.export.parts import listed, words
-from dockpose.study.methods import HATS, METHODS, PRODUCT, RIVALS
+from dockpose.study.scenes import HATS, METHODS, PRODUCT, RIVALS
 
 _TRUSTED = 0.9  # of the poses reported, from which on a range counts as one where they can be relied on
 # How the judgement goes where the interval is above zero, below it, or holds it.

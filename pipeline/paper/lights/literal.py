@@ -3,8 +3,6 @@
 What is chosen where they leave it open is the plainest; ``literal_hats`` in static/parts.toml lists it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

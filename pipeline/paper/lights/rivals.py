@@ -1,15 +1,12 @@
 """The threshold methods on random scenes, HATS against its rivals (Figure 15), and HATS from literal to ours."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from dockpose.camera.image import to_grey
 from dockpose.estimate import estimate
-from dockpose.paper.lights.literal import STEPS, Scheme, Vote, literal_hats
-from dockpose.paper.lights.outcomes import (
+from dockpose.paper.lights.levels import (
     any_level_shows_the_lights,
     are_the_lights,
     group_centres,
@@ -17,7 +14,8 @@ from dockpose.paper.lights.outcomes import (
     pose_is_right,
     poses_of_all,
 )
-from dockpose.paper.lights.random_scenes import draw_scenes
+from dockpose.paper.lights.literal import STEPS, Scheme, Vote, literal_hats
+from dockpose.paper.lights.scenes import draw_scenes
 from dockpose.settings import Settings
 from dockpose.simulate import Scene, Truth, render
 from dockpose.thresholds import LEVELS, Histogram, histogram_of

@@ -1,7 +1,5 @@
 """Pictures of one lamp through point spread functions, and their histograms (Figures 5 to 7)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -16,7 +14,7 @@ from dockpose.simulate.optics.hankel import ANGLES
 from dockpose.simulate.optics.psf import PointSpread, Psf
 from dockpose.simulate.optics.water import Water
 from dockpose.simulate.parts import Background, Lamp
-from dockpose.simulate.sensor import expose
+from dockpose.simulate.render import expose
 from dockpose.simulate.truth import truth_of
 from dockpose.thresholds import LEVELS
 from dockpose.thresholds.histogram import SMOOTHING

@@ -1,7 +1,5 @@
 """How well a usual calibration knows a camera: chessboard pictures rendered, found and calibrated, many times over."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """What a believable tank brings to the errors of the paper's tables: each thing that is known only so well, alone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass

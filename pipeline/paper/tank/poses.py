@@ -1,7 +1,5 @@
 """Tables 2 to 4 of the paper on rendered pictures: the dock at each measured pose, through the whole pipeline."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

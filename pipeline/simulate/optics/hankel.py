@@ -1,7 +1,5 @@
 """The zeroth-order Hankel transform of a modulation transfer function, on logarithmic grids (Hamilton 2000, FFTLog)."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import TYPE_CHECKING
@@ -55,7 +53,7 @@ def mean_bessel(x: np.ndarray) -> np.ndarray:
 
 
 @cache
-def _integral_near() -> PPoly:
+def _integral_near() -> "PPoly":
     from scipy.interpolate import CubicSpline  # takes a tenth of a second to import, which only simulating needs
 
     knots = np.linspace(0, _SERIES_FROM, 8193)

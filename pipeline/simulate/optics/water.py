@@ -1,7 +1,5 @@
 """Water: how much light it absorbs and scatters, and at which angles."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from pathlib import Path
@@ -48,7 +46,7 @@ class Water(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Single-scattering albedo w0 = b / c; 0 for water that neither absorbs nor scatters."""
         return self.scattering_per_m / self.attenuation_per_m if self.attenuation_per_m > 0 else 0.0
 
-    def in_band(self, band: str) -> Water:
+    def in_band(self, band: str) -> "Water":
         """Return the water's properties in a colour band: "blue" (460 nm), "green" (530 nm) or "red" (620 nm)."""
         absorption = max(0.0, self.absorption_per_m + _EXTRA_ABSORPTION_PER_M[band])
         return msgspec.structs.replace(self, absorption_per_m=absorption)

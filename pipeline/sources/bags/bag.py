@@ -1,7 +1,5 @@
 """A topic of a bag as frames, in order and by index."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 from functools import lru_cache

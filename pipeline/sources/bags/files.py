@@ -1,7 +1,5 @@
 """The files of a bag: one by itself, or those of a folder as rosbag2 writes it."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """MCAP files (https://mcap.dev/spec), by their index; those without one, such as files that break off, by records."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib
@@ -9,17 +7,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from dockpose.sources.bags.storage import (
-    DAMAGE,
-    MOST_BYTES,
-    ChunkedFile,
-    Place,
-    Record,
-    Topic,
-    check_size,
-    expanded,
-    kind_of_message,
-)
+from dockpose.sources.bags import storage
 
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _DATA_END = 0x02, 0x03, 0x04, 0x05, 0x0F
 _END = struct.Struct("<BQQQI8s")  # the footer (kind, length, where summary and offsets begin, checksum) and the magic
@@ -27,7 +15,7 @@ _HEAD = struct.Struct("<BQ")  # of every record: what it is, and the length of i
 _MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, number, when recorded, when published
 
 
-class McapFile(ChunkedFile):
+class McapFile(storage.ChunkedFile):
     """An MCAP file."""
 
     _magic, _refusal, _chunk_kind = b"\x89MCAP0\r\n", "is not an MCAP file", 0x06
@@ -37,17 +25,17 @@ class McapFile(ChunkedFile):
         self._indexed: list[tuple[int, dict[int, int]]] = []
         super().__init__(path, number)
 
-    def places(self, topics: Collection[int]) -> list[Place]:
+    def places(self, topics: Collection[int]) -> list[storage.Place]:
         """Where the messages of some channels lie, in the order in which they were recorded."""
         found = super().places(topics)
         for chunk, index_of in self._indexed:
             for topic in index_of.keys() & topics:
                 content = self._record(index_of[topic]).data(self._file)[6:]
                 entries = struct.iter_unpack("<QQ", content[: len(content) // 16 * 16])
-                found += [Place(time_ns, topic, self._number, chunk, offset) for time_ns, offset in entries]
+                found += [storage.Place(time_ns, topic, self._number, chunk, offset) for time_ns, offset in entries]
         return sorted(found, key=lambda place: (place.chunk, place.offset)) if self._indexed else found
 
-    def _read(self, place: Place) -> bytes:
+    def _read(self, place: storage.Place) -> bytes:
         for stream, record in self._records_from(place):
             return record.data(stream)[_MESSAGE_HEAD.size :]
         raise ValueError("its index leads beyond its end")
@@ -81,7 +69,7 @@ class McapFile(ChunkedFile):
             return []
         kind, _, start, _, checksum, _ = _END.unpack(end)
         size = self._length - _END.size - start
-        if kind != _FOOTER or start < len(self._magic) or not 0 < size <= MOST_BYTES:
+        if kind != _FOOTER or start < len(self._magic) or not 0 < size <= storage.MOST_BYTES:
             return []
         self._file.seek(start)
         summary = self._file.read(size) + end
@@ -90,18 +78,18 @@ class McapFile(ChunkedFile):
             return []
         try:
             return list(StreamReader(io.BytesIO(summary), skip_magic=True, emit_chunks=True).records)
-        except (McapError, *DAMAGE):
+        except (McapError, *storage.DAMAGE):
             return []
 
     def _note(self, record: Any) -> None:
         """Note a schema or a channel."""
         if hasattr(record, "topic"):
-            kind = kind_of_message(self._schemas.get(record.schema_id, ""))
-            self.topics[record.id] = Topic(record.topic, kind, record.message_encoding)
+            kind = storage.kind_of_message(self._schemas.get(record.schema_id, ""))
+            self.topics[record.id] = storage.Topic(record.topic, kind, record.message_encoding)
         else:
             self._schemas[record.id] = record.name
 
-    def _is_end(self, record: Record) -> bool:
+    def _is_end(self, record: storage.Record) -> bool:
         if record.kind != _DATA_END:
             return False
         self.is_cut_short = False
@@ -114,19 +102,19 @@ class McapFile(ChunkedFile):
             self.faults.append("its data do not match their checksum: some of it is damaged")
         return True
 
-    def _see(self, record: Record, stream: BinaryIO, chunk: int) -> None:
+    def _see(self, record: storage.Record, stream: BinaryIO, chunk: int) -> None:
         from mcap.data_stream import ReadDataStream
         from mcap.records import Channel, Schema
 
         if record.kind == _MESSAGE:
             stream.seek(record.start)
             channel, _, time_ns, _ = _MESSAGE_HEAD.unpack(stream.read(_MESSAGE_HEAD.size))
-            self._places.append(Place(time_ns, channel, self._number, chunk, record.at))
+            self._places.append(storage.Place(time_ns, channel, self._number, chunk, record.at))
         elif record.kind in (_SCHEMA, _CHANNEL):
             content = ReadDataStream(io.BytesIO(record.data(stream)))
             self._note(Schema.read(content) if record.kind == _SCHEMA else Channel.read(content))
 
-    def _expanded(self, record: Record) -> bytes:
+    def _expanded(self, record: storage.Record) -> bytes:
         from mcap.data_stream import ReadDataStream
         from mcap.exceptions import EndOfFile
         from mcap.records import Chunk
@@ -136,16 +124,16 @@ class McapFile(ChunkedFile):
         except (EndOfFile, struct.error):  # within its head
             return b""
         size = chunk.uncompressed_size
-        check_size(size)
-        found = expanded(chunk.compression, chunk.data, size) if chunk.compression else chunk.data[:size]
+        storage.check_size(size)
+        found = storage.expanded(chunk.compression, chunk.data, size) if chunk.compression else chunk.data[:size]
         if record.is_whole and chunk.uncompressed_crc and zlib.crc32(found) != chunk.uncompressed_crc:
             raise ValueError("a chunk is damaged: it does not match its checksum")
         return found
 
-    def _records(self, stream: BinaryIO, start: int, end: int) -> Iterator[Record]:
+    def _records(self, stream: BinaryIO, start: int, end: int) -> Iterator[storage.Record]:
         while start + _HEAD.size <= end:
             stream.seek(start)
             kind, length = _HEAD.unpack(stream.read(_HEAD.size))
             begin, start = start, start + _HEAD.size + length
             there = min(length, end - begin - _HEAD.size)
-            yield Record(kind, begin, begin + _HEAD.size, there, there == length, {})
+            yield storage.Record(kind, begin, begin + _HEAD.size, there, there == length, {})

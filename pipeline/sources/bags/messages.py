@@ -1,7 +1,5 @@
 """Pictures and cameras in ROS messages."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import cv2

@@ -1,7 +1,5 @@
 """SQLite databases of ROS 2."""
 
-from __future__ import annotations
-
 import sqlite3
 from collections.abc import Callable, Iterator
 from functools import partial

@@ -1,7 +1,5 @@
 """What all kinds of bag files have in common: topics, where each message lies, and chunks of records."""
 
-from __future__ import annotations
-
 import abc
 import bz2
 import contextlib

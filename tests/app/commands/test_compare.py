@@ -108,14 +108,6 @@ def test_a_montage_of_each_picture_is_written_and_overwrites_none(tank, capsys):
         assert sheet.shape[1] == 1600
 
 
-def test_a_broken_picture_is_told_and_the_others_are_done(tank, capsys):
-    assert main(["compare", "words.png", "gone.png", "s1.png", *DOCK_OPTIONS, "--json", "-"]) == 1
-    captured = capsys.readouterr()
-    assert [line["source"] for line in lines(captured.out)] == ["s1.png"]
-    assert "words.png: is not a picture" in captured.err
-    assert "gone.png: cannot be read" in captured.err
-
-
 def test_a_damaged_yaml_beside_a_picture_does_not_matter_where_nothing_of_it_is_needed(tank, capsys):
     (tank / "s1.yaml").write_text("truth: [1, 2")
     assert main(["compare", "s1.png", *DOCK_OPTIONS]) == 0
@@ -145,23 +137,6 @@ def test_a_mask_that_is_none_ends_with_2_and_one_sentence(tank, capsys, command,
     captured = capsys.readouterr()
     assert captured.err.startswith(f"dockpose: --mask {mask} must be left, top, width and height in pixels")
     assert len(captured.err.splitlines()) == 1
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["none*.png"], "no file matches"),
-        (["dark.png"], "which camera?"),
-        (["s1.png", "--json", "no/such/folder.json"], "cannot be written"),
-        (["s1.png", "--montage", "words.png"], "cannot be made"),
-    ],
-)
-def test_bad_arguments_end_with_2_and_one_sentence(tank, capsys, arguments, message):
-    assert main(["compare", *arguments]) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert len(captured.err.splitlines()) == 1
-    assert captured.out == ""
 
 
 def test_the_samples_with_text_and_haze_are_solved_by_hats_alone(capsys):

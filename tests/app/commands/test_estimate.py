@@ -64,9 +64,10 @@ def test_json_lines_come_in_order_and_alone(tank, capsys):
     assert captured.err == ""
 
 
-def test_a_broken_picture_is_told_and_the_others_are_done(tank, capsys):
+@pytest.mark.parametrize("command", ["estimate", "compare"])
+def test_a_broken_picture_is_told_and_the_others_are_done(tank, capsys, command):
     arguments = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
-    assert main(["estimate", "words.png", "s1.png", "gone.png", *arguments, "--json", "-"]) == 1
+    assert main([command, "words.png", "s1.png", "gone.png", *arguments, "--json", "-"]) == 1
     captured = capsys.readouterr()
     assert [line["source"] for line in lines(captured.out)] == ["s1.png"]
     assert "words.png: is not a picture" in captured.err
@@ -176,10 +177,14 @@ def test_a_fixed_level_is_used(tank, capsys):
         (["words.png", "--camera", "camera.yaml"], "how large is the dock?"),
         (["s1.png", "--json", "no/such/folder.json"], "cannot be written"),
         (["s1.png", "--annotate", "words.png"], "cannot be made"),
+        (["compare", "none*.png"], "no file matches"),
+        (["compare", "words.png"], "which camera?"),
+        (["compare", "s1.png", "--json", "no/such/folder.json"], "cannot be written"),
+        (["compare", "s1.png", "--montage", "words.png"], "cannot be made"),
     ],
 )
 def test_bad_arguments_end_with_2_and_one_sentence(tank, capsys, arguments, message):
-    assert main(["estimate", *arguments]) == 2
+    assert main(arguments if arguments[0] == "compare" else ["estimate", *arguments]) == 2
     captured = capsys.readouterr()
     assert message in captured.err
     assert len(captured.err.splitlines()) == 1

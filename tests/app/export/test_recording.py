@@ -244,6 +244,16 @@ def test_a_camera_is_kept_with_every_frame_and_its_times(tmp_path, monkeypatch, 
             np.testing.assert_array_equal(frame.image, original.image)
 
 
+def shared_by(found, arrived):
+    """Those frames that were both kept and looked at, by their time of day; of some no whole one came before."""
+    kept_s = np.array([frame.time_unix_s for frame in found])
+    nearest = [int(np.abs(kept_s - frame.time_unix_s).argmin()) for frame in arrived]
+    pairs = [(found[k], frame) for k, frame in zip(nearest, arrived, strict=True)]
+    shared = [(one, other) for one, other in pairs if abs(one.time_unix_s - other.time_unix_s) < 0.005]
+    assert len(shared) >= len(arrived) - 10
+    return shared
+
+
 def serve_h264(port_of, count, stop):
     """Send MPEG-TS with H.264 and B-frames over TCP, at the frames' rate."""
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -276,12 +286,8 @@ def test_a_stream_of_h264_is_kept_as_it_was_sent_with_the_senders_times(tmp_path
         assert container.streams.video[0].codec_context.name == "h264"
     steps_s = np.diff([frame.time_s or 0.0 for frame in found])[:-2]  # the last ones came before others
     assert steps_s == pytest.approx(np.full(len(steps_s), 0.02), abs=3e-6)
-    kept_s = np.array([frame.time_unix_s for frame in found])
-    nearest = [int(np.abs(kept_s - frame.time_unix_s).argmin()) for frame in arrived]
-    is_same = [abs(kept_s[k] - frame.time_unix_s) < 0.005 for k, frame in zip(nearest, arrived, strict=True)]
-    shared = [(found[k], frame) for k, frame, same in zip(nearest, arrived, is_same, strict=True) if same]
+    shared = shared_by(found, arrived)
     assert [frame.time_unix_s for frame, _ in shared] == pytest.approx([f.time_unix_s for _, f in shared], abs=3e-6)
-    assert len(shared) >= len(arrived) - 10  # those from the first whole frame on
     for frame, original in shared:
         np.testing.assert_array_equal(frame.image, original.image)
 
@@ -336,10 +342,5 @@ def test_rtsp_gives_the_senders_time_of_day_and_is_kept_as_it_was_sent(tmp_path,
     assert np.abs(offsets_s).max() < 0.1
     assert np.ptp(offsets_s) < 1e-3
     found = read(tmp_path / "tank.mkv")
-    kept_s = np.array([frame.time_unix_s for frame in found])
-    nearest = [int(np.abs(kept_s - frame.time_unix_s).argmin()) for frame in arrived]
-    is_same = [abs(kept_s[k] - frame.time_unix_s) < 0.005 for k, frame in zip(nearest, arrived, strict=True)]
-    shared = [(found[k], frame) for k, frame, same in zip(nearest, arrived, is_same, strict=True) if same]
-    assert len(shared) >= len(arrived) - 10
-    for frame, original in shared:
+    for frame, original in shared_by(found, arrived):
         np.testing.assert_array_equal(frame.image, original.picture())

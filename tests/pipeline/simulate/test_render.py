@@ -10,9 +10,10 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.camera.port import FlatPort
 from dockpose.pose.circle import circle_poses
-from dockpose.simulate import Lights, Pose, render, render_parts, truth_of
+from dockpose.simulate import Lights, Pose, Sensor, render, render_parts, truth_of
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import Water, preset
+from dockpose.simulate.parts import Background, Glare
 
 from tests.support.scenes import CAMERA, DOCK, PLAIN, QUIET, changed, near, random_scene
 
@@ -132,27 +133,6 @@ def test_the_fast_glow_is_the_glow_of_every_lamp_at_every_pixel(model, water):
     assert fast.sum() == pytest.approx(slow.sum(), rel=0.01)
 
 
-def test_direct_glow_and_sum_as_in_figures_5_to_7():
-    # Symmetric and asymmetric: in each the direct light piles up near the bright end of the histogram, and the glow
-    # is dim and wide.
-    for psf in (Psf(model="hou"), Psf(model="hou_poisson"), Psf(model="voss"), Psf(model="hou", tilt_deg=50.0)):
-        pose = Pose(position_m=(0.0, 0.0, 1.5))
-        bright = Lights(level=2500.0, radius_m=0.006, beam_exponent=0.0)
-        rendering = render_parts(changed(psf=psf, pose=pose, lights=bright, water=preset("coastal"), seed=4))
-        visible = truth_of(changed(pose=pose)).lights_px
-        counts = np.bincount(rendering.image.ravel(), minlength=256)
-        assert counts[255] > 10 * 20  # every light is some twenty saturated pixels
-        assert counts[255] > 20 * counts[200:250].mean()  # a peak near the bright end
-        assert counts[:60].sum() > 0.95 * counts.sum()
-        for point in visible:
-            assert near(rendering.image, point, 1).max() == 255
-        rows, columns = np.mgrid[:480, :640]
-        distance = np.min([np.hypot(columns - x, rows - y) for x, y in visible], axis=0)
-        away = (distance > 12) & (distance < 20)
-        assert rendering.direct[away].max() < 1e-3
-        assert rendering.glow[away].mean() > 0.3 or psf.model == "hou_poisson"
-
-
 @pytest.mark.parametrize("tilt_deg", [0.0, 50.0])
 @pytest.mark.parametrize("model", ["hou", "voss"])
 def test_histograms_as_in_figures_5_to_7(model, tilt_deg):
@@ -249,3 +229,55 @@ def test_in_colour_red_dies_first():
 
     # Pope and Fry: 0.265 1/m more absorption at 620 nm than at 460 nm; the two lights are equally far.
     assert share_of_red(2.0) / share_of_red(1.0) == pytest.approx(math.exp(-0.265), rel=0.05)
+
+
+def test_a_bayer_sensor_gives_the_colours_back_where_they_change_slowly():
+    light = Background(level=50.0, glares=(Glare(x_px=320.0, y_px=240.0, size_px=100.0, level=100.0),))
+    grey = render(changed(background=light, lights=Lights(level=0.0)))[0]
+    colour = render(
+        changed(
+            background=light,
+            lights=Lights(level=0.0),
+            sensor=Sensor(colour="bayer", read_noise_levels=0.0, electrons_per_level=1e12),
+        )
+    )[0]
+    assert colour.shape == (480, 640, 3)
+    assert np.abs(colour[2:-2, 2:-2].astype(int) - grey[2:-2, 2:-2, None]).max() <= 2
+
+
+@pytest.mark.parametrize(("bits", "kind"), [(8, np.uint8), (10, np.uint16), (12, np.uint16), (16, np.uint16)])
+def test_every_depth_saturates_at_its_own_end(bits, kind):
+    sensor = msgspec.structs.replace(QUIET, bits=bits)
+    image, _ = render(changed(sensor=sensor, lights=Lights(level=5000.0)))
+    assert image.dtype == kind
+    assert image.max() == (1 << bits) - 1
+
+
+def test_shot_and_read_noise_have_their_variance():
+    sensor = Sensor(read_noise_levels=2.0, electrons_per_level=20.0)
+    image, _ = render(changed(sensor=sensor, background=Background(level=100.0), lights=Lights(level=0.0)))
+    # Shot noise 100 / 20, read noise 2^2, rounding 1/12; the variance of 307200 pixels is known to 0.3 %.
+    assert image.astype(float).var() == pytest.approx(5 + 4 + 1 / 12, rel=0.01)
+
+
+def test_exposure_vignetting_gain_and_jpeg_do_what_they_say():
+    light = {"background": Background(level=40.0), "lights": Lights(level=0.0)}
+
+    def level(**values):
+        return render(changed(sensor=msgspec.structs.replace(QUIET, **values), **light))[0]
+
+    assert level(exposure=2.0).mean() == pytest.approx(80)
+    assert level(gain=3.0).mean() == pytest.approx(120)
+    corner = level(vignetting=0.5)
+    assert corner[0, 0] == pytest.approx(20, abs=1)
+    assert corner[240, 320] == 40
+    assert level(jpeg_quality=50).mean() == pytest.approx(40, abs=1)
+
+
+def test_motion_blur_draws_a_streak_of_its_length():
+    sensor = msgspec.structs.replace(QUIET, motion_blur_px=20.0, motion_angle_deg=90.0)
+    image, truth = render(changed(sensor=sensor, lights=Lights(level=800.0, radius_m=0.001)))
+    x, y = np.rint(truth.lights_px[0]).astype(int)
+    column = image[y - 30 : y + 31, x].astype(float)
+    assert np.count_nonzero(column > column.max() / 2) == pytest.approx(20, abs=2)
+    assert np.count_nonzero(image[y, x - 30 : x + 31] > column.max() / 2) < 6

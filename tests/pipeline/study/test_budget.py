@@ -3,15 +3,7 @@ import math
 import pytest
 from dockpose import Camera, Dock
 from dockpose.camera.port import FlatPort
-from dockpose.study.budget import (
-    LEAST_APART_PX,
-    budget,
-    farthest_apart_m,
-    farthest_told_m,
-    farthest_within_m,
-    nearest_m,
-    simulated_budget,
-)
+from dockpose.study import budget as budgets
 
 CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
 DOCK = Dock(0.30, 10)
@@ -23,7 +15,7 @@ CLOSE = 4 / math.sqrt(2 * DRAWS) + 0.1
 
 def test_far_away_the_errors_are_those_of_a_mean_and_of_a_radius():
     # Ten centres with 0.3 px each: their mean is known to 0.3 / sqrt(10) px, and a semi-axis to sqrt(2) times that.
-    found = budget(CAMERA, DOCK, 4.0, 20.0, 0.3)
+    found = budgets.budget(CAMERA, DOCK, 4.0, 20.0, 0.3)
     assert found.sigma_position_m[0] == pytest.approx(0.3 / math.sqrt(10) * 4 / 700, rel=0.05)
     semi_axis_px = 700 * 0.15 / 4
     assert found.sigma_position_m[2] / 4 == pytest.approx(0.3 * math.sqrt(2 / 10) / semi_axis_px, rel=0.05)
@@ -31,8 +23,8 @@ def test_far_away_the_errors_are_those_of_a_mean_and_of_a_radius():
 
 def test_errors_grow_as_the_noise_and_fall_as_the_resolution():
     twice = Camera(1400, 1400, 639.5, 479.5, 1280, 960)
-    one, noisy, fine = budget(CAMERA, DOCK, 2.0, 30.0, 0.1), budget(CAMERA, DOCK, 2.0, 30.0, 0.2), None
-    fine = budget(twice, DOCK, 2.0, 30.0, 0.2)
+    one, noisy, fine = budgets.budget(CAMERA, DOCK, 2.0, 30.0, 0.1), budgets.budget(CAMERA, DOCK, 2.0, 30.0, 0.2), None
+    fine = budgets.budget(twice, DOCK, 2.0, 30.0, 0.2)
     for mine, doubled, same in zip(one.sigma_position_m, noisy.sigma_position_m, fine.sigma_position_m, strict=True):
         assert doubled == pytest.approx(2 * mine)
         assert same == pytest.approx(mine)
@@ -43,8 +35,8 @@ def test_errors_grow_as_the_noise_and_fall_as_the_resolution():
 @pytest.mark.parametrize(("range_m", "tilt_deg"), [(0.6, 15), (2, 30), (4, 20)])
 def test_simulated_lights_have_the_expected_errors(lights, range_m, tilt_deg):
     dock = Dock(0.30, lights)
-    expected = budget(CAMERA, dock, range_m, tilt_deg)
-    found = simulated_budget(CAMERA, dock, range_m, tilt_deg, draws=DRAWS)
+    expected = budgets.budget(CAMERA, dock, range_m, tilt_deg)
+    found = budgets.simulated_budget(CAMERA, dock, range_m, tilt_deg, draws=DRAWS)
     pairs = zip(
         (*expected.sigma_position_m, *expected.sigma_theta_rad),
         (*found.sigma_position_m, *found.sigma_theta_rad),
@@ -57,8 +49,8 @@ def test_simulated_lights_have_the_expected_errors(lights, range_m, tilt_deg):
 @pytest.mark.parametrize("range_m", [1, 4, 8])
 def test_square_on_the_errors_stay_bounded_as_simulated(range_m):
     # The bound is by an order of magnitude's argument; a third is what an operator can live with.
-    expected = budget(CAMERA, DOCK, range_m, 0.0)
-    found = simulated_budget(CAMERA, DOCK, range_m, 0.0, draws=DRAWS)
+    expected = budgets.budget(CAMERA, DOCK, range_m, 0.0)
+    found = budgets.simulated_budget(CAMERA, DOCK, range_m, 0.0, draws=DRAWS)
     assert expected.tells_apart is None
     assert found.tells_apart is None
     assert found.sigma_theta_rad == pytest.approx(expected.sigma_theta_rad, rel=1 / 3)
@@ -68,8 +60,8 @@ def test_square_on_the_errors_stay_bounded_as_simulated(range_m):
 @pytest.mark.parametrize("noise_px", [0.3, 0.5, 0.8])
 @pytest.mark.parametrize("tilt_deg", [15, 25])
 def test_the_poses_are_told_apart_as_often_as_expected(noise_px, tilt_deg):
-    expected = budget(CAMERA, DOCK, 3.5, tilt_deg, noise_px).tells_apart
-    found = simulated_budget(CAMERA, DOCK, 3.5, tilt_deg, noise_px, draws=DRAWS).tells_apart
+    expected = budgets.budget(CAMERA, DOCK, 3.5, tilt_deg, noise_px).tells_apart
+    found = budgets.simulated_budget(CAMERA, DOCK, 3.5, tilt_deg, noise_px, draws=DRAWS).tells_apart
     assert expected is not None
     # Three standard errors of a share, and two per cent for the lights' roll, which the expected value has at 0.
     assert found == pytest.approx(expected, abs=3 * math.sqrt(expected * (1 - expected) / DRAWS) + 0.02)
@@ -78,37 +70,40 @@ def test_the_poses_are_told_apart_as_often_as_expected(noise_px, tilt_deg):
 @pytest.mark.slow
 def test_behind_a_port_as_simulated():
     camera = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(air_gap_m=0.02, glass_m=0.01))
-    expected, found = budget(camera, DOCK, 1.5, 25), simulated_budget(camera, DOCK, 1.5, 25, draws=DRAWS)
+    expected, found = (
+        budgets.budget(camera, DOCK, 1.5, 25),
+        budgets.simulated_budget(camera, DOCK, 1.5, 25, draws=DRAWS),
+    )
     assert found.sigma_position_m == pytest.approx(expected.sigma_position_m, rel=CLOSE)
     # Water magnifies by a third, so that range and noise count less.
-    assert expected.sigma_position_m[2] < 0.9 * budget(CAMERA, DOCK, 1.5, 25).sigma_position_m[2]
+    assert expected.sigma_position_m[2] < 0.9 * budgets.budget(CAMERA, DOCK, 1.5, 25).sigma_position_m[2]
 
 
 def test_how_far():
-    assert nearest_m(CAMERA, DOCK) == pytest.approx(700 / 480 * 0.30 / 0.9)
+    assert budgets.nearest_m(CAMERA, DOCK) == pytest.approx(700 / 480 * 0.30 / 0.9)
     chord_m = 0.30 * math.sin(math.pi / 10)
-    assert farthest_apart_m(CAMERA, DOCK) == pytest.approx(700 * chord_m / LEAST_APART_PX)
-    good_m = farthest_within_m(CAMERA, DOCK, 0.002)
-    assert budget(CAMERA, DOCK, good_m, 20.0).sigma_position_m[2] == pytest.approx(0.002 * good_m, rel=0.01)
-    told_m = farthest_told_m(CAMERA, DOCK, 0.95, 20.0)
-    assert budget(CAMERA, DOCK, told_m, 20.0).tells_apart == pytest.approx(0.95, abs=0.002)
-    assert farthest_within_m(CAMERA, DOCK, 1e-6) == 0
-    assert farthest_within_m(CAMERA, DOCK, 0.5) == pytest.approx(farthest_apart_m(CAMERA, DOCK))
+    assert budgets.farthest_apart_m(CAMERA, DOCK) == pytest.approx(700 * chord_m / budgets.LEAST_APART_PX)
+    good_m = budgets.farthest_within_m(CAMERA, DOCK, 0.002)
+    assert budgets.budget(CAMERA, DOCK, good_m, 20.0).sigma_position_m[2] == pytest.approx(0.002 * good_m, rel=0.01)
+    told_m = budgets.farthest_told_m(CAMERA, DOCK, 0.95, 20.0)
+    assert budgets.budget(CAMERA, DOCK, told_m, 20.0).tells_apart == pytest.approx(0.95, abs=0.002)
+    assert budgets.farthest_within_m(CAMERA, DOCK, 1e-6) == 0
+    assert budgets.farthest_within_m(CAMERA, DOCK, 0.5) == pytest.approx(budgets.farthest_apart_m(CAMERA, DOCK))
 
 
 def test_behind_a_port_lights_are_seen_apart_from_farther_away():
     behind = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(air_gap_m=0.02, glass_m=0.01))
-    farthest_m = farthest_apart_m(behind, DOCK)
-    assert farthest_m == pytest.approx(1.333 * farthest_apart_m(CAMERA, DOCK))
+    farthest_m = budgets.farthest_apart_m(behind, DOCK)
+    assert farthest_m == pytest.approx(1.333 * budgets.farthest_apart_m(CAMERA, DOCK))
     # The port stands some centimetres before the camera, of the 21 m.
-    assert budget(behind, DOCK, farthest_m, 0.0).apart_px == pytest.approx(LEAST_APART_PX, rel=0.005)
+    assert budgets.budget(behind, DOCK, farthest_m, 0.0).apart_px == pytest.approx(budgets.LEAST_APART_PX, rel=0.005)
 
 
 def test_what_is_in_view_and_apart():
-    assert budget(CAMERA, DOCK, 1.0, 0.0).in_view
-    assert not budget(CAMERA, DOCK, 0.3, 0.0).in_view
-    assert budget(CAMERA, DOCK, 1.0, 0.0).lights_apart
-    assert not budget(CAMERA, DOCK, 20.0, 0.0).lights_apart
+    assert budgets.budget(CAMERA, DOCK, 1.0, 0.0).in_view
+    assert not budgets.budget(CAMERA, DOCK, 0.3, 0.0).in_view
+    assert budgets.budget(CAMERA, DOCK, 1.0, 0.0).lights_apart
+    assert not budgets.budget(CAMERA, DOCK, 20.0, 0.0).lights_apart
 
 
 @pytest.mark.parametrize(
@@ -123,6 +118,6 @@ def test_what_is_in_view_and_apart():
     ],
 )
 def test_impossible_questions_are_refused(dock, range_m, tilt_deg, noise_px, words):
-    for ask in (budget, simulated_budget):
+    for ask in (budgets.budget, budgets.simulated_budget):
         with pytest.raises(ValueError, match=words):
             ask(CAMERA, dock, range_m, tilt_deg, noise_px)

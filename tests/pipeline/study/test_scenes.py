@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 from dockpose.study.judge import OUTCOMES
-from dockpose.study.methods import METHODS, PRODUCT
-from dockpose.study.scenes import ELAPSED, as_text, scene_rows
+from dockpose.study.scenes import ELAPSED, METHODS, PRODUCT, as_text, scene_rows
 
 
 def untimed(rows):

@@ -12,34 +12,34 @@ from dockpose.app.web.server.options import Options
 from dockpose.app.web.server.start import reachable_hosts
 
 
-def test_serve_tells_the_address_and_stops_on_interrupt(monkeypatch):
-    told = []
-
-    class Interrupted:
-        def wait(self):
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(command.threading, "Event", Interrupted)
+@pytest.fixture
+def told_by(monkeypatch):
+    """What is told by a service that is interrupted at once."""
+    monkeypatch.setattr(command.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
     monkeypatch.setattr(App, "build", lambda *_, **__: FakeApp())
-    command.serve(None, None, None, report=told.append)
+
+    def told_by(**how):
+        told = []
+        command.serve(None, None, None, report=told.append, **how)
+        return told
+
+    return told_by
+
+
+def test_serve_tells_the_address_and_stops_on_interrupt(told_by):
+    told = told_by()
     assert "http://127.0.0.1:1234" in told[0]
     assert FakeApp.stopped
 
 
-def test_serving_to_others_says_what_that_means(monkeypatch):
-    told = []
-    monkeypatch.setattr(command.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
-    monkeypatch.setattr(App, "build", lambda *_, **__: FakeApp())
-    command.serve(None, None, None, host="0.0.0.0", report=told.append)
+def test_serving_to_others_says_what_that_means(told_by):
+    told = told_by(host="0.0.0.0")
     assert told[1] == "from another machine: http://192.0.2.7:1234/?token=steering"
     assert "every machine of that network" in told[2]
 
 
-def test_viewers_have_an_address_of_their_own(monkeypatch):
-    told = []
-    monkeypatch.setattr(command.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
-    monkeypatch.setattr(App, "build", lambda *_, **__: FakeApp())
-    command.serve(None, None, None, options=Options(view_link=True), report=told.append)
+def test_viewers_have_an_address_of_their_own(told_by):
+    told = told_by(options=Options(view_link=True))
     assert [line for line in told if "viewers" in line and "token=viewing" in line]
     assert not [line for line in told if "steering" in line and "viewing" in line]
 

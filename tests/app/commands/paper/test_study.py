@@ -4,8 +4,8 @@ import pandas as pd
 import pytest
 from dockpose.app.cli import main
 from dockpose.study.judge import OUTCOMES
-from dockpose.study.methods import METHODS
-from dockpose.study.table import FACTORS
+from dockpose.study.scenes import METHODS
+from dockpose.study.summary import FACTORS
 
 SCENES = 6
 WORDS = ["study", "--scenes", str(SCENES), "--seed", "4"]

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 from dockpose.app.cli import main
 from dockpose.app.export.recordings.messages import TOPICS
-from dockpose.camera.files import save_camera
-from dockpose.simulate import Approach, FilmPlan, film, save_sequence
+from dockpose.simulate import Approach, FilmPlan, save_sequence
 from dockpose.sources import Bag
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
@@ -24,7 +23,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from tests.support import bags
-from tests.support.scenes import CAMERA, random_scene
+from tests.support.scenes import random_scene
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 FRAMES, DARK = 12, (4, 5)  # frames, of which these show no dock
@@ -34,15 +33,9 @@ FRAMES, DARK = 12, (4, 5)  # frames, of which these show no dock
 def written(tmp_path_factory):
     """A folder with what `estimate --out` made of a bag, and the JSON lines of the same run."""
     folder = tmp_path_factory.mktemp("written")
-    plan = FilmPlan(scene=random_scene(3), motion=Approach(start_m=1.6, end_m=1.2, frames=FRAMES, rate_hz=10.0))
-    pictures = [frame.image for frame in film(plan)]
-    for index in DARK:
-        pictures[index] = np.full_like(pictures[index], 10)
-    bags.write_mcap(folder / "run.mcap", bags.frames(pictures))
-    save_camera(CAMERA, folder / "camera.yaml")
-    words = ["--camera", str(folder / "camera.yaml"), "--dock-diameter", "0.30", "--lights", "10"]
+    known = bags.write_approach(folder, FRAMES, DARK)
     files = ["--out", str(folder / "poses.mcap"), "--json", str(folder / "lines.jsonl")]
-    assert main(["estimate", str(folder / "run.mcap"), *words, *files]) == 0
+    assert main(["estimate", str(folder / "run.mcap"), *known, *files]) == 0
     return folder
 
 

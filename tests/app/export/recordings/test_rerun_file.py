@@ -7,11 +7,9 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.cli import main
-from dockpose.camera.files import save_camera
-from dockpose.simulate import Approach, FilmPlan, film
 
 from tests.support import bags
-from tests.support.scenes import CAMERA, random_scene
+from tests.support.scenes import CAMERA
 
 FRAMES, DARK = 8, 5
 KNOWN = ["--dock-diameter", "0.30", "--lights", "10"]
@@ -21,20 +19,9 @@ KNOWN = ["--dock-diameter", "0.30", "--lights", "10"]
 def run(tmp_path_factory):
     """A folder with a bag, a camera file, and what `estimate --rerun --json` made of them."""
     folder = tmp_path_factory.mktemp("rerun")
-    plan = FilmPlan(scene=random_scene(3), motion=Approach(start_m=1.6, end_m=1.2, frames=FRAMES, rate_hz=10.0))
-    pictures = [frame.image for frame in film(plan)]
-    pictures[DARK] = np.full_like(pictures[DARK], 10)
-    bags.write_mcap(folder / "run.mcap", bags.frames(pictures))
-    save_camera(CAMERA, folder / "camera.yaml")
-    words = [
-        "--rerun",
-        str(folder / "a.rrd"),
-        "--json",
-        str(folder / "a.jsonl"),
-        "--camera",
-        str(folder / "camera.yaml"),
-    ]
-    assert main(["estimate", str(folder / "run.mcap"), *words, *KNOWN]) == 0
+    known = bags.write_approach(folder, FRAMES, [DARK])
+    files = ["--rerun", str(folder / "a.rrd"), "--json", str(folder / "a.jsonl")]
+    assert main(["estimate", str(folder / "run.mcap"), *known, *files]) == 0
     return folder
 
 

@@ -1,28 +1,23 @@
+import math
+
 import numpy as np
 import pytest
 from dockpose.lights.ellipse import fit_ellipse
-from dockpose.paper.lights.levels import (
-    PARAMETERS,
-    at_level,
-    centre_sweep,
-    ellipse_values,
-    flooded_level,
-    losing_level,
-    merged_level,
-    picture_of,
-    two_levels,
-)
-from dockpose.paper.lights.tank_scenes import near_ring
+from dockpose.paper.lights import levels
+from dockpose.paper.lights.scenes import near_ring
+from dockpose.pose.circle import CirclePose
+from dockpose.simulate import truth_of
+from dockpose.thresholds import histogram_of
 
 
 @pytest.fixture(scope="module")
 def picture():
-    return picture_of(near_ring(7))
+    return levels.picture_of(near_ring(7))
 
 
 def test_centres_are_off_by_what_the_geometry_says(picture):
     level = picture.hats.level
-    (mass_moment, ellipse, by_pose), nothing = centre_sweep(picture, [level, 255])
+    (mass_moment, ellipse, by_pose), nothing = levels.centre_sweep(picture, [level, 255])
     truth = picture.truth
     # The exact lights' mean, and the exact centre of the circle's image; the pose's own centre is the reference.
     assert mass_moment == pytest.approx(np.linalg.norm(truth.lights_px.mean(axis=0) - truth.centre_px), abs=0.1)
@@ -33,8 +28,8 @@ def test_centres_are_off_by_what_the_geometry_says(picture):
 
 
 def test_a_missing_light_moves_the_mass_moment_alone(picture):
-    lost = picture_of(near_ring(7, (2, 3, 4)))
-    before, after = (centre_sweep(one, [one.hats.level])[0] for one in (picture, lost))
+    lost = levels.picture_of(near_ring(7, (2, 3, 4)))
+    before, after = (levels.centre_sweep(one, [one.hats.level])[0] for one in (picture, lost))
     assert abs(after[0] - before[0]) > 10
     assert after[1:] == pytest.approx(before[1:], abs=0.1)
 
@@ -42,11 +37,11 @@ def test_a_missing_light_moves_the_mass_moment_alone(picture):
 def test_levels_by_their_rules(picture):
     level = picture.hats.level
     assert picture.groups[level] == picture.lights == 12
-    low, high = merged_level(picture), losing_level(picture)
+    low, high = levels.merged_level(picture), levels.losing_level(picture)
     assert picture.groups[low] <= 6 < picture.groups[low + 1]
     assert picture.groups[high] <= 6 < picture.groups[high - 1]
     assert low < level < high
-    flooded = at_level(picture, flooded_level(picture))
+    flooded = levels.at_level(picture, levels.flooded_level(picture))
     assert 0.1 < flooded.kept < 0.6
     assert flooded.groups > 1000
 
@@ -59,8 +54,8 @@ def test_the_parameters_of_an_ellipse_by_hand():
         100 + along * np.cos(turn) - across * np.sin(turn),
         80 + along * np.sin(turn) + across * np.cos(turn),
     )
-    values = ellipse_values(fit_ellipse(np.column_stack([x, y])))
-    assert dict(zip(PARAMETERS, values, strict=True)) == pytest.approx(
+    values = levels.ellipse_values(fit_ellipse(np.column_stack([x, y])))
+    assert dict(zip(levels.PARAMETERS, values, strict=True)) == pytest.approx(
         {
             "centre x": 100,
             "centre y": 80,
@@ -73,7 +68,7 @@ def test_the_parameters_of_an_ellipse_by_hand():
 
 
 def test_the_ellipse_is_the_same_at_two_levels_but_for_a_fraction_of_a_pixel():
-    found = two_levels(near_ring(7), 4)
+    found = levels.two_levels(near_ring(7), 4)
     assert found.levels[0] < found.levels[1]
     assert (found.lights[:, 0] == 12).all()
     assert (found.lights[:, 1] <= 9).all()
@@ -83,3 +78,61 @@ def test_the_ellipse_is_the_same_at_two_levels_but_for_a_fraction_of_a_pixel():
     # Its own arithmetic: the mean's standard error is the scatter over the root of the number.
     scatter = (found.errors[:, 1] - found.errors[:, 0]).std(axis=0, ddof=1)
     np.testing.assert_allclose(found.standard_error, scatter / 2)
+
+
+LIGHTS = np.array([[10.0, 10.0], [50.0, 10.0], [30.0, 40.0]])
+
+
+def picture_with_groups():
+    picture = np.zeros((40, 60), np.uint8)
+    picture[9:12, 9:12] = 200  # centre (10, 10)
+    picture[9:12, 49:52] = 120  # centre (50, 10)
+    picture[30, 5] = 255
+    return histogram_of(picture)
+
+
+def test_points_are_the_lights_each_once_and_nothing_else():
+    assert levels.are_the_lights(LIGHTS[::-1] + 2.0, LIGHTS)
+    assert not levels.are_the_lights(LIGHTS[:2], LIGHTS)
+    assert not levels.are_the_lights(LIGHTS + [0, 4.1], LIGHTS)
+    assert not levels.are_the_lights(LIGHTS[[0, 0, 2]], LIGHTS)
+
+
+def test_centres_of_groups_by_hand():
+    histogram = picture_with_groups()
+    np.testing.assert_allclose(levels.group_centres(histogram, 100, 2), [[10, 10], [50, 10]])
+    np.testing.assert_allclose(levels.group_centres(histogram, 130, 2), [[10, 10]])
+    assert len(levels.group_centres(histogram, 130, 1)) == 2
+    assert len(levels.group_centres(histogram, 256, 1)) == 0
+
+
+def test_some_level_shows_the_lights_or_none():
+    histogram = picture_with_groups()
+    assert levels.any_level_shows_the_lights(histogram, LIGHTS[:2], 2)
+    assert levels.any_level_shows_the_lights(histogram, LIGHTS[:1], 2)
+    assert not levels.any_level_shows_the_lights(histogram, LIGHTS[1:2], 2)  # never alone: the other is brighter
+
+
+def test_the_ellipse_through_the_exact_lights_has_the_true_pose():
+    scene = near_ring(0)
+    truth = truth_of(scene)
+    poses = levels.poses_of_all(truth.lights_px, scene.camera, scene.dock)
+    assert sum(levels.is_right(pose, truth) for pose in poses) == 1
+    assert min(levels.pose_errors(pose, truth)[1] for pose in poses) < 1e-3
+    # A stray group pulls the ellipse away; four points have none.
+    stray = np.vstack([truth.lights_px, [600.0, 450.0]])
+    assert not any(levels.is_right(pose, truth) for pose in levels.poses_of_all(stray, scene.camera, scene.dock))
+    assert levels.poses_of_all(truth.lights_px[:4], scene.camera, scene.dock) == ()
+
+
+def test_errors_of_a_pose_by_hand():
+    truth = truth_of(near_ring(0))
+    turned = np.cross(truth.normal, [1.0, 0, 0])
+    turned /= np.linalg.norm(turned)
+    angle = math.radians(4.0)
+    normal = math.cos(angle) * truth.normal + math.sin(angle) * turned
+    pose = CirclePose(truth.position_m + [0.003, 0.004, 0], normal, np.zeros(2))
+    assert levels.pose_errors(pose, truth) == pytest.approx((0.005, 4.0))
+    assert levels.is_right(pose, truth)  # within 5 degrees, and 27 mm at 0.9 m
+    far = CirclePose(truth.position_m + [0.03, 0, 0], truth.normal, np.zeros(2))
+    assert not levels.is_right(far, truth)

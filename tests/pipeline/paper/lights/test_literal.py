@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from dockpose.paper.lights.levels import picture_of
 from dockpose.paper.lights.literal import STEPS, Scheme, literal_hats, local_peaks
-from dockpose.paper.lights.tank_scenes import tank_scenes
+from dockpose.paper.lights.scenes import tank_scenes
 from dockpose.thresholds import histogram_of
 from dockpose.thresholds.hats import DIM_LEVELS, background_limit, background_mode, hats
 

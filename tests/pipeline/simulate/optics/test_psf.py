@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, spread_of, transfer_of
+from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES
 from dockpose.simulate.optics.psf import Psf, hou_exponent, point_spread
 from dockpose.simulate.optics.water import PRESETS, Water, preset
 from scipy.special import j0
@@ -46,16 +46,6 @@ def test_the_hankel_pair_returns_the_transfer_function_within_one_percent(name, 
         returned = 2 * math.pi * np.trapezoid(integrand, np.log(angles))
         expected = np.interp(frequency, FREQUENCIES, found.glow_transfer)
         assert returned + found.direct_share == pytest.approx(expected + found.direct_share, rel=0.01)
-
-
-def test_the_transform_of_a_gaussian_is_the_gaussian_of_the_books():
-    sigma = 0.02
-    spread = np.exp(-0.5 * (ANGLES / sigma) ** 2) / (2 * math.pi * sigma**2)
-    transfer = np.exp(-2 * (math.pi * sigma * FREQUENCIES) ** 2)
-    near = (FREQUENCIES > 0.01) & (FREQUENCIES < 30)
-    np.testing.assert_allclose(transfer_of(spread)[near], transfer[near], atol=1e-4)
-    inside = (ANGLES > 1e-4) & (ANGLES < 0.06)
-    np.testing.assert_allclose(spread_of(transfer)[inside], spread[inside], rtol=1e-3)
 
 
 def test_the_log_log_slope_of_hous_is_minus_m():

@@ -2,68 +2,59 @@ import math
 
 import numpy as np
 import pytest
-from dockpose.simulate.optics.water import (
-    PHASE_FUNCTIONS,
-    PRESETS,
-    Water,
-    mean_phase_transform,
-    phase_function,
-    preset,
-    scattering_angle_rad,
-    water_of_turbidity,
-)
+from dockpose.simulate.optics import water as waters
 
 # Derived from Petzold's table by others than this code: mean cosine and Wells' theta0 = median / sqrt(3).
 MEAN_COSINE = {"clear": 0.8714, "coastal": 0.9468, "harbour": 0.9197}
 WELLS_ANGLE_RAD = {"clear": 0.06277, "coastal": 0.02565, "harbour": 0.04716}
 
 
-@pytest.mark.parametrize("name", PHASE_FUNCTIONS)
+@pytest.mark.parametrize("name", waters.PHASE_FUNCTIONS)
 def test_a_phase_function_integrates_to_one(name):
-    angles, values = phase_function(name)
+    angles, values = waters.phase_function(name)
     assert 2 * math.pi * np.trapezoid(values * np.sin(angles), angles) == pytest.approx(1, abs=2e-3)
 
 
 @pytest.mark.parametrize("name", MEAN_COSINE)
 def test_petzolds_waters_have_their_published_moments(name):
-    angles, values = phase_function(name)
+    angles, values = waters.phase_function(name)
     cosine = 2 * math.pi * np.trapezoid(values * np.sin(angles) * np.cos(angles), angles)
     assert cosine == pytest.approx(MEAN_COSINE[name], abs=2e-3)
-    assert scattering_angle_rad(name) == pytest.approx(WELLS_ANGLE_RAD[name], rel=0.01)
+    assert waters.scattering_angle_rad(name) == pytest.approx(WELLS_ANGLE_RAD[name], rel=0.01)
 
 
 def test_the_measured_points_are_met():
-    angles, values = phase_function("harbour")
+    angles, values = waters.phase_function("harbour")
     for degrees, per_sr in ((0.1, 1788), (1, 72.86), (10, 1.157)):
         assert np.interp(math.radians(degrees), angles, values) == pytest.approx(per_sr, rel=0.02)
 
 
 def test_the_mean_transform_starts_at_one_and_falls():
-    transform = mean_phase_transform("harbour", np.array([1e-4, 0.1, 1, 10, 100, 1e4]))
+    transform = waters.mean_phase_transform("harbour", np.array([1e-4, 0.1, 1, 10, 100, 1e4]))
     assert transform[0] == pytest.approx(1, abs=1e-3)
     assert (np.diff(transform) < 0).all()
     assert transform[-1] > 0
 
 
 def test_attenuation_and_albedo_by_hand():
-    water = Water(0.1, 0.3)
+    water = waters.Water(0.1, 0.3)
     assert water.attenuation_per_m == pytest.approx(0.4)
     assert water.albedo == pytest.approx(0.75)
-    assert Water(0.0, 0.0).albedo == 0
+    assert waters.Water(0.0, 0.0).albedo == 0
 
 
 def test_turbidity_runs_through_the_presets():
-    for index, water in enumerate(PRESETS.values()):
-        found = water_of_turbidity(index / 3)
+    for index, water in enumerate(waters.PRESETS.values()):
+        found = waters.water_of_turbidity(index / 3)
         assert found.absorption_per_m == pytest.approx(water.absorption_per_m)
         assert found.scattering_per_m == pytest.approx(water.scattering_per_m)
         assert found.phase_function == water.phase_function
-    attenuations = [water_of_turbidity(t).attenuation_per_m for t in np.linspace(0, 1, 21)]
+    attenuations = [waters.water_of_turbidity(t).attenuation_per_m for t in np.linspace(0, 1, 21)]
     assert (np.diff(attenuations) > 0).all()
 
 
 def test_red_dies_first():
-    water = preset("coastal")
+    water = waters.preset("coastal")
     red, green, blue = (water.in_band(band).absorption_per_m for band in ("red", "green", "blue"))
     assert red > 0.3 > green > blue
 
@@ -71,11 +62,11 @@ def test_red_dies_first():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: preset("soup"), "water is 'soup'"),
-        (lambda: Water(-0.1, 0.1), "absorption_per_m is -0.1"),
-        (lambda: Water(0.1, math.nan), "scattering_per_m is nan"),
-        (lambda: Water(0.1, 0.1, "soup"), "phase_function is 'soup'"),
-        (lambda: water_of_turbidity(1.5), "turbidity is 1.5"),
+        (lambda: waters.preset("soup"), "water is 'soup'"),
+        (lambda: waters.Water(-0.1, 0.1), "absorption_per_m is -0.1"),
+        (lambda: waters.Water(0.1, math.nan), "scattering_per_m is nan"),
+        (lambda: waters.Water(0.1, 0.1, "soup"), "phase_function is 'soup'"),
+        (lambda: waters.water_of_turbidity(1.5), "turbidity is 1.5"),
     ],
 )
 def test_bad_water_is_named(make, message):

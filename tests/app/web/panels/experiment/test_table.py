@@ -10,8 +10,7 @@ import pandas
 import pytest
 from dockpose.app.experiment import Row
 from dockpose.app.experiment.table import summary, table
-from dockpose.app.export.latex import to_latex
-from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table
+from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table, to_latex
 
 NASTY = 'a & b_c %x $y$ #1 {z} ~^\\ <script>alert("1")</script> | "q" *s* `c`\nθ ü 水'
 

@@ -5,7 +5,7 @@ import sys
 import pytest
 from dockpose import Dock
 from dockpose.app.cli import main
-from dockpose.app.commands.ros.node import make_node, options_of
+from dockpose.app.commands.ros.command import make_node, options_of
 from dockpose.app.export.recordings.messages import TOPICS
 from dockpose.app.inputs.dock_file import save_dock
 from dockpose.simulate import render

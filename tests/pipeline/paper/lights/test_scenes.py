@@ -1,5 +1,5 @@
 import numpy as np
-from dockpose.paper.lights.random_scenes import draw_scene, draw_scenes
+from dockpose.paper.lights.scenes import draw_scene, draw_scenes
 from dockpose.simulate import truth_of
 
 

@@ -50,7 +50,9 @@ def why_no_dock(
     count = int(ring.on_ring.sum())
     pose = choice.candidates[choice.selected]
     rms_px, most = pose.rms_px or 0.0, max(_MOST_PX, _TAIL * math.sqrt(2) * BUILT_WITHIN * ellipse.semi_axes_px[0])
-    is_spaced = dock.lights is None or choice.selected_by != "none" or choice.coincide
+    # Of few lights the poses' fit says nothing on their spacing; where they coincide it need not.
+    fits_anyway = choice.coincide and count < MIN_POINTS
+    is_spaced = dock.lights is None or choice.selected_by != "none" or fits_anyway
     may_be_chance = log_chance > math.log(ACCEPTED)
     if not is_spaced or rms_px > most or (may_be_chance and count == dock.lights == len(markers)):
         rays = light_rays(markers.points_px[ring.on_ring], camera, float(pose.position_m[2]))

@@ -48,7 +48,7 @@ class Scene(parts.Part, frozen=True, kw_only=True):
     Examples
     --------
     >>> camera = Camera(fx=700, fy=700, cx=319.5, cy=239.5, width=640, height=480)
-    >>> pose = Pose(position_m=(0.0, 0.0, 2.0), theta_y_deg=15.0)
+    >>> pose = parts.Pose(position_m=(0.0, 0.0, 2.0), theta_y_deg=15.0)
     >>> scene = Scene(camera=camera, dock=Dock(0.30, lights=10), pose=pose, water="harbour")
     >>> scene.water.scattering_per_m
     1.824

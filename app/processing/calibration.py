@@ -32,13 +32,13 @@ class Looked:
         dropped = gathering.views[name].dropped
         if dropped:
             del gathering.views[name]
-            self.left_out[_SORTS.get(dropped, "were blurred" if "blurred" in dropped else dropped)] += 1
+            self.left_out[_SORTS.get(dropped, dropped)] += 1
         for other in [other for other, view in gathering.views.items() if view.dropped == ALIKE]:
             del gathering.views[other]  # its place was taken by a sharper one
         return self.last
 
     def in_words(self, used: int) -> str:
-        """For people: "310 frames looked at: 25 used, 200 were like others, 80 show no board, 5 were blurred"."""
+        """For people: "310 frames looked at: 25 used, 200 were like others, 85 show no board"."""
         parts = [f"{used} used", *(f"{count} {why}" for why, count in self.left_out.most_common())]
         return f"{self.frames} frames looked at: {', '.join(parts)}"
 

@@ -1,6 +1,9 @@
 """Boards of squares for calibration: where their corners are in a picture, and how sharp it is."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
@@ -8,17 +11,20 @@ from dockpose.checks import check_number, check_whole
 
 FEWEST_SQUARES = 3
 _FEWEST_CORNERS = 8  # of a partly hidden ChArUco board
-_LONGEST_PX = 1400  # larger pictures are searched at about half this size first, and in the end at this
-_FINE_PX = 900  # only pictures up to this are searched enlarged
+_LONGEST_PX = 1400  # larger pictures are searched at half this size first, and in the end at this
+_LARGEST_PX = 1800  # to which smaller ones are enlarged in the end, at most to twice their size
 _FLAT_SHARE = 0.08  # of the picture's longer side: lighting that varies over more than this is evened out
-_NORMALISED = cv2.CALIB_CB_NORMALIZE_IMAGE
-_EXHAUSTIVE = _NORMALISED | cv2.CALIB_CB_EXHAUSTIVE
-_ACCURATE = _EXHAUSTIVE | cv2.CALIB_CB_ACCURACY
+_QUICK: Any = partial(cv2.findChessboardCornersSB, flags=cv2.CALIB_CB_NORMALIZE_IMAGE)
+_EXHAUSTIVE: Any = partial(cv2.findChessboardCornersSB, flags=cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE)
+# Sees rims and bent boards that the others don't.
+_CLASSIC: Any = partial(
+    cv2.findChessboardCorners,
+    flags=cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK,
+)
 _WINDOW = 0.3  # of a square: half the window in which a corner is refined
 _ALTERNATES = 0.6  # correlation with black and white squares, below which corners are no board
 _GOES_ON = 0.5  # contrast, relative to the board's own, of squares beyond its edge
 _BLURRED = 0.3  # width of an edge, relative to the smallest square, above which a picture is blurred
-_BLURRIER, _BLURRIER_PX = 1.7, 4.0  # or relative to the other pictures' median, and this much
 _STEPS = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-4)
 
 
@@ -75,19 +81,14 @@ class Sighting:
     board_m: np.ndarray  # (N, 3): its corners on the board
     picture_px: np.ndarray  # (N, 2): its corners in the picture
     edge_px: float = float("nan")  # how wide its edges are between 10 and 90 % of their height
+    sigma: float = 1.0  # standard error of its corners, relative to that of other pictures' corners
 
-    def blurred(self, others_px: float = float("inf")) -> str:
-        """Why the picture is too blurred to be used, given the others' median edge width; empty where it is not."""
-        if self.edge_px > _BLURRED * self._smallest_square_px():
-            return f"it is blurred: the board's edges are {self.edge_px:.1f} px wide"
-        if self.edge_px > max(_BLURRIER_PX, _BLURRIER * others_px):
-            return f"it is blurred: the board's edges are {self.edge_px:.1f} px wide, the others' {others_px:.1f} px"
-        return ""
-
-    def _smallest_square_px(self) -> float:
-        """Side of the smallest square: the least distance between corners."""
+    @property
+    def is_blurred(self) -> bool:
+        """Whether its edges are wide for its squares."""
         off = self.picture_px[:, None] - self.picture_px[None]
-        return float(np.sqrt((off**2).sum(axis=2) + 1e18 * np.eye(len(off))).min())
+        smallest_px = np.sqrt((off**2).sum(axis=2) + 1e18 * np.eye(len(off))).min()
+        return bool(self.edge_px > _BLURRED * smallest_px)
 
 
 def find_board(
@@ -99,44 +100,35 @@ def find_board(
     inner = board.inner(counted_as)
     if min(inner) < FEWEST_SQUARES:
         return None
-    corners = _corners(grey, inner, thorough)
-    if corners is None:
-        return None
+    even = _evened(grey)
     column, row = np.meshgrid(np.arange(inner[0]), np.arange(inner[1]))
     places = np.column_stack([column.ravel(), row.ravel()]).astype(float)
-    if not _is_whole_board(grey, places, corners, inner):
-        return None
-    flat = board.square_m * np.column_stack([places, np.zeros(len(places))])
-    return Sighting(name, flat.astype(np.float32), corners, _edge_px(_evened(grey), corners, inner))
+    for corners in _looks(grey, even, inner, thorough):
+        if _is_whole_board(even, places, corners, inner):
+            flat = board.square_m * np.column_stack([places, np.zeros(len(places))])
+            return Sighting(name, flat.astype(np.float32), corners, _edge_px(even, corners, inner))
+    return None
 
 
-def _corners(grey: np.ndarray, inner: tuple[int, int], thorough: bool) -> np.ndarray | None:
-    """Corners (N, 2) of a chessboard, row by row, by the cheapest of several looks that finds them."""
+def _looks(grey: np.ndarray, even: np.ndarray, inner: tuple[int, int], thorough: bool) -> Iterator[np.ndarray]:
+    """Corners (N, 2) of what may be the chessboard, row by row, by ever dearer looks; after one only the classic."""
     longest = max(grey.shape)
     scale = min(1.0, _LONGEST_PX / 2 / longest) if longest > _LONGEST_PX else 1.0
-    even = _evened(grey)
-    looks = [(grey, scale, _NORMALISED), (even, scale / 2 if scale == 1 else scale, _EXHAUSTIVE)]
+    looks = [(grey, scale, _QUICK), (even, scale, _CLASSIC), (even, scale / 2, _EXHAUSTIVE)]
     if thorough:
-        full = min(1.0, _LONGEST_PX / longest)
-        looks += [(even, full, _EXHAUSTIVE), (grey, full, _ACCURATE)]
-        if scale < 1:
-            looks.append((even, scale / 2, _EXHAUSTIVE))
-        if longest <= _FINE_PX:
-            looks.append((even, 2.0, _EXHAUSTIVE))
-    for image, size, flags in looks:
-        seen = (
-            image
-            if size == 1
-            else cv2.resize(
-                image, None, fx=size, fy=size, interpolation=cv2.INTER_AREA if size < 1 else cv2.INTER_CUBIC
-            )
-        )
-        found, corners = cv2.findChessboardCornersSB(seen, inner, flags=flags)
+        looks.append((even, min(2 * scale, _LARGEST_PX / longest), _EXHAUSTIVE))
+    was_seen = False
+    for image, size, find in looks:
+        if was_seen and find is not _CLASSIC:
+            continue
+        how = cv2.INTER_AREA if size < 1 else cv2.INTER_CUBIC
+        seen = image if size == 1 else cv2.resize(image, None, fx=size, fy=size, interpolation=how)
+        found, corners = find(seen, inner)
         if found:
             # Pixel centres are at integers, in both pictures.
             ratio = np.array(grey.shape[::-1]) / seen.shape[::-1]
-            return _refined(grey, ((corners.reshape(-1, 2) + 0.5) * ratio - 0.5).astype(np.float32), inner)
-    return None
+            yield _refined(grey, ((corners.reshape(-1, 2) + 0.5) * ratio - 0.5).astype(np.float32), inner)
+            was_seen = True
 
 
 def _evened(grey: np.ndarray) -> np.ndarray:
@@ -162,14 +154,14 @@ def _refined(grey: np.ndarray, corners: np.ndarray, inner: tuple[int, int]) -> n
     return np.where(far[:, None], corners, moved)
 
 
-def _is_whole_board(grey: np.ndarray, places: np.ndarray, corners: np.ndarray, inner: tuple[int, int]) -> bool:
+def _is_whole_board(even: np.ndarray, places: np.ndarray, corners: np.ndarray, inner: tuple[int, int]) -> bool:
     """Whether the board's squares are dark and bright in turn, and those beyond are not, as of a larger board."""
     to_picture, _ = cv2.findHomography(places, corners)
     if to_picture is None:
         return False
-    even, (across, down) = _evened(grey), inner
+    across, down = inner
     own = _checks(even, to_picture, range(-1, across), range(-1, down))
-    if own is None or own[0] < _ALTERNATES:
+    if own is None or abs(own[0]) < _ALTERNATES:
         return False
     sides = (
         (range(-2, -1), range(-1, down)),
@@ -178,11 +170,13 @@ def _is_whole_board(grey: np.ndarray, places: np.ndarray, corners: np.ndarray, i
         (range(-1, across), range(down, down + 1)),
     )
     beyond = [_checks(even, to_picture, *side) for side in sides]
-    return not any(side is not None and side[0] > _ALTERNATES and side[1] > _GOES_ON * own[1] for side in beyond)
+    # A rim of longer squares alternates there too, but the other way round.
+    way = np.sign(own[0])
+    return not any(side is not None and way * side[0] > _ALTERNATES and side[1] > _GOES_ON * own[1] for side in beyond)
 
 
 def _checks(grey: np.ndarray, to_picture: np.ndarray, columns: range, rows: range) -> tuple[float, float] | None:
-    """How like black and white squares in turn these are: correlation and contrast; None where few are in view."""
+    """How like white and black squares in turn these are: correlation and contrast; None where few are in view."""
     column, row = (grid.ravel() for grid in np.meshgrid(np.array(columns), np.array(rows)))
     middles = np.column_stack([column + 0.5, row + 0.5])[None].astype(float)
     x, y = np.rint(cv2.perspectiveTransform(middles, to_picture)[0]).T
@@ -195,7 +189,7 @@ def _checks(grey: np.ndarray, to_picture: np.ndarray, columns: range, rows: rang
     length = float(np.sqrt((values**2).sum() * (signs**2).sum()))
     if length == 0:
         return 0.0, 0.0
-    return abs(float(values @ signs)) / length, abs(float(values @ signs / (signs @ signs)))
+    return float(values @ signs) / length, abs(float(values @ signs / (signs @ signs)))
 
 
 def _edge_px(grey: np.ndarray, corners: np.ndarray, inner: tuple[int, int]) -> float:

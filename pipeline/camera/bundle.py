@@ -49,8 +49,9 @@ def slopes(change: Callable[[np.ndarray], np.ndarray], at: np.ndarray, steps: np
 
 
 def _off_px(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
-    """Residuals (2 N,) of corners, finite also where a corner has no image."""
-    return np.nan_to_num(residuals(camera, sighting, pose).ravel(), nan=_LOST_PX, posinf=_LOST_PX, neginf=-_LOST_PX)
+    """Residuals (2 N,) of corners by their standard error, finite also where a corner has no image."""
+    off_px = residuals(camera, sighting, pose).ravel() / sighting.sigma
+    return np.nan_to_num(off_px, nan=_LOST_PX, posinf=_LOST_PX, neginf=-_LOST_PX)
 
 
 def settled_pose(camera: Camera, sighting: Sighting, pose: np.ndarray) -> np.ndarray:
@@ -91,15 +92,15 @@ def adjust(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> 
 def _blocks(
     sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared, numbers: np.ndarray
 ) -> tuple[float, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]:
-    """Sum of squares; and for each board residuals, derivatives by the shared numbers and by its pose."""
+    """Sum of squares; and for each board residuals by their standard error, their slopes by numbers and by its pose."""
     camera, blocks = shared.camera_of(numbers), []
     around = [[shared.camera_of(numbers + sign * step) for sign in (1, -1)] for step in np.diag(shared.steps)]
     for sighting, pose in zip(sightings, poses, strict=True):
         changes = [residuals(more, sighting, pose) - residuals(less, sighting, pose) for more, less in around]
-        J = np.column_stack([change.ravel() for change in changes]) / (2 * shared.steps)
+        J = np.column_stack([change.ravel() for change in changes]) / (2 * shared.steps * sighting.sigma)
 
         def by_pose(each: np.ndarray, sighting: Sighting = sighting) -> np.ndarray:
-            return residuals(camera, sighting, each)
+            return residuals(camera, sighting, each) / sighting.sigma
 
         P = slopes(by_pose, pose, np.full(6, STEP))
         blocks.append((np.nan_to_num(by_pose(pose).ravel()), np.nan_to_num(J), np.nan_to_num(P)))

@@ -1,7 +1,7 @@
 """Camera calibration: pictures of a board in, a camera and how sure it is out."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from dockpose.camera.board import Board, Sighting, find_board
@@ -18,6 +18,7 @@ from dockpose.camera.fitting import (
     Fitted,
     Lens,
     Rung,
+    adjust_camera,
     climb,
     fit,
     sigmas_of,
@@ -30,6 +31,7 @@ LENS_CHOICES = ("auto", *LENSES)
 FEWEST_PICTURES = 3
 # A picture whose error exceeds both this multiple of the median error and this many pixels is an outlier.
 _OUTLIER, _OUTLIER_PX = 3.0, 0.5
+_UNEVEN = 1.5  # or, relative to the median error, by chance alone: with a larger one a picture counts less
 _WORST_SHARE = 0.003  # of the picture's longer side (2 px of 640); a fit with a larger error is rejected
 _UNSURE = 0.1  # of the focal length: with a larger standard error it is not known
 _SHARPER = 0.8  # width of the edges, relative to those of a like picture, that makes a picture take its place
@@ -119,16 +121,12 @@ class Gathering:
             return f"it is {size[0]} x {size[1]} pixels, the others are {self.size[0]} x {self.size[1]}", None
         undecided = not self.sightings and self.board.dictionary is None
         for way in ("squares", "corners") if undecided else (self.counted_as,):
-            found = find_board(grey, self.board, way, name, thorough=thorough)
+            # Every picture that shows no board at all would take twice as long.
+            found = find_board(grey, self.board, way, name, thorough=thorough and way == self.counted_as)
             if found is not None:
                 self.counted_as, self.size = way, size
-                return found.blurred(self.usual_edge_px() if self.distinct else np.inf), found
+                return "", found
         return NO_BOARD, None
-
-    def usual_edge_px(self) -> float:
-        """Median width of the boards' edges, in pixels; infinite for fewer than three."""
-        edges = [each.edge_px for each in self.sightings if np.isfinite(each.edge_px)]
-        return float(np.median(edges)) if len(edges) >= FEWEST_PICTURES else np.inf
 
     def _alike(self, found: Sighting) -> str:
         """Why a board adds nothing to the others; empty where it does, or takes the place of a less sharp one."""
@@ -186,15 +184,10 @@ def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, le
 
 
 def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
-    """Calibrate a camera from gathered boards without blurred ones and outliers, which are dropped one at a time."""
+    """Calibrate a camera from gathered boards, by their residuals: outliers are dropped one at a time."""
     kept = Gathering(
         gathering.board, False, list(gathering.sightings), dict(gathering.views), gathering.size, gathering.counted_as
     )
-    usual_px = kept.usual_edge_px()
-    for sighting in gathering.sightings:
-        why = sighting.blurred(usual_px)
-        if why:
-            kept.drop(sighting.name, why)
     if len(kept.sightings) < FEWEST_PICTURES or kept.size is None:
         raise CalibrationError(_too_few(kept))
     size, rungs = kept.size, ()
@@ -205,6 +198,7 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
         model, rungs = climb(kept.sightings, size)
         fitted = _without_outliers(kept, size, model)
     _check_poses(kept, size)
+    fitted = _weighed(kept, fitted)
     for sighting, error in zip(kept.sightings, fitted.errors_px.tolist(), strict=True):
         kept.views[sighting.name] = BoardView(sighting.name, error, len(sighting.picture_px))
     corners = np.array([len(sighting.picture_px) for sighting in kept.sightings])
@@ -241,13 +235,11 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
 
 
 def _too_few(gathering: Gathering) -> str:
-    dropped = [view.dropped for view in gathering.views.values()]
-    blurred = sum("blurred" in why for why in dropped)
-    also = f", and is blurred in {blurred} more" if blurred else ""
+    count = "" if gathering.sightings else ". Count its squares, those at the rim too, and show all of it"
     return (
         f"a board of {gathering.board.columns} x {gathering.board.rows} squares was found in "
-        f"{len(gathering.sightings)} of {len(dropped)} pictures{also}; "
-        f"{FEWEST_PICTURES} are needed, better {2 * FEWEST} to 20"
+        f"{len(gathering.sightings)} of {len(gathering.views)} pictures; "
+        f"{FEWEST_PICTURES} are needed, better {2 * FEWEST} to 20{count}"
     )
 
 
@@ -273,3 +265,13 @@ def _without_outliers(gathering: Gathering, size: tuple[int, int], lens: Lens) -
             return fitted
         why = f"its error of {errors[worst]:.2f} px stands out from the others' {np.median(errors):.2f} px"
         gathering.drop(gathering.sightings[worst].name, why)
+
+
+def _weighed(gathering: Gathering, fitted: Fitted) -> Fitted:
+    """The fit in which boards whose errors stand out, as of blurred ones, count by these errors."""
+    sigmas = fitted.errors_px / np.median(fitted.errors_px)
+    if sigmas.max() < _UNEVEN:
+        return fitted
+    weighed = zip(gathering.sightings, np.maximum(1.0, sigmas).tolist(), strict=True)
+    gathering.sightings = [replace(sighting, sigma=sigma) for sighting, sigma in weighed]
+    return adjust_camera(gathering.sightings, fitted)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from dockpose.estimate import Estimate
-from dockpose.lights.ellipse import MIN_POINTS
+from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
+from dockpose.lights.ring import Ring
 from dockpose.pose.circle import CirclePose
+from dockpose.pose.detection import detection_of, found_in_words, log_chance_of_ring, why_no_dock
+from dockpose.pose.solve import find_poses
 from dockpose.tracking.chain import Chain, Command, Speeds
 
 # Cap on the log-odds from one frame: a misidentified light makes a frame more certain than it should be.
@@ -18,6 +22,7 @@ WORTH_OF_MOTION = 0.5  # weight of the evidence from motion: how vehicles move i
 # angle that the vehicle can have turned plus this one: nearly square on, noise tilts both candidates apart.
 _GATE, _GATE_RAD = 16.0, math.radians(3.0)
 _MOST_DISTANCE = 9.0  # squared Mahalanobis distance that counts against a chain: three standard deviations
+_NO_DOCK = 20.0  # log-odds against a candidate on which the lights are too far off their places for a dock
 _DOUBT = 5e-4  # least probability of either hypothesis, so that a wrong choice is corrected within a few frames
 # Error that both candidates may share in every frame, such as from lights slightly out of place.
 _COMMON_SIGMA_RAD = math.radians(0.5)
@@ -43,7 +48,7 @@ class Hypotheses:
         if pair is None:
             return None
         first, second = (Chain.begin(pose, speeds) for pose in pair)
-        return cls((first, second), _logistic(_log_odds(pair, worth)))
+        return cls((first, second), _logistic(_log_odds(found, worth)))
 
     @property
     def chosen(self) -> int:
@@ -76,6 +81,17 @@ class Hypotheses:
         apart = math.dist(position, self.chains[self.chosen].position_m.tolist())
         return apart <= speeds.reach_m(distance, self.gap_s) + error
 
+    def log_likelihood(self, found: Estimate) -> float:
+        """How well a frame's ring lies where the dock is predicted: by its squared Mahalanobis distance and spread."""
+        there = self.chains[self.chosen]
+        likelihoods = []
+        for pose in candidates_of(found) or ():
+            least = _SURE_SHARE * float(np.linalg.norm(pose.position_m))
+            variances = there.variances[0, :3] + np.square(pose.sigma_position_m or np.zeros(3)) + least**2
+            squares = (pose.position_m - there.position_m) ** 2
+            likelihoods.append(-0.5 * float((squares / variances + np.log(variances)).sum()))
+        return max(likelihoods, default=-math.inf)
+
     def update(self, found: Estimate, speeds: Speeds, worth: float) -> Hypotheses | None:
         """Update with the frame that these were predicted for."""
         pair = candidates_of(found)
@@ -83,7 +99,7 @@ class Hypotheses:
             return None
         squares, distances = _distances(self.chains, pair)
         twins = (found.lights_on_ring or 0) >= MIN_POINTS  # of three or four lights the candidates need not be
-        order, first = posterior(self.first, distances, _log_odds(pair, worth) if twins else 0.0)
+        order, first = posterior(self.first, distances, _log_odds(found, worth) if twins else 0.0)
         gated = (distances <= _GATE) | (squares <= (speeds.radians * self.gap_s + _GATE_RAD) ** 2)
         if not gated[(0, 1), order].any():
             return None
@@ -105,6 +121,27 @@ def candidates_of(found: Estimate) -> Pair | None:
     if found.status != "ok" or not found.candidates:
         return None
     return found.candidates[0], found.candidates[-1]
+
+
+def rings_of(found: Estimate) -> Iterator[Estimate]:
+    """A frame's estimate, if it shows a dock, and then as it would be of each other ring in view."""
+    if found.status != "ok" or not found.candidates:
+        return
+    yield found
+    ring, markers, camera, dock = found.ring, found.markers, found.camera, found.dock
+    if ring is None or markers is None:
+        return
+    every = (ring.on_ring, *ring.rivals)
+    for number, on_ring in enumerate(ring.rivals, 1):
+        other = Ring(on_ring, ring.reason, rivals=every[:number] + every[number + 1 :], alike=ring.alike)
+        try:
+            ellipse, choice = find_poses(markers.points_px[on_ring], camera, dock)
+        except NoEllipseError:
+            continue
+        log_chance = log_chance_of_ring(other, markers, ellipse, choice, dock, float(found.width * found.height))
+        if why_no_dock(other, markers, ellipse, choice, camera, dock, log_chance) is None:
+            words, detection = found_in_words(other, choice, dock), detection_of(log_chance, ring.alike)
+            yield replace(found, message=words, ring=other, ellipse=ellipse, choice=choice, detection=detection)
 
 
 def posterior(first: float, distances: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
@@ -132,7 +169,7 @@ def links(before: Hypotheses, found: Estimate, worth: float) -> np.ndarray:
     if (found.lights_on_ring or 0) < MIN_POINTS:
         return mixed
     _, distances = _distances(before.chains, pair)
-    log_odds = _log_odds(pair, worth)
+    log_odds = _log_odds(found, worth)
     order, _ = posterior(before.first, distances, log_odds)
     nearest = distances.min(axis=1, keepdims=True)
     fit = np.exp(-0.5 * (distances - nearest))
@@ -161,10 +198,22 @@ def _twin(pose: CirclePose) -> CirclePose:
     return replace(pose, normal=2 * float(pose.normal @ sight) * sight - pose.normal)
 
 
-def _log_odds(pair: Pair, worth: float) -> float:
-    """Log-odds of the first candidate by its frame alone, tempered and capped."""
-    first, second = (max(pose.probability or 0.0, 1e-300) for pose in pair)
+def _log_odds(found: Estimate, worth: float) -> float:
+    """Log-odds of the first candidate by its frame alone: tempered and capped, unless only one can be a dock."""
+    one, other = (_can_be_dock(found, index) for index in (0, -1))
+    if one != other:
+        return _NO_DOCK if one else -_NO_DOCK
+    first, second = (max(found.candidates[index].probability or 0.0, 1e-300) for index in (0, -1))
     return min(MOST_ODDS, max(-MOST_ODDS, worth * math.log(first / second)))
+
+
+def _can_be_dock(found: Estimate, index: int) -> bool:
+    """Whether the lights lie near enough to their places on a candidate."""
+    if found.ring is None or found.markers is None or found.ellipse is None or found.choice is None:
+        return True
+    choice = replace(found.choice, selected=index)
+    camera, dock = found.camera, found.dock
+    return why_no_dock(found.ring, found.markers, found.ellipse, choice, camera, dock, -math.inf) is None
 
 
 def _logistic(log_odds: float) -> float:

@@ -66,6 +66,8 @@ class Search:
         last = self._last
         if last is None or last.ring is None or index < self._whole_first or index // BLOCK != last.index // BLOCK:
             return None
+        if last.found.ring is not None and last.found.ring.rivals:  # which of them is tracked is not known here
+            return None
         camera, ring = last.found.camera, last.ring
         distance = float(np.linalg.norm(last.found.candidates[0].position_m))
         reach = self._speeds.reach_m(distance, period_s(last.time_s, time_s)) / distance

@@ -2,7 +2,7 @@
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from dockpose.lights.ellipse import Ellipse
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 from dockpose.tracking.chain import Command, Speeds
-from dockpose.tracking.hypotheses import Hypotheses
+from dockpose.tracking.hypotheses import Hypotheses, rings_of
 from dockpose.tracking.search import Search, period_s
 
 # Centroid errors depend on sub-pixel position and persist between frames, and so do those of lights out of place. So
@@ -68,7 +68,7 @@ class Tracked:
     Attributes
     ----------
     estimate : Estimate
-        Result of the frame alone.
+        Result of the frame alone; where it shows several rings, that of the tracked one.
     track : Track
         State of the track.
     selected : int or None
@@ -187,6 +187,7 @@ class Tracker:
         """Forget all previous frames."""
         self._state: Hypotheses | None = None
         self._rival: Hypotheses | None = None
+        self._elsewhere = 0  # frames in a row that show another dock and not this one
         self._time_s: float | None = None
         self._ring: Ellipse | None = None
         self._search, self._frames = Search(self.camera, self.dock, self.settings), 0
@@ -208,30 +209,42 @@ class Tracker:
             self.reset()
         elapsed_s = period_s(self._time_s, time_s)
         self._time_s = time_s if time_s is not None else (self._time_s or 0.0) + elapsed_s
-        worth = self._worth(found.ellipse)
-        self._ring = found.ellipse or self._ring
         before = self._state and self._state.predict(elapsed_s, self._speeds, command)
+        rival = self._rival and self._rival.predict(elapsed_s, self._speeds, command)
         if before is None or before.gap_s > self.settings.lost_after_s or not before.is_ahead:
-            self._state, self._rival = Hypotheses.begin(found, self._speeds, WORTH), None
-        else:
-            after = before.update(found, self._speeds, worth)
-            self._rival = None if after else self._elsewhere(found, worth, elapsed_s, command)
-            self._state = after or before
-            if self._rival is not None and self._rival.age >= _RIVAL_FRAMES:
-                self._state, self._rival = self._rival, None
+            self._state, self._rival, self._elsewhere = Hypotheses.begin(found, self._speeds, WORTH), None, 0
+            step, self._ring = Step(before, self._state, self._worth(found.ellipse), elapsed_s), found.ellipse
+            return _reported(found, step)
+        after, worth, rings = None, 0.0, list(rings_of(found))
+        for ring in sorted(rings, key=before.log_likelihood, reverse=True):
+            if after is None and not (rival and rival.log_likelihood(ring) > before.log_likelihood(ring)):
+                worth = self._worth(ring.ellipse)
+                if after := before.update(ring, self._speeds, worth):
+                    found, self._ring = ring, ring.ellipse
+        self._state = after or before
+        elsewhere = self._seen_elsewhere([ring for ring in rings if after is None or ring is not found], rival)
+        self._elsewhere = self._elsewhere + 1 if elsewhere and after is None else 0
+        if elsewhere and self._rival and self._elsewhere >= _RIVAL_FRAMES:
+            found, self._state, self._rival = elsewhere, replace(self._rival, age=self._elsewhere), None
         return _reported(found, Step(before, self._state, worth, elapsed_s))
 
-    def _elsewhere(self, found: Estimate, worth: float, elapsed_s: float, command: Command | None) -> Hypotheses | None:
-        """Track what resembles the dock elsewhere while it is not seen within reach, if every frame shows it."""
-        before = self._rival and self._rival.predict(elapsed_s, self._speeds, command)
-        after = before and before.update(found, self._speeds, worth)
-        return after or Hypotheses.begin(found, self._speeds, WORTH)
+    def _seen_elsewhere(self, rings: list[Estimate], rival: Hypotheses | None) -> Estimate | None:
+        """Track another dock than the tracked one as well; the ring of it, if any of these rings is."""
+        for ring in sorted(rings, key=rival.log_likelihood, reverse=True) if rival else ():
+            if after := rival.update(ring, self._speeds, WORTH_AT_REST):
+                self._rival = after
+                return ring
+        self._elsewhere = 0
+        self._rival = rival if rival and rival.gap_s <= self.settings.lost_after_s else None
+        if rings:
+            self._rival = Hypotheses.begin(rings[0], self._speeds, WORTH)
+        return rings[0] if rings else None
 
     def _worth(self, ring: Ellipse | None) -> float:
         """Weight of a frame's evidence, by how far the ring's image moved since the previous frame."""
-        if ring is None or self._ring is None:
-            return WORTH
         before, now = self._ring, ring
+        if now is None or before is None:
+            return WORTH
         moved = math.dist((*now.centre_px, *now.semi_axes_px), (*before.centre_px, *before.semi_axes_px))
         return max(WORTH_AT_REST, WORTH * min(1.0, moved))
 

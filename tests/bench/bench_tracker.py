@@ -9,12 +9,15 @@ from multiprocessing import Pool
 
 import msgspec
 import numpy as np
+import pytest
 from dockpose import Camera, Dock, Estimate, Tracked, Tracker, estimate, simulate
 from dockpose.paper.closed_loop import choose_by_eccentricity
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
 from dockpose.simulate.sequence import steer
+
+from tests.support.two_docks import follow, stays
 
 FAR, NEAR = Dock(diameter=2.0, lights=10), Dock(diameter=0.30, lights=10)
 LIGHTS = 10
@@ -275,3 +278,11 @@ def test_the_right_pose_over_time():
     assert both.right >= 0.995 * both.frames
     assert both.flips == 0
     assert both.certain_wrong == 0
+
+
+@pytest.mark.parametrize("use_region", [True, False])
+def test_a_second_dock_in_view(use_region):
+    kinds = ("nearer", "brighter", "more lights")
+    runs = [stays(follow(seed, kinds[seed % 3], 36, use_region=use_region)) for seed in range(100, 120)]
+    print(f"\nA second dock comes into view, nearer, brighter or with more lights: {sum(runs)} of 20 tracks stay")
+    assert all(runs)

@@ -38,7 +38,7 @@ def written():
     """Fields of a tracked frame."""
     line = Tracker(CAMERA, DOCK).see(read(sample_path("tilted")), 0.0).to_dict("tilted.png", 0, 0.0)
     # No sample has a second ring in view.
-    line["rivals"] = [{"lights": 8, "centre_px": [0.0, 0.0]}]
+    line["rivals"] = [{"lights": 8, "centre_px": [0.0, 0.0], "range_m": 1.0, "sigma_range_m": 0.1}]
     return {name for name in fields(line) if not name.startswith(tuple(f"{one}." for one in LIKE_CHOSEN))}
 
 
@@ -57,7 +57,7 @@ def test_fields_of_a_rival_are_those_that_are_written():
     assert found.ring is not None
     found = dataclasses.replace(found, ring=dataclasses.replace(found.ring, rivals=(found.ring.on_ring,)))
     (rival,) = found.to_dict()["rivals"]
-    assert set(rival) == {"lights", "centre_px"}
+    assert set(rival) == {"lights", "centre_px", "range_m", "sigma_range_m"}
 
 
 def test_fields_of_a_sequence():

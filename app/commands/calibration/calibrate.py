@@ -2,7 +2,6 @@
 
 import argparse
 import re
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -23,8 +22,6 @@ from dockpose.camera.image import orientation_sentence, to_grey, to_levels
 from dockpose.camera.port_fit import fit_port
 from dockpose.sources import Kind, kind_of, open_frames
 from dockpose.sources.pictures import read_tagged
-from rich.console import Console
-from rich.progress import track
 
 _OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
 
@@ -97,8 +94,12 @@ def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | 
     """The boards in pictures, or in the frames of the one video or live source that was named."""
     if not any(kind_of(source) in _OF_FRAMES for source in sources):
         gathering = Gathering(board)
-        for name, grey in _pictures(expand(sources)):
-            gathering.add(name, grey)
+        paths = expand(sources)
+        sought = f"looking for a board of {board.columns} x {board.rows} squares"
+        with FrameProgress(sought, total=len(paths), unit="pictures") as progress:
+            for name, grey in _pictures(paths):
+                gathering.add(name, grey)
+                progress.step()
         return gathering, None
     if len(sources) > 1:
         raise UserError(f"{' '.join(sources)}: a video or live camera is calibrated alone")
@@ -134,9 +135,9 @@ def _board(arguments: argparse.Namespace) -> Board:
 
 
 def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:
-    """Names and grey pictures of 8 bits, None for what cannot be read; with a progress bar on standard error."""
-    console, told = Console(file=sys.stderr), {1}
-    for path in track(paths, "Looking for the board", console=console, disable=not console.is_terminal):
+    """Names and grey pictures of 8 bits, None for what cannot be read."""
+    told = {1}
+    for path in paths:
         try:
             image, _, _, tag = read_tagged(path)
         except (OSError, ValueError):

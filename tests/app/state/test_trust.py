@@ -90,7 +90,7 @@ def test_second_ring_is_named_with_its_place(view):
     x, y = rival.mean(axis=0)
     assert analysis.trust.colour == "amber"
     ours, _ = analysis.estimate.markers.points_px[analysis.estimate.ring.on_ring].mean(axis=0)
-    assert abs(ours - x) == pytest.approx(640, abs=0.1)  # the other of the two
+    assert abs(ours - x) == pytest.approx(640, abs=10)  # the other of the two, of which one may miss a light
     assert analysis.trust.reasons == (f"A second ring, of {len(rival)} lights, is in view at ({x:.0f}, {y:.0f}) px.",)
 
 

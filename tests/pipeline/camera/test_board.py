@@ -1,6 +1,7 @@
 import cv2
 import numpy as np
 import pytest
+from dockpose.camera import board
 from dockpose.camera.board import Board, find_board
 from dockpose.pose.circle import rotation_from_angles
 
@@ -85,15 +86,39 @@ def test_a_board_of_another_size_is_not_taken_for_it(squares):
 
 def test_blurred_boards_are_told():
     sharp = picture(CHESSBOARD, TRUE, 0)
-    moved = np.zeros((15, 15), np.float32)
-    moved[7] = 1 / 15
-    found = [find_board(each, CHESSBOARD) for each in (sharp, cv2.filter2D(sharp, -1, moved))]
-    assert found[0] is not None
-    assert found[1] is not None
-    assert found[0].blurred(found[0].edge_px) == ""
+    found = [find_board(each, CHESSBOARD) for each in (sharp, cv2.blur(sharp, (15, 1)))]
+    assert [each and each.is_blurred for each in found] == [False, True]
     # Smeared over 15 px, edges rise from 10 to 90 % over 12.
     assert found[1].edge_px == pytest.approx(12, abs=1)
-    assert "it is blurred: the board's edges are 12." in found[1].blurred(found[0].edge_px)
+
+
+def with_rim(share, margin_px):
+    """A slanted board of 10 x 7 squares, of which the outer ones are longer or shorter than the others by a share."""
+    lengths = [[round(40 * share), *[40] * (count - 2), round(40 * share)] for count in (COLUMNS, ROWS)]
+    column, row = (np.repeat(np.arange(len(each)), each) for each in lengths)
+    flat = (255 * ((column + row[:, None]) % 2)).astype(np.uint8)
+    flat = cv2.copyMakeBorder(flat, *[margin_px] * 4, cv2.BORDER_CONSTANT, value=255)
+    corners = np.array([[0, 0], [flat.shape[1], 0], flat.shape[::-1], [0, flat.shape[0]]], np.float32)
+    seen = np.array([[80, 90], [570, 60], [540, 420], [110, 380]], np.float32)
+    warp = cv2.getPerspectiveTransform(corners, seen)
+    drawn = cv2.warpPerspective(cv2.GaussianBlur(flat, (0, 0), 1.2), warp, (640, 480), borderValue=90)
+    return (0.6 * cv2.GaussianBlur(drawn, (0, 0), 0.7) + 30).astype(np.uint8)
+
+
+@pytest.mark.parametrize(("share", "margin_px"), [(0.6, 40), (1.5, 0), (2.0, 40), (3.0, 0)])
+def test_a_rim_of_longer_squares_is_part_of_the_board(share, margin_px):
+    seen = with_rim(share, margin_px)
+    assert find_board(seen, CHESSBOARD, thorough=False) is not None
+    assert find_board(seen, Board(COLUMNS - 1, ROWS, SQUARE_M), thorough=False) is None
+
+
+def test_where_the_first_look_finds_nothing_the_classic_one_does(monkeypatch):
+    seen = murky(1)
+    monkeypatch.setattr(board, "_QUICK", lambda *_: (False, None))
+    monkeypatch.setattr(board, "_EXHAUSTIVE", lambda *_: (False, None))
+    assert find_board(seen, CHESSBOARD) is not None
+    monkeypatch.setattr(board, "_CLASSIC", lambda *_: (False, None))
+    assert find_board(seen, CHESSBOARD) is None
 
 
 def test_part_of_a_charuco_board_is_enough():

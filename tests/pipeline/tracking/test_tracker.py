@@ -20,6 +20,7 @@ from dockpose.tracking.chain import Chain, Speeds
 from dockpose.tracking.hypotheses import posterior
 
 from tests.support.scenes import CAMERA, DOCK
+from tests.support.two_docks import drawn, follow, lights_m, stays
 
 UNKNOWN = Dock(diameter=0.30)  # how many lights it has is not known
 SPEEDS = Speeds.of(Settings())
@@ -50,7 +51,7 @@ def facing(theta_x_deg, theta_y_deg):
 def with_odds(found, first):
     """The same estimate, whose first candidate has this probability."""
     one, other = found.candidates
-    candidates = (replace(one, probability=first), replace(other, probability=1 - first))
+    candidates = (replace(one, probability=first, rms_px=0.3), replace(other, probability=1 - first, rms_px=0.3))
     return replace(found, choice=replace(found.choice, candidates=candidates))
 
 
@@ -170,6 +171,16 @@ def test_a_frame_that_errs_is_overruled_and_stays_in_the_log_as_it_was():
             assert {name for name in raw if line[name] != raw[name]} == {"selected", "selected_by", "chosen"}
             assert set(line["track"]) == {"probability", "age", "predicted", "lost"}
             json.dumps(line, allow_nan=False)
+
+
+def test_motion_does_not_choose_a_candidate_that_lies_too_far_off_its_lights():
+    tracker, picture = Tracker(CAMERA, DOCK), drawn([(lights_m((0.1, 0.0, 1.5), (0.3, 0.3)), 200, 0.004)], 0)
+    found = with_odds(estimate(picture, CAMERA, DOCK), 0.2)
+    chosen = [tracker.follow(found, 0.1 * step).selected for step in range(10)]
+    assert chosen == [1] * 10
+    one, other = found.candidates
+    far = replace(found, choice=replace(found.choice, candidates=(one, replace(other, rms_px=16.7))))
+    assert tracker.follow(far, 1.0).selected == 0
 
 
 @pytest.mark.parametrize("times", [np.arange(40) * 0.1, np.cumsum(np.random.default_rng(2).uniform(0.01, 0.3, 40))])
@@ -361,6 +372,20 @@ def test_estimates_may_be_made_in_any_order_beforehand():
         one = seeing.see(frame.image, frame.time_s).to_dict()
         other = following.follow(beforehand[frame.number], frame.time_s).to_dict()
         assert one | {"elapsed_ms": 0} == other | {"elapsed_ms": 0}
+
+
+@pytest.mark.parametrize(("seed", "kind"), [(0, "nearer"), (2, "brighter")])
+def test_a_second_dock_does_not_take_over(seed, kind):
+    followed = list(follow(seed, kind))
+    assert len(followed[-1][0].estimate.ring.rivals) == 1
+    assert stays(followed)
+
+
+def test_a_second_dock_takes_over_where_the_first_is_gone():
+    followed = list(follow(0, "nearer", 14, leaves=9))
+    assert [tracked.track.predicted for tracked, _ in followed] == [False] * 9 + [True, True] + [False] * 3
+    assert [tracked.track.age for tracked, _ in followed] == [*range(1, 12), 3, 4, 5]
+    assert all(off_m > 0.3 for _, off_m in followed[11:])
 
 
 def test_a_region_does_not_hold_on_to_a_part_of_the_ring():

@@ -1,4 +1,4 @@
-"""Groups that repeat as the points of a lattice do: many rings can be laid through them, each as exact as the next."""
+"""Groups that repeat, in a lattice or along a cable: rings can be laid through them that are exact, and no dock."""
 
 import math
 
@@ -12,6 +12,9 @@ from scipy.special import bdtrc
 
 _NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
 _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
+# An arc of a ring is open where so many corners in a row are empty; on a cable the next lamp is within so many steps.
+_OPEN, _NEXT = 3, 1.6
+_BY_CHANCE = 0.05  # of all ends of a ring having a lamp beyond
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
 
 
@@ -66,3 +69,23 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
     met = int((KDTree(places).query(others)[0] < tolerance_px).sum())
     chance = min(1.0, len(places) * (tolerance_px / reach) ** 2)
     return bool(bdtrc(met - 1, len(others), chance) < ACCEPTED_AMONG_OTHERS)
+
+
+def strung(corners: np.ndarray, points_px: np.ndarray, area_px2: float) -> bool:
+    """Whether lamps (M, 2) go on beyond each end of a ring's open arcs, as on a cable, and strays hardly would."""
+    sides, lit = len(corners), corners >= 0
+    others = np.delete(points_px, corners[lit], axis=0)
+    chance, ends = 1.0, 0
+    for corner in np.flatnonzero(lit):
+        for way in (1, -1):
+            if not lit[(corner - way) % sides] or lit[(corner + way * np.arange(1, _OPEN + 1)) % sides].any():
+                continue
+            end = points_px[corners[corner]]
+            step = end - points_px[corners[(corner - way) % sides]]
+            reach = _NEXT * np.hypot(*step)
+            beyond = others - end
+            if not ((np.hypot(*beyond.T) < reach) & (beyond @ step > 0)).any():
+                return False
+            ends += 1
+            chance *= -math.expm1(-len(others) / area_px2 * math.pi / 2 * reach**2)
+    return ends >= 2 and chance < _BY_CHANCE

@@ -11,7 +11,7 @@ from dockpose.lights.chance import ACCEPTED, LEAST_CROWD, LEAST_PX, MOST_LIGHTS,
 from dockpose.lights.conics import LEAST_LIGHTS, polygons_on_ellipses
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX
-from dockpose.lights.lattice import goes_on, repeating
+from dockpose.lights.lattice import goes_on, repeating, strung
 from dockpose.lights.markers import Markers
 from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons, without_worst
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
@@ -223,6 +223,8 @@ def _trouble(best: Candidate, found: list[Candidate], dock: Dock, scene: Scene, 
         return f"The groups repeat as in a lattice. {_SEVERAL}"
     if _others_on(best, _without_outliers(best, dock, scene), scene.points_px, within):
         return f"More lights lie on one ring than a part of {best.sides}, so it is not the dock's."
+    if strung(best.polygon.corners, scene.points_px, scene.area_px2):
+        return "The groups that come near a ring go on beyond it, as lamps on a cable do."
     for other in found:
         if other is best or other.log_chance > _AS_CONVINCING * best.log_chance:
             continue

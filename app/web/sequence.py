@@ -23,6 +23,7 @@ class Stage(Protocol):
     @property
     def view(self) -> View:
         """The view that is shown now."""
+        ...
 
     def show_frame(self, frame: Frame) -> None:
         """Search and show a frame; return once that is done, or abandoned for something newer."""

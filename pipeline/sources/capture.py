@@ -55,10 +55,12 @@ class Capture(Protocol):
     @property
     def about(self) -> str:
         """What it gives, in words, as "1280 x 720 MJPG at 30 frames/s"; empty where it does not say."""
+        ...
 
     @property
     def packets(self) -> tuple[av.Packet, ...]:
         """The frame that was grabbed last as it was sent, and what was sent with it; empty where that is not known."""
+        ...
 
     @property
     def unix_at_zero_s(self) -> float | None:
@@ -70,12 +72,15 @@ class Capture(Protocol):
 
     def ask(self, wishes: Wishes) -> tuple[str, ...]:
         """Set what can be set, and say in words what was refused."""
+        ...
 
     def grab(self) -> bool:
         """Wait for the next frame; False if there is none or it is corrupt."""
+        ...
 
     def retrieve(self) -> tuple[bool, np.ndarray | None]:
         """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
+        ...
 
     def release(self) -> None:
         """Release the device or the connection."""

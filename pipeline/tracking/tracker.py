@@ -230,10 +230,11 @@ class Tracker:
 
     def _seen_elsewhere(self, rings: list[Estimate], rival: Hypotheses | None) -> Estimate | None:
         """Track another dock than the tracked one as well; the ring of it, if any of these rings is."""
-        for ring in sorted(rings, key=rival.log_likelihood, reverse=True) if rival else ():
-            if after := rival.update(ring, self._speeds, WORTH_AT_REST):
-                self._rival = after
-                return ring
+        if rival is not None:
+            for ring in sorted(rings, key=rival.log_likelihood, reverse=True):
+                if after := rival.update(ring, self._speeds, WORTH_AT_REST):
+                    self._rival = after
+                    return ring
         self._elsewhere = 0
         self._rival = rival if rival and rival.gap_s <= self.settings.lost_after_s else None
         if rings:

@@ -117,7 +117,7 @@ def run(job: Job) -> Result:
         seen = outcome == "right" or (chosen is None and _ANGLES_SEEN.search(row["message"]) is not None)
     elif job.set == TANK:
         outcome, wrong = _of_tank(row, job.truth)
-        held = _held(chosen, job.truth) if outcome == "right" else held
+        held = _held(chosen, job.truth) if outcome == "right" and chosen is not None else held
     elif job.set == CHALLENGE:
         outcome, wrong = _of_challenge(row, job.truth)
     else:

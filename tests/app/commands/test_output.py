@@ -1,5 +1,6 @@
 import io
 import json
+from typing import Any
 
 import pytest
 from dockpose.app.commands.output import to_json, write_line
@@ -9,7 +10,7 @@ from dockpose.app.commands.output import to_json, write_line
     "line", [{"x": 1.5, "y": None, "name": "tank.png"}, {"name": "Hafen Büsum.png"}, {"name": "broken\udcff.png"}]
 )
 def test_a_line_is_plain_ascii_and_reads_back(line):
-    file = io.StringIO()
+    file: Any = io.StringIO()
     write_line(file, line)
     assert file.getvalue().isascii()
     assert file.getvalue().count("\n") == 1

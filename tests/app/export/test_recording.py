@@ -8,6 +8,7 @@ import threading
 import time
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import av
 import cv2
@@ -149,7 +150,7 @@ def test_a_full_disk_ends_the_recording_with_one_sentence(tmp_path):
         kept.take(arrival)
     while kept.frames < 20:
         time.sleep(0.01)
-    file = kept._part._video._file  # pyright: ignore
+    file: Any = kept._part._video._file  # pyright: ignore
     file._file.close()
     file._file = open("/dev/full", "wb", buffering=0)  # noqa: SIM115
     for arrival in taken[20:]:

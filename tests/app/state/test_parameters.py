@@ -70,6 +70,7 @@ def test_where_numbers_stand_in_the_view(view):
     assert (changed.camera.cx, changed.dock, changed.settings.level) == (7, Dock(0.45, view.dock.lights), 99)
     assert changed.given_camera == view.camera
     scene = put(put(put(view, "z_cm", 150), "snow", 0), "surface_cm", 0).scene
+    assert scene is not None
     assert (scene.pose.position_m[2], scene.snow, scene.mirror) == (1.5, None, None)
 
 

@@ -15,9 +15,14 @@ def drawn(radius_px, height, noise=3.0, slope=0.0, seed=0):
     return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 
 
+def shapes_of(found):
+    assert found.groups is not None
+    return found.groups.shapes()
+
+
 def centres(image, min_area_px=4):
     """Centres (N, 2) of the groups of each scale."""
-    return [found.groups.shapes().moments for found in at_scales(histogram_of(image), min_area_px)]
+    return [shapes_of(found).moments for found in at_scales(histogram_of(image), min_area_px)]
 
 
 def are_lights(found):
@@ -66,4 +71,4 @@ def test_masked_pixels_have_no_lights():
     counted[:200] = 0
     found = list(at_scales(histogram_of(np.where(counted > 0, image, 0).astype(np.uint8), counted), 4))
     assert found
-    assert all(one.groups.shapes().moments[:, 1].min() > 200 for one in found)
+    assert all(shapes_of(one).moments[:, 1].min() > 200 for one in found)

@@ -7,7 +7,7 @@ import json
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from multiprocessing import get_context
@@ -146,7 +146,7 @@ def compare(results: Sequence[Result], old: Sequence[dict]) -> None:
     print(f"  {changed} of {len(results)}")
 
 
-def _table(title: str, groups: dict[str, list[Result]]) -> None:
+def _table(title: str, groups: Mapping[str, Sequence[Result]]) -> None:
     """Print how often each outcome is in each group."""
     words = sorted({one.outcome for group in groups.values() for one in group})
     print(f"\n{title:34}" + "".join(f"{word:>16}" for word in (*words, "of", "median ms")))

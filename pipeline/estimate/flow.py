@@ -218,9 +218,14 @@ class _Found:
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
     def rank(self) -> tuple[bool, bool, bool, float]:
-        """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance."""
-        found, lights = self.status == "ok", int(self.stages["ring"].on_ring.sum()) if "ring" in self.stages else 0
-        return found and lights >= MIN_POINTS, found, lights > 0, -self.log_chance
+        """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance.
+
+        Of thresholds that show none, one is best that shows all lights, if not where they should be.
+        """
+        ring, found = self.stages.get("ring"), self.status == "ok"
+        lights = 0 if ring is None else int(ring.on_ring.sum())
+        is_whole = ring is not None and ring.lights is not None and lights >= max(ring.lights, MIN_POINTS)
+        return found and lights >= MIN_POINTS, found, is_whole, -self.log_chance
 
 
 def _search_with(

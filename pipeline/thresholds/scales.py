@@ -8,6 +8,7 @@ import numpy as np
 from dockpose.pixels.bright import BrightPixels, PixelGroups
 from dockpose.thresholds.histogram import Histogram, Threshold
 
+_MOST_PX = 2_100_000  # of the picture, for time: of a larger one the finest scales are left out
 # Standard deviations of the finest blur, and by how much each next is wider: a lamp is within half a step of one.
 FINEST_PX, _STEP = 0.8, 2.0
 _WIDEST_SHARE = 1 / 24  # of the picture's shorter side: three lights of such a width beside each other fill it
@@ -22,13 +23,15 @@ _REACH = 3.0  # of the blur, within which they lie
 
 def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
     """Find the lights of each size, from small to large; scales without any are passed over."""
-    levels = histogram.levels.astype(np.float32)
+    grey, shrink, sigma_px = histogram.levels, 1, FINEST_PX
     if histogram.counted is not None:
-        hidden = histogram.counted == 0
-        levels[hidden] = np.median(levels[~hidden])
-    shrink, sigma_px = 1, FINEST_PX
-    widest_px = _WIDEST_SHARE * min(levels.shape)
-    while sigma_px * shrink <= max(widest_px, FINEST_PX):
+        counted = histogram.counted > 0
+        grey = np.where(counted, grey, np.uint8(np.median(grey[counted])))
+    while grey.size > _MOST_PX:
+        grey, shrink = _halved(grey), 2 * shrink
+    levels = grey.astype(np.float32)
+    widest_px = _WIDEST_SHARE * min(histogram.levels.shape)
+    while sigma_px == FINEST_PX or sigma_px * shrink <= widest_px:
         blurred = cv2.GaussianBlur(levels, (0, 0), sigma_px)
         response = blurred - cv2.GaussianBlur(levels, (0, 0), _SURROUND * sigma_px)
         places = _peaks(blurred, response, sigma_px)
@@ -36,9 +39,14 @@ def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
         if found is not None:
             yield found
         if sigma_px > FINEST_PX:  # fine enough for half the pixels
-            levels = cv2.resize(levels, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-            shrink, sigma_px = 2 * shrink, sigma_px / 2
+            levels, shrink, sigma_px = _halved(levels), 2 * shrink, sigma_px / 2
         sigma_px *= _STEP
+
+
+def _halved(levels: np.ndarray) -> np.ndarray:
+    """A picture of half as many columns and rows, each pixel the mean of four."""
+    height, width = levels.shape
+    return cv2.resize(levels[: height // 2 * 2, : width // 2 * 2], None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
 
 
 def _groups(

@@ -14,7 +14,7 @@ _NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
 _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
 # An arc of a ring is open where so many corners in a row are empty; on a cable the next lamp is within so many steps.
 _OPEN, _NEXT = 3, 1.6
-_BY_CHANCE = 0.05  # of all ends of a ring having a lamp beyond
+_BY_CHANCE = 0.02  # of all ends of a ring having a lamp beyond
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
 
 

@@ -82,7 +82,7 @@ def find_ring(
             of_all = f"{count} largest of {markers.seen}" if markers.left_out else str(count)
             return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {_SEVERAL}")
         return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
-    best, alike = _best(found, scene)
+    best, alike = _best([one for one in found if not _is_every_nth(one)] or found, scene)
     trouble = _trouble(best, found, dock, scene, tolerance)
     if trouble:
         return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
@@ -195,6 +195,13 @@ def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
     return alike[best], sum(one > _AS_BRIGHT * brightest for one in light) - 1
 
 
+def _is_every_nth(one: Candidate) -> bool:
+    """Whether six lights or more are every second of the dock's, or every third, which those left of it hardly are."""
+    lit = np.flatnonzero(one.polygon.corners >= 0)
+    steps = np.diff(lit, append=lit[0] + one.sides)
+    return bool(steps[0] > 1 and (steps == steps[0]).all() and len(lit) > MIN_POINTS)
+
+
 def _range_radii(polygon: Polygon, focal_px: float) -> tuple[float, float]:
     """Distance of a ring in radii of it, by the homography of its pose, and the standard error."""
     columns = polygon.mapping / np.array([[focal_px], [focal_px], [1.0]])
@@ -223,6 +230,8 @@ def _trouble(best: Candidate, found: list[Candidate], dock: Dock, scene: Scene, 
         return f"The groups repeat as in a lattice. {_SEVERAL}"
     if _others_on(best, _without_outliers(best, dock, scene), scene.points_px, within):
         return f"More lights lie on one ring than a part of {best.sides}, so it is not the dock's."
+    if _is_every_nth(best):
+        return f"{len(best.members)} lights are evenly spaced, and the dock has {best.sides}: another ring."
     if strung(best.polygon.corners, scene.points_px, scene.area_px2):
         return "The groups that come near a ring go on beyond it, as lamps on a cable do."
     for other in found:

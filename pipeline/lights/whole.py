@@ -38,7 +38,8 @@ def spaced_as(points: np.ndarray, ellipse: Ellipse, dock: Dock, density: float) 
         return dock.lights if dock.angles_deg and count == dock.lights else None
     angles = _angles_on(points, ellipse)
     if dock.lights is not None:
-        return dock.lights if _is_even(angles, dock.lights) else None
+        is_every_nth = MIN_POINTS < count < dock.lights and dock.lights % count == 0 and _is_even(angles, count)
+        return dock.lights if _is_even(angles, dock.lights) and not is_every_nth else None
     if _is_even(angles, count):
         return count
     ordered = np.sort(angles)

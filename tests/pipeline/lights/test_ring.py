@@ -78,6 +78,18 @@ def test_five_lights_that_are_all_of_them_are_found_among_letters():
     assert np.flatnonzero(ring_of(points, 5).on_ring).tolist() == list(range(19, 24))
 
 
+def test_a_ring_of_half_as_many_lights_is_not_the_dock():
+    ring = ring_of(lights(8), 16)
+    assert not ring.found
+    assert "8 lights are evenly spaced, and the dock has 16" in ring.reason
+
+
+def test_of_two_concentric_rings_the_one_with_the_dock_s_number_of_lights_is_it():
+    inner, outer = lights(8, z_m=2.0), lights(16, z_m=1.0, centre=(0.025, 0.01))
+    assert ring_of(np.vstack([inner, outer]), 16).on_ring.tolist() == [False] * 8 + [True] * 16
+    assert ring_of(np.vstack([inner, outer]), 8).on_ring.tolist() == [True] * 8 + [False] * 16
+
+
 def half_a_ring(seed):
     """Five lights of ten, whichever, good to 0.1 px, and one to three strays not within 20 px of them."""
     rng = np.random.default_rng([7, seed])

@@ -12,8 +12,9 @@ from scipy.special import bdtrc
 
 _NEIGHBOURS = 8  # of a lattice's point: the nearest of a square one
 _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one point to the next
-# An arc of a ring is open where so many corners in a row are empty; on a cable the next lamp is within so many steps.
-_OPEN, _NEXT = 3, 1.6
+# An arc of a ring is open where so many corners in a row are empty; on a cable the next lamp is so many steps on, and
+# within an eighth of a turn of straight ahead.
+_OPEN, _NEXT, _AHEAD = 3, (0.5, 1.6), math.cos(math.pi / 4)
 _BY_CHANCE = 0.02  # of all ends of a ring having a lamp beyond
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
 
@@ -82,10 +83,11 @@ def strung(corners: np.ndarray, points_px: np.ndarray, area_px2: float) -> bool:
                 continue
             end = points_px[corners[corner]]
             step = end - points_px[corners[(corner - way) % sides]]
-            reach = _NEXT * np.hypot(*step)
-            beyond = others - end
-            if not ((np.hypot(*beyond.T) < reach) & (beyond @ step > 0)).any():
+            least, most = (share * np.hypot(*step) for share in _NEXT)
+            away = np.hypot(*(others - end).T)
+            is_ahead = (others - end) @ step > _AHEAD * away * np.hypot(*step)
+            if not (is_ahead & (away > least) & (away < most)).any():
                 return False
             ends += 1
-            chance *= -math.expm1(-len(others) / area_px2 * math.pi / 2 * reach**2)
+            chance *= -math.expm1(-len(others) / area_px2 * math.pi / 4 * (most**2 - least**2))
     return ends >= 2 and chance < _BY_CHANCE

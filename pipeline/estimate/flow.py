@@ -195,7 +195,7 @@ def _search(
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
             break
-    own = "" if best is first else " No one level shows the ring; each light was given its own."
+    own = "" if best is first or best.status != "ok" else " No one level shows the ring; each light was given its own."
     return best.status, best.message + own, best.stages
 
 

@@ -61,7 +61,7 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
     x, y = ((points_px - middle) / scale).T
     design = np.column_stack([x * x, x * y, y * y, x, y, np.ones_like(x)])
     rng = np.random.default_rng(len(points_px))  # the same picture gives the same ring
-    fives = np.array([rng.choice(len(points_px), MIN_POINTS, replace=False) for _ in range(_TRIALS)])
+    fives = rng.random((_TRIALS, len(points_px))).argsort(axis=1)[:, :MIN_POINTS]
     conics = np.linalg.svd(design[fives])[2][:, -1]
     A, B, C, D, E, _ = conics.T[:, :, None]
     slopes = np.hypot(2 * A * x + B * y + D, B * x + 2 * C * y + E)

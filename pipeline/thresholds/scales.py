@@ -54,46 +54,40 @@ def _groups(
 ) -> Threshold | None:
     """Threshold by peaks (N, 2) of one scale's response (h, w) and the pixels around each; None of none."""
     height, width = histogram.levels.shape
-    index, light = [], []
-    reach = math.ceil(_REACH * sigma_px)
-    for number, (y, x) in enumerate(places.tolist()):
-        top, left = max(0, y - reach), max(0, x - reach)
-        window = response[top : y + reach + 1, left : x + reach + 1]
-        mask = (window >= _HALF * response[y, x]).astype(np.uint8)
-        _, labels = cv2.connectedComponents(mask, connectivity=8)
-        rows, columns = np.nonzero(labels == labels[y - top, x - left])
-        rows, columns = rows + top, columns + left
-        if shrink > 1:
-            off = np.arange(shrink)
-            rows = (rows[:, None, None] * shrink + off[:, None] + 0 * off).ravel()
-            columns = (columns[:, None, None] * shrink + off + 0 * off[:, None]).ravel()
-            inside = (rows < height) & (columns < width)
-            rows, columns = rows[inside], columns[inside]
-        index.append(rows * width + columns)
-        light.append(np.full(len(rows), number))
-    # A pixel that two lights reach belongs to the clearer.
-    all_index, first = np.unique(np.concatenate(index), return_index=True)
-    group_of = np.concatenate(light)[first]
-    areas = np.bincount(group_of, minlength=len(places))
-    kept = areas[group_of] >= min_area_px
-    all_index, group_of = all_index[kept], group_of[kept]
-    if len(all_index) == 0:
+    found = [_around(response, row, column, math.ceil(_REACH * sigma_px)) for row, column in places.tolist()]
+    light = np.repeat(np.arange(len(found)), [shrink**2 * len(one) for one in found])
+    rows, columns = _enlarged(np.concatenate(found), shrink).T
+    inside = (rows < height) & (columns < width)
+    # A pixel that two lights reach belongs to the clearer, which comes first.
+    index, first = np.unique((rows * width + columns)[inside], return_index=True)
+    light = light[inside][first]
+    kept = np.bincount(light)[light] >= min_area_px
+    if histogram.counted is not None:
+        kept &= histogram.counted.ravel()[index] > 0
+    if not kept.any():
         return None
-    _, group_of = np.unique(group_of, return_inverse=True)
-    count = int(group_of.max()) + 1
-    own = histogram.levels.ravel()[all_index].astype(np.int32)
+    numbers, group_of = np.unique(light[kept], return_inverse=True)
+    own = histogram.levels.ravel()[index[kept]].astype(np.int32)
     level = int(own.min())
-    pixels = BrightPixels(level, width, all_index.astype(np.int32), own)
-    scale_px = sigma_px * shrink
-    reason = f"{count} peaks {2 * scale_px:.3g} pixels wide stand out of the noise."
-    return Threshold(
-        "hats_local",
-        level,
-        level * histogram.native_step,
-        histogram.counts,
-        reason,
-        groups=PixelGroups(pixels, group_of.astype(np.int64), count),
-    )
+    pixels = BrightPixels(level, width, index[kept].astype(np.int32), own)
+    reason = f"{len(numbers)} peaks {2 * sigma_px * shrink:.3g} pixels wide stand out of the noise."
+    groups = PixelGroups(pixels, group_of, len(numbers))
+    native_level = level * histogram.native_step
+    return Threshold("hats_local", level, native_level, histogram.counts, reason, groups=groups)
+
+
+def _around(response: np.ndarray, row: int, column: int, reach: int) -> np.ndarray:
+    """Rows and columns (n, 2) of the pixels around a peak that are joined to it above half its height."""
+    top, left = max(0, row - reach), max(0, column - reach)
+    window = response[top : row + reach + 1, left : column + reach + 1]
+    _, labels = cv2.connectedComponents((window >= _HALF * response[row, column]).astype(np.uint8), connectivity=8)
+    return np.argwhere(labels == labels[row - top, column - left]) + [top, left]
+
+
+def _enlarged(places: np.ndarray, shrink: int) -> np.ndarray:
+    """Rows and columns (n * shrink**2, 2) of all pixels that those (n, 2) of a smaller picture stand for."""
+    off = np.argwhere(np.ones((shrink, shrink)))
+    return (places[:, None] * shrink + off).reshape(-1, 2)
 
 
 def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float) -> np.ndarray:

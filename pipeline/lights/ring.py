@@ -25,7 +25,7 @@ _AS_CONVINCING = 0.6
 _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
 # What is said of groups that show no one ring.
 _SEVERAL = "Several rings can be laid through the same groups; which of them is the dock is unknown."
-# Other points on a ring, per light, above which it is a part of another: at the least of one with twice as many lights,
+# Other points on a ring, per light, from which on it is a part of another: of one with at least twice as many lights,
 # so that as many others lie on it, of which half may be missed.
 _UNEXPLAINED = 0.5
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
@@ -265,7 +265,7 @@ def _others_on(best: Candidate, exact: Candidate, points_px: np.ndarray, within_
     on = int((near & (distances < within_px)).sum())
     # The band along the ellipse, of the disc in which the others are counted.
     expected = float(near.sum() - on) * min(1.0, within_px / radius)
-    return on > _UNEXPLAINED * len(members) and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
+    return on >= _UNEXPLAINED * len(members) and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
 
 
 def _is_same(one: Candidate, other: Candidate) -> bool:

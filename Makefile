@@ -25,7 +25,7 @@ test: $(VENV)/.test $(VENV)/.chromium
 	@# In the order of folders: by itself xdist leaves the files with few, long tests to the end, for one process.
 	$(BIN)/python -m pytest -m "not slow" $(ABREAST) $(addprefix --ignore=,$(REST_OF_PAGE))
 
-# The tests that take four seconds or more: as long again.
+# The tests that take two seconds or more: six minutes.
 test-slow: $(VENV)/.test
 	$(BIN)/python -m pytest -m slow $(ABREAST) --ignore tests/browser
 

@@ -119,6 +119,7 @@ def test_the_version_is_one(unpacked):
     assert f"\n## [{dockpose.__version__}] - " in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_public_names_come_from_the_wheel(unpacked, tmp_path):
     code = (
         f"import sys; sys.path.insert(0, {str(unpacked)!r})\n"
@@ -190,6 +191,7 @@ def test_a_read_only_installation_keeps_what_it_compiled_in_a_temporary_folder(r
     assert list(kept.rglob("*.nbc"))
 
 
+@pytest.mark.slow
 def test_without_any_folder_it_compiles_each_time(read_only, tmp_path):
     code = f"from dockpose import compiled; compiled._temporary_folder = lambda: None\n{BRIGHT}"
     done = run([sys.executable, "-B", "-c", code], tmp_path, PYTHONPATH=read_only, **NOWHERE)

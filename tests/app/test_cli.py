@@ -67,6 +67,7 @@ def test_what_is_wrong_with_long_words_is_told_in_a_short_line(words, capsys):
     assert told.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_mistyped_command_is_told_once():
     command = [sys.executable, "-m", "dockpose", "estimat"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
@@ -75,6 +76,7 @@ def test_a_mistyped_command_is_told_once():
     assert done.stderr == wanted
 
 
+@pytest.mark.slow
 def test_a_command_starts_without_what_only_some_need():
     """Each of these takes a third of a second and more to load, which every command would take longer to start."""
     code = "import sys, dockpose.app.cli; print([name for name in sys.argv[1:] if name in sys.modules])"

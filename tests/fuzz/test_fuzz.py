@@ -31,6 +31,7 @@ def test_a_few_inputs_of_each_target(name):
         assert not wrong, f"input {number}: {wrong}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TARGETS)
 def test_the_seeds_are_taken(name):
     for data in TARGETS[name].seeds():

@@ -78,6 +78,7 @@ def lines_kept(tmp_path):
     return [json.loads(line) for line in (tmp_path / "out" / "a.jsonl").read_text().splitlines()]
 
 
+@pytest.mark.slow
 def test_an_unplugged_camera_is_told_and_what_was_done_is_kept(pictures, words, tmp_path, monkeypatch, capsys):
     lost = camera_that_is_unplugged(pictures, monkeypatch)
     assert run("0", words, lost) == 130
@@ -110,6 +111,7 @@ def test_a_stream_that_is_cut_within_a_picture_is_told_and_what_was_done_is_kept
     assert len(lines_kept(tmp_path)) > 0
 
 
+@pytest.mark.slow
 def test_a_clock_that_is_set_back_leaves_times_in_order(pictures, words, tmp_path, monkeypatch, capsys):
     real_s = time.time
     calls = 0

@@ -116,6 +116,7 @@ def test_a_damaged_yaml_beside_a_picture_does_not_matter_where_nothing_of_it_is_
     assert captured.err == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["compare", "estimate"])
 def test_masks_are_left_out_by_both_commands(tank, capsys, command):
     scene = random_scene(1, position_m=(0.0, 0.0, 1.0))

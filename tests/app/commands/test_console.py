@@ -57,6 +57,7 @@ def run_in_shell(closing, *words):
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs a shell that closes files")
 def test_a_standard_output_that_is_closed_is_one_sentence():
     done = run_in_shell(">&-", "completion", "bash")

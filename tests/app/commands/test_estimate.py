@@ -39,6 +39,7 @@ def lines(text):
     return [json.loads(line) for line in text.splitlines()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sample_names())
 def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, capsys):
     truth = load_sample(name).truth
@@ -138,6 +139,7 @@ def test_a_minimum_area_leaves_out_smaller_groups(tank, capsys):
     assert line["status"] == "no_lights"
 
 
+@pytest.mark.slow
 def test_where_the_number_of_lights_would_help_it_is_asked_for(tank, capsys):
     rng = np.random.default_rng(0)
     specks = np.full((480, 640), 10, np.uint8)

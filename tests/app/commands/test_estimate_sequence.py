@@ -316,6 +316,7 @@ def test_a_saturated_camera_is_told_once_what_to_do(here, capsys, monkeypatch):
     assert sum("saturated" in line for line in told) == 1
 
 
+@pytest.mark.slow
 def test_smoothed_poses_come_at_the_end_with_the_lines(tmp_path, capsys):
     plain, smooth = tmp_path / "plain.jsonl", tmp_path / "smooth.jsonl"
     scene = tmp_path / "scene.yaml"

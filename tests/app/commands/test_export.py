@@ -35,6 +35,7 @@ def folder(tmp_path):
     return tmp_path / "tank"
 
 
+@pytest.mark.slow
 def test_a_session_becomes_a_folder_of_files(folder, tmp_path, capsys):
     assert export(folder, None, None, tmp_path / "out") == 0
     written = {path.name for path in (tmp_path / "out").iterdir()}
@@ -77,6 +78,7 @@ def lines(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_sequence_becomes_a_zip(lines, tmp_path):
     assert export(lines, None, None, tmp_path / "seq.zip") == 0
     archive = zipfile.ZipFile(tmp_path / "seq.zip")

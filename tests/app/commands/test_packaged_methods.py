@@ -44,6 +44,7 @@ def test_estimate_with_a_method_of_a_package_in_two_processes(lab):
     assert "'hats' of rottenlab is left out: there is a threshold method 'hats' already, dockpose's own" in done.stderr
 
 
+@pytest.mark.slow
 def test_compare_has_them_all_and_one_that_fails_is_a_row(lab):
     done = run_beside(lab, "compare", PLAIN)
     rows = {line.split()[0]: line for line in done.stdout.splitlines()[2:] if line}
@@ -54,6 +55,7 @@ def test_compare_has_them_all_and_one_that_fails_is_a_row(lab):
     assert done.returncode == 0
 
 
+@pytest.mark.slow
 def test_estimate_by_a_method_that_fails_says_so_and_ends_with_1(lab):
     done = run_beside(lab, "estimate", PLAIN, "--method", "broken", "--json", "-")
     assert done.returncode == 1

@@ -119,6 +119,7 @@ def test_every_command_that_writes_is_tried():
     assert {words.split()[0] for words, _, _ in REFUSED} == set(cli.COMMANDS) - {"completion"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [

@@ -15,6 +15,7 @@ def done():
     return calibrate_gathered(gathering)
 
 
+@pytest.mark.slow
 def test_the_terms_that_were_fixed_and_why_are_told(done):
     text = " ".join(camera_lines(done))
     assert "Lens: k2 (k1, k2)" in text

@@ -50,6 +50,7 @@ def test_svg_holds_the_very_picture_and_text_as_text():
     assert to_svg(picture_figure(PICTURE, FOUND), "a") == svg  # no date, nothing by chance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("layer", "word"),
     [
@@ -98,6 +99,7 @@ def test_a_pdf_reader_shows_one_page_with_the_picture(found):
     document.close()
 
 
+@pytest.mark.slow
 def test_histogram_opens_and_names_level_and_groups():
     figure = histogram_figure(FOUND.threshold)
     words = " ".join(texts(to_svg(figure)))
@@ -120,6 +122,7 @@ def test_ros_message_is_the_pose():
     assert pose_yaml(FOUND, None).startswith("# When the picture was taken is not known: the stamp is 0.")
 
 
+@pytest.mark.slow
 def test_ros_covariance_is_that_of_poses_fitted_to_noisy_lights():
     """Find the same lights with noise; errors of the poses, the turns in the camera's frame, scatter so together."""
     rng = np.random.default_rng(3)

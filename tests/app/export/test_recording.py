@@ -194,6 +194,7 @@ for number in range(1000):
 """
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_killed_has_all_but_the_last_frame(tmp_path):
     path = tmp_path / "tank.mkv"
     with subprocess.Popen([sys.executable, "-c", CRASH, str(path)], stdout=subprocess.PIPE, text=True) as process:
@@ -322,6 +323,7 @@ def push_rtsp(port, began, stop):
                 return
 
 
+@pytest.mark.slow
 def test_rtsp_gives_the_senders_time_of_day_and_is_kept_as_it_was_sent(tmp_path, monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]

@@ -51,6 +51,7 @@ def test_all_are_rendered_again_byte_for_byte(tmp_path):
         assert (copy / path.name).read_bytes() == path.read_bytes(), path.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sample_names())
 def test_the_lights_stand_out_where_the_truth_says(name):
     sample = load_sample(name)

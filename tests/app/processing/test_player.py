@@ -149,6 +149,7 @@ def test_beyond_the_ends_it_goes_to_the_last_frame(play, screen):
     until(lambda: player.index == 0)
 
 
+@pytest.mark.slow
 def test_a_frame_that_a_pause_held_back_comes_when_it_goes_on(play, screen):
     frames = Numbers(20)
     frames.rate_hz = 0.5  # two seconds a frame: the pause falls between the first and the second

@@ -114,6 +114,7 @@ def differ(one, other):
     return float(np.abs(one.astype(float) - other).mean())
 
 
+@pytest.mark.slow
 def test_each_update_holds_one_frame_in_all_panels_and_in_3d(app, monkeypatch):
     found, sent = played(app, monkeypatch)
     numbered = [(frame_numbers(update).get("status"), update) for update in sent.updates]
@@ -137,6 +138,7 @@ def test_each_update_holds_one_frame_in_all_panels_and_in_3d(app, monkeypatch):
     assert not any(getattr(message, "name", "") == "/pose_a" for update in others for message in update)
 
 
+@pytest.mark.slow
 def test_browser_that_draws_slowly_sees_no_3d_scene_while_playing_and_the_right_one_at_rest(app, monkeypatch):
     app._pacing._draws_slowly = lambda: True
     found, sent = played(app, monkeypatch)

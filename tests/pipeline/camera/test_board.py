@@ -66,6 +66,7 @@ def test_a_large_picture_is_searched_small_and_measured_large():
     assert np.sqrt(np.mean(np.square(off))) < 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_no_board_is_missed_in_haze(seed):
     assert find_board(murky(seed), CHESSBOARD) is not None

@@ -85,6 +85,7 @@ def test_a_known_camera_comes_back(board):
     assert all(view.error_px is not None and not view.dropped for view in done.views)
 
 
+@pytest.mark.slow
 def test_a_fisheye_comes_back():
     done = calibrate(pictures(CHESSBOARD, FISHEYE), CHESSBOARD, "fisheye")
     assert done.camera.fisheye

@@ -21,6 +21,7 @@ def repeated():
     return np.array(off), np.array(sigma)
 
 
+@pytest.mark.slow
 def test_standard_errors_are_the_scatter_of_repeated_calibrations(repeated):
     off, sigma = repeated
     scatter = np.sqrt(np.mean((off / sigma) ** 2, axis=0))

@@ -100,6 +100,7 @@ def half_a_ring(seed):
     return np.vstack([ours + rng.normal(0, 0.1, ours.shape), strays])
 
 
+@pytest.mark.slow
 def test_any_five_of_ten_lights_are_found_beside_strays():
     found = [np.flatnonzero(ring_of(half_a_ring(seed)).on_ring).tolist() for seed in range(100)]
     assert sum(one == [0, 1, 2, 3, 4] for one in found) >= 97

@@ -19,6 +19,7 @@ def test_drawn_approaches_start_where_they_should():
         assert truth.visible.all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", RULES)
 def test_a_near_and_tilted_dock_is_decided_in_the_second_frame(rule, monkeypatch):
     # 25 degrees, 2 m, one step of 0.2 m: the eccentricity changes by several hundredths, and is known to some

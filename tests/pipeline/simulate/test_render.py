@@ -122,6 +122,7 @@ def brute_force_glow(scene):
     return total
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["voss", "hou", "gaussian"])
 @pytest.mark.parametrize("water", ["clear", "coastal", "harbour"])
 def test_the_fast_glow_is_the_glow_of_every_lamp_at_every_pixel(model, water):

@@ -81,6 +81,7 @@ def test_currents_are_smooth():
     assert np.ptp(path, axis=0).min() > 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "motion", [sim.Approach(frames=3, drift_m=0.02), sim.Sweep(frames=3), sim.Hover(frames=3), None]
 )

@@ -175,6 +175,7 @@ def test_a_camera_that_is_not_there_is_told(capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [Approach(frames=6, start_m=2, drift_m=0.05), ClosedLoop(frames=6)])
 def test_a_simulated_course_is_that_of_the_simulator(tmp_path, motion):
     sequence = FilmPlan(scene=SMALL, motion=motion)

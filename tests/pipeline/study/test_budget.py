@@ -57,6 +57,7 @@ def test_square_on_the_errors_stay_bounded_as_simulated(range_m):
     assert found.sigma_position_m == pytest.approx(expected.sigma_position_m, rel=1 / 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise_px", [0.3, 0.5, 0.8])
 @pytest.mark.parametrize("tilt_deg", [15, 25])
 def test_the_poses_are_told_apart_as_often_as_expected(noise_px, tilt_deg):

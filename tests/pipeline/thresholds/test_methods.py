@@ -119,6 +119,7 @@ print(METHODS.title("glow"), [name for name in METHODS if METHODS.is_own(name)])
 """
 
 
+@pytest.mark.slow
 def test_packages_are_loaded_when_asked_for_and_may_use_the_decorator_too(tmp_path):
     install(tmp_path, "glowlab", DECORATED, glow="glowlab:glow", by_module="glowlab")
     install(tmp_path, "otherlab", "def glow(grey): return 8", glow="otherlab:glow")

@@ -115,6 +115,7 @@ def wrong(poses, truth):
     return sum(cosine < math.cos(math.radians(8)) for cosine in facing)
 
 
+@pytest.mark.slow
 def test_smoothed_poses_are_nearer_to_the_truth_and_their_sigma_holds():
     before, after, ratios = [], [], []
     for seed in range(8):
@@ -132,6 +133,7 @@ def test_smoothed_poses_are_nearer_to_the_truth_and_their_sigma_holds():
     assert (within >= 0.93).all()
 
 
+@pytest.mark.slow
 def test_the_end_decides_about_the_beginning():
     """From 9 m nothing tells the poses apart; nearer the filter knows, and the smoother knows it from the start."""
     truth = [(0.0, 0.0, z, math.radians(8), math.radians(14)) for z in np.linspace(9, 1.2, 90)]

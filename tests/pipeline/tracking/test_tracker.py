@@ -364,6 +364,7 @@ def test_a_simulated_approach_with_flickering_lights(seed):
         np.testing.assert_allclose(result.pose.position_m, followed.pose.position_m, rtol=0.01, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_estimates_may_be_made_in_any_order_beforehand():
     frames = list(approach(7, frames=12))
     beforehand = {frame.number: estimate(frame.image, CAMERA, DOCK) for frame in reversed(frames)}
@@ -388,6 +389,7 @@ def test_a_second_dock_takes_over_where_the_first_is_gone():
     assert all(off_m > 0.3 for _, off_m in followed[11:])
 
 
+@pytest.mark.slow
 def test_a_region_does_not_hold_on_to_a_part_of_the_ring():
     # From one frame to the next the dock is five times as large: the region then shows but a part of it.
     far = Scene(camera=CAMERA, dock=DOCK, pose=Pose(position_m=(0.0, 0.0, 4.0), theta_x_deg=20.0), seed=1)

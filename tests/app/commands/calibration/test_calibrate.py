@@ -89,6 +89,7 @@ def test_a_video_is_calibrated_alone(tmp_path, capsys):
     assert "a video or live camera is calibrated alone" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_port_is_found_from_pictures_under_water(tmp_path, capsys):
     air = Camera(520, 515, 322, 236, 640, 480)
     save_camera(air, tmp_path / "air.yaml")

@@ -59,6 +59,7 @@ def by_rosbags(path):
             yield connection.topic, time_ns, reader.deserialize(data, connection.msgtype)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("read", [by_mcap, by_rosbags])
 def test_every_message_is_what_the_line_says(written, read):
     found = list(read(written / "poses.mcap"))
@@ -142,6 +143,7 @@ def test_pictures_by_themselves_go_there_too(written, tmp_path):
     assert {topic for topic, _, _ in by_rosbags(tmp_path / "a.mcap")} == set(TOPICS)
 
 
+@pytest.mark.slow
 def test_a_program_that_is_killed_leaves_all_frames_but_the_last(tmp_path):
     """Frames without a picture are smallest, and so the most that may be lost."""
     path, script = (

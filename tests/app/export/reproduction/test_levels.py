@@ -1,6 +1,8 @@
+import pytest
 from dockpose.app.export.reproduction.levels import figure_3
 
 
+@pytest.mark.slow
 def test_the_figure_on_levels_says_in_words_what_its_table_has():
     part = figure_3(11)
     (table,), (plot,) = part.tables, part.plots

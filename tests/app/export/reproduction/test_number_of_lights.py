@@ -16,6 +16,7 @@ def test_the_same_seed_gives_the_same_bytes(monkeypatch, tmp_path):
     assert figure_17(3) == part
 
 
+@pytest.mark.slow
 def test_four_lights_have_no_ellipse_in_the_table():
     counts = ((4, 4), (10, 10), (24, 24), (12, 12), (4, 12), (5, 12), (6, 12))
     part = part_of({cell: errors_with(*cell, seed=1, trials=4) for cell in counts})

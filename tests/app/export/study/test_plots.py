@@ -28,6 +28,7 @@ def test_a_factors_plot_names_every_method_and_bin(monkeypatch):
     assert "false docks in %" in svg
 
 
+@pytest.mark.slow
 def test_the_same_numbers_give_the_same_bytes():
     one = summary()
     first, second = (Plot.of("methods", "", methods_figure(one)) for _ in range(2))

@@ -95,6 +95,7 @@ def test_what_cannot_be_sent_is_told_to_whoever_queues_it(app, visitors):
     assert other.until(lambda page: page.values[page.ids[LABEL]] == 42)
 
 
+@pytest.mark.slow
 def test_who_sends_too_fast_waits_and_the_others_do_not(app, visitors, monkeypatch):
     one, other = visitors
     for number in range(1000):  # more than may come at once

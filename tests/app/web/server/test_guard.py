@@ -255,6 +255,7 @@ def shared():
         yield running
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("role", ["view", "steer", "nobody"])
 @pytest.mark.parametrize(
     "headers",

@@ -15,12 +15,14 @@ def test_corners_without_errors_give_the_camera_back():
     assert found.port == TRUE.port
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_digits():
     for _ in range(3):  # with threads, they would differ in one of two runs or so
         assert calibrations(TRUE, 8, 0.1, seed=3) == calibrations(TRUE, 8, 0.1, seed=3)
     assert calibrations(TRUE, 1, 0.1, seed=4) != calibrations(TRUE, 1, 0.1, seed=3)
 
 
+@pytest.mark.slow
 def test_twice_the_corners_errors_scatter_twice_as_much():
     small, large = (
         np.std([camera.fx for camera in calibrations(TRUE, 20, corner_px, seed=1)]) for corner_px in (0.05, 0.1)

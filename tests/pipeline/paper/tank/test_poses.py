@@ -18,6 +18,7 @@ def test_docks_of_the_tables():
     assert not table_dock("2").colours
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "number"), [("2", 3), ("4", 0)])
 def test_a_row_comes_back_from_its_pictures(name, number):
     row = reproduce_row(name, number, seed=4, draws=2)

@@ -76,6 +76,7 @@ def test_wrong_lights_count_little():
     assert np.sqrt((errors_m(learn(true, views), true)[0] ** 2).mean()) < 0.2e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "why"),
     [

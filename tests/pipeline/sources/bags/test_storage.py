@@ -281,6 +281,7 @@ def test_where_the_clock_jumps_back_time_goes_on(tmp_path, clock):
     assert told[-1].endswith("its clock jumps back by 2.9 s at frame 5; time goes on by the usual interval there")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="has no SIGTERM")
 def test_sigterm_ends_the_reading_of_a_database(tmp_path):
     """It comes while SQLite's rows are read, over and over."""

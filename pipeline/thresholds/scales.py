@@ -16,6 +16,7 @@ _SURROUND = 1.6  # width of what is taken off, relative to the blur (Marr and Hi
 # A peak of so many standard deviations of the noise is less than one in a picture of a million pixels.
 _CLEAR_NOISE = 6.0
 _QUANTISED = 0.29  # standard deviation of the rounding to whole levels, which noise can hide no less than
+_MOST_OBLONG = 10.0  # larger to smaller curvature of a peak, as of Lowe's key points
 _MOST_LIGHTS = 60  # of one scale: the clearest
 _HALF = 0.5  # of a peak, above which its pixels are its own
 _REACH = 3.0  # of the blur, within which they lie
@@ -101,5 +102,20 @@ def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float) -> np.nda
     # Along an edge, as the rim of a larger light, the response has peaks where the picture has none.
     tops = cv2.dilate((blurred >= cv2.dilate(blurred, np.ones((3, 3)))).astype(np.uint8), near) > 0
     rows, columns = np.nonzero((response >= cv2.dilate(response, near)) & (response > _CLEAR_NOISE * noise) & tops)
+    kept = _are_round(response, rows, columns)
+    rows, columns = rows[kept], columns[kept]
     order = np.argsort(-response[rows, columns], kind="stable")[:_MOST_LIGHTS]
     return np.column_stack([rows[order], columns[order]])
+
+
+def _are_round(response: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Which peaks (N,) are no ridges, as the strokes of letters are, by their curvatures (Lowe 2004, section 4.1)."""
+    height, width = response.shape
+    if min(height, width) < 3:
+        return np.ones(len(rows), dtype=bool)
+    y, x = np.clip(rows, 1, height - 2), np.clip(columns, 1, width - 2)
+    middle = 2 * response[y, x]
+    xx = response[y, x - 1] + response[y, x + 1] - middle
+    yy = response[y - 1, x] + response[y + 1, x] - middle
+    xy = (response[y + 1, x + 1] + response[y - 1, x - 1] - response[y + 1, x - 1] - response[y - 1, x + 1]) / 4
+    return (xx + yy) ** 2 < (_MOST_OBLONG + 1) ** 2 / _MOST_OBLONG * (xx * yy - xy * xy)

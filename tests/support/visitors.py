@@ -64,7 +64,7 @@ class Visitor:
             ping_interval=None,
         )
         self.hears: Callable[..., object] = lambda message: None  # may be replaced
-        self.is_dark: bool | None = None
+        self.was_dark: list[bool] = []
         self.values, self.ids, self.buttons, self.notices = {}, {}, {}, []
         self.bytes_read, self.messages_read = 0, 0
         self.is_replayed, self.changed = threading.Event(), threading.Condition()
@@ -90,6 +90,10 @@ class Visitor:
     def set(self, label, value):
         """Send a value for the control of that label, without any check."""
         self.send(messages.GuiUpdateMessage(self.ids[label], {"value": value}))
+
+    @property
+    def is_dark(self):
+        return self.was_dark[-1] if self.was_dark else None
 
     @property
     def is_open(self):
@@ -125,7 +129,7 @@ class Visitor:
             if "value" in message["updates"]:
                 self.values[message["uuid"]] = message["updates"]["value"]
         elif kind == "ThemeConfigurationMessage":
-            self.is_dark = message["dark_mode"]
+            self.was_dark.append(message["dark_mode"])
         elif kind == "ReplayDoneMessage":
             self.is_replayed.set()
         elif kind == "NotificationShowMessage":

@@ -37,7 +37,8 @@ class SettingsPanel(Panel):
         own = {"dark": lambda client: self._set_dark(not self._dark.value), "help": self.show_help}
         for name, act in {**acts, **own}.items():
             on_person(gui.add_command(**_SAID["commands"][name]).on_trigger, act)
-        _paint(server.gui, bool(memory.now.dark))
+        if memory.now.dark is not None:  # else each browser has its own, which what all are sent could follow
+            _paint(server.gui, memory.now.dark)
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load settings, and the first card if it is still to be seen."""

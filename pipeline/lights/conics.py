@@ -5,9 +5,11 @@ from collections.abc import Iterator
 
 import numpy as np
 from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS, log_chance_ellipses
+from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
-from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX
+from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_RADIUS
 from dockpose.lights.polygon import Polygon, refitted
+from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from scipy.spatial.distance import cdist
 
 LEAST_LIGHTS = 9  # fewer are found by their corners, and hardly by trying fives of the points
@@ -78,7 +80,7 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
         major, minor = ellipse.semi_axes_px
         if minor < max(NARROWEST * major, SMALLEST_RADIUS_PX):
             return None
-        on = ellipse.distances(points_px) < tolerance_px
+        on = ellipse.distances(points_px) < max(tolerance_px, TOLERANCE_OF_AXIS * major)
     return (fit_ellipse(points_px[on]), on) if on.sum() >= LEAST_LIGHTS else None
 
 
@@ -117,26 +119,21 @@ def _spaced(
     # Of the whole ring the places are better known than the ellipse was of its points and others.
     places = np.column_stack([unit, np.ones(sides)]) @ polygon.mapping.T
     off_px = cdist(places[:, :2] / places[:, 2:], points_px)
-    corners = np.where(off_px.min(axis=1) < tolerance_px, off_px.argmin(axis=1), -1)
+    within_px = max(tolerance_px, TOLERANCE_OF_RADIUS * polygon.semi_axes_px[1])
+    corners = np.where(off_px.min(axis=1) < within_px, off_px.argmin(axis=1), -1)
     return refitted(corners, polygon.mapping, points_px, unit, focal_px) if (corners >= 0).sum() >= 4 else polygon
 
 
 def _planes(ellipse: Ellipse, focal_px: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Rotation (3, 3) and centre (3,) in radii of both unit circles behind an ellipse (Safaee-Rad et al. 1992)."""
-    scale = np.array([focal_px, focal_px, 1.0])
-    cone = ellipse.matrix * np.outer(scale, scale)
-    (l3, l2, l1), axes = np.linalg.eigh(cone)
-    if not l3 < 0 < l2:
+    """Rotation (3, 3) and centre (3,) in radii of both unit circles behind an ellipse."""
+    try:
+        circles = circles_behind(ellipse.conic, (focal_px, focal_px), (0.0, 0.0), 1.0)
+    except NoEllipseError:
         return
-    g, h = math.sqrt((l2 - l3) / (l1 - l3)), math.sqrt((l1 - l2) / (l1 - l3))
-    for side in (h, -h):
-        normal = side * axes[:, 2] + g * axes[:, 0]
-        t = (side * l3 * axes[:, 2] + g * l1 * axes[:, 0]) / math.sqrt(-l1 * l3)
-        t *= math.copysign(1.0, t[2])
-        normal *= math.copysign(1.0, normal @ t)
-        x = np.cross(normal, [0.0, 1.0, 0.0])
+    for normal, centre in circles:
+        x = np.cross(-normal, [0.0, 1.0, 0.0])
         x /= np.linalg.norm(x)
-        yield np.column_stack([x, np.cross(normal, x), normal]), t
+        yield np.column_stack([x, np.cross(-normal, x), -normal]), centre
 
 
 def _phase(angles: np.ndarray, sides: int) -> float:

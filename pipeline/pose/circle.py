@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.checks import check_number
-from dockpose.compiled import compiled
-from dockpose.lights.ellipse import Ellipse, NoEllipseError
+from dockpose.lights.cone import circles_behind
+from dockpose.lights.ellipse import Ellipse
 
 # Variance of an angle that may be anywhere in a full turn: (2 pi)^2 / 12.
 UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3
@@ -212,44 +211,7 @@ def circle_poses(ellipse: Ellipse, camera: Camera, diameter: float) -> tuple[Cir
     [37.1, -30.0]
     """
     check_number("diameter", diameter, above=0)
-    cone = _cone(ellipse.conic, camera.fx, camera.fy, camera.cx, camera.cy)
-    _, eigenvalues, axes = cv2.eigen(cone)
-    l1, l2, l3 = eigenvalues.ravel().tolist()
-    if not l3 < 0 < l2:
-        raise NoEllipseError("the ellipse is too small, or too narrow, to be a circle's picture")
+    focal_px, centre_px = (camera.fx, camera.fy), (camera.cx, camera.cy)
     # The image of the centre is the pole of the line at infinity of the circle's plane, not the ellipse's centre.
-    (left, left_m), (right, right_m) = _poses_of_cone(l1, l2, l3, axes, diameter / 2)
+    (left, left_m), (right, right_m) = circles_behind(ellipse.conic, focal_px, centre_px, diameter / 2)
     return CirclePose.at(left_m, left, camera), CirclePose.at(right_m, right, camera)
-
-
-@compiled
-def _cone(conic: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
-    """The cone's matrix (3, 3), of unit norm: K^T Q K of the conic's matrix Q and the camera's K."""
-    A, B, C, D, E, F = conic
-    xz = fx * (A * cx + (B * cy + D) / 2)
-    yz = fy * (C * cy + (B * cx + E) / 2)
-    zz = A * cx * cx + B * cx * cy + C * cy * cy + D * cx + E * cy + F
-    xx, xy, yy = fx * fx * A, fx * fy * B / 2, fy * fy * C
-    norm = math.sqrt(xx * xx + yy * yy + zz * zz + 2 * (xy * xy + xz * xz + yz * yz))
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / norm
-
-
-@compiled
-def _poses_of_cone(l1: float, l2: float, l3: float, axes: np.ndarray, radius: float) -> np.ndarray:
-    """Normal and centre (2, 2, 3) of both poses, left first, by eigenvalues, falling, and axes in rows (3, 3)."""
-    g, h = math.sqrt((l2 - l3) / (l1 - l3)), math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
-    distance = l2 * radius / math.sqrt(-l1 * l3)
-    poses = np.empty((2, 2, 3))
-    for number in range(2):
-        side = h if number == 0 else -h
-        facing = 0.0
-        for axis in range(3):
-            poses[number, 0, axis] = side * axes[0, axis] + g * axes[2, axis]
-            poses[number, 1, axis] = distance * (side * l3 * axes[0, axis] + g * l1 * axes[2, axis]) / l2
-            facing += poses[number, 0, axis] * poses[number, 1, axis]
-        if poses[number, 1, 2] < 0:
-            poses[number, 1] *= -1
-            facing = -facing
-        if facing > 0:
-            poses[number, 0] *= -1
-    return poses[::-1] if poses[0, 0, 0] > poses[1, 0, 0] else poses

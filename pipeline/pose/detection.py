@@ -1,6 +1,7 @@
 """Whether what was found is a dock at all: where its lights lie on the refined pose, against what chance would make."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -12,10 +13,25 @@ from dockpose.lights.ring import Ring
 from dockpose.lights.whole import log_chance_of_all
 from dockpose.pose.choice import Choice
 from dockpose.pose.refine import angles_on_planes, light_rays
+from dockpose.pose.solve import find_poses
 
 # Lights that a hand has put on a rim are off their places by 2 % of the radius along each axis; half as much again is
 # left for its tail. What is farther off than this and than two pixels is not known to be the dock.
 BUILT_WITHIN, _TAIL, _MOST_PX = 0.02, 1.5, 2.0
+
+
+def judged(
+    ring: Ring,
+    markers: Markers,
+    camera: Camera,
+    dock: Dock,
+    area_px2: float,
+    labels: Sequence[str | None] | None = None,
+) -> tuple[Ellipse, Choice, float, str | None]:
+    """Return a ring's ellipse, poses, log of its chance, and why it is no dock; NoEllipseError where it has no pose."""
+    ellipse, choice = find_poses(markers.points_px[ring.on_ring], camera, dock, labels, ring.ellipse)
+    log_chance = log_chance_of_ring(ring, markers, ellipse, choice, dock, area_px2)
+    return ellipse, choice, log_chance, why_no_dock(ring, markers, ellipse, choice, camera, dock, log_chance)
 
 
 def log_chance_of_ring(

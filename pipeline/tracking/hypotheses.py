@@ -11,8 +11,7 @@ from dockpose.estimate import Estimate
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
 from dockpose.lights.ring import Ring
 from dockpose.pose.circle import CirclePose
-from dockpose.pose.detection import detection_of, found_in_words, log_chance_of_ring, why_no_dock
-from dockpose.pose.solve import find_poses
+from dockpose.pose.detection import detection_of, found_in_words, judged, why_no_dock
 from dockpose.tracking.chain import Chain, Command, Speeds
 
 # Cap on the log-odds from one frame: a misidentified light makes a frame more certain than it should be.
@@ -131,15 +130,14 @@ def rings_of(found: Estimate) -> Iterator[Estimate]:
     ring, markers, camera, dock = found.ring, found.markers, found.camera, found.dock
     if ring is None or markers is None:
         return
-    every = (ring.on_ring, *ring.rivals)
+    every, area_px2 = (ring.on_ring, *ring.rivals), float(found.width * found.height)
     for number, on_ring in enumerate(ring.rivals, 1):
         other = Ring(on_ring, ring.reason, rivals=every[:number] + every[number + 1 :], alike=ring.alike)
         try:
-            ellipse, choice = find_poses(markers.points_px[on_ring], camera, dock)
+            ellipse, choice, log_chance, reason = judged(other, markers, camera, dock, area_px2)
         except NoEllipseError:
             continue
-        log_chance = log_chance_of_ring(other, markers, ellipse, choice, dock, float(found.width * found.height))
-        if why_no_dock(other, markers, ellipse, choice, camera, dock, log_chance) is None:
+        if reason is None:
             words, detection = found_in_words(other, choice, dock), detection_of(log_chance, ring.alike)
             yield replace(found, message=words, ring=other, ellipse=ellipse, choice=choice, detection=detection)
 

@@ -1,0 +1,52 @@
+"""The two circles of known radius behind an ellipse (Safaee-Rad, Tchoukanov, Smith and Benhabib 1992)."""
+
+import math
+
+import cv2
+import numpy as np
+from dockpose.compiled import compiled
+from dockpose.lights.ellipse import NoEllipseError
+
+
+def circles_behind(
+    conic: np.ndarray, focal_px: tuple[float, float], centre_px: tuple[float, float], radius: float
+) -> np.ndarray:
+    """Normal towards the camera and centre (2, 2, 3) of both circles, the one that faces farther left first."""
+    _, eigenvalues, axes = cv2.eigen(_cone(conic, *focal_px, *centre_px))
+    l1, l2, l3 = eigenvalues.ravel().tolist()
+    if not l3 < 0 < l2:
+        raise NoEllipseError("the ellipse is too small, or too narrow, to be a circle's picture")
+    return _poses_of_cone(l1, l2, l3, axes, radius)
+
+
+@compiled
+def _cone(conic: np.ndarray, fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
+    """The cone's matrix (3, 3), of unit norm: K^T Q K of the conic's matrix Q and the camera's K."""
+    A, B, C, D, E, F = conic
+    xz = fx * (A * cx + (B * cy + D) / 2)
+    yz = fy * (C * cy + (B * cx + E) / 2)
+    zz = A * cx * cx + B * cx * cy + C * cy * cy + D * cx + E * cy + F
+    xx, xy, yy = fx * fx * A, fx * fy * B / 2, fy * fy * C
+    norm = math.sqrt(xx * xx + yy * yy + zz * zz + 2 * (xy * xy + xz * xz + yz * yz))
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / norm
+
+
+@compiled
+def _poses_of_cone(l1: float, l2: float, l3: float, axes: np.ndarray, radius: float) -> np.ndarray:
+    """Normal and centre (2, 2, 3) of both poses, left first, by eigenvalues, falling, and axes in rows (3, 3)."""
+    g, h = math.sqrt((l2 - l3) / (l1 - l3)), math.sqrt(max(0.0, l1 - l2) / (l1 - l3))
+    distance = l2 * radius / math.sqrt(-l1 * l3)
+    poses = np.empty((2, 2, 3))
+    for number in range(2):
+        side = h if number == 0 else -h
+        facing = 0.0
+        for axis in range(3):
+            poses[number, 0, axis] = side * axes[0, axis] + g * axes[2, axis]
+            poses[number, 1, axis] = distance * (side * l3 * axes[0, axis] + g * l1 * axes[2, axis]) / l2
+            facing += poses[number, 0, axis] * poses[number, 1, axis]
+        if poses[number, 1, 2] < 0:
+            poses[number, 1] *= -1
+            facing = -facing
+        if facing > 0:
+            poses[number, 0] *= -1
+    return poses[::-1] if poses[0, 0, 0] > poses[1, 0, 0] else poses

@@ -70,12 +70,16 @@ def find_ring(
     scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, not dock.angles_deg, numbers)
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
-    found = _of_many(scene, np.sort(order[:MAX_POINTS]), dock, tolerance)
+    # Of a known number corners are found sooner, of an unknown one the ellipse.
+    corners_first = dock.lights in NUMBERS
+    found = [] if corners_first else _of_many(scene, order, dock, tolerance)
     # Bright lights far apart have the specks between them for neighbours, unless they are looked at by themselves.
     for most, of_more in ((FIRST_POINTS, 0), (FEW_POINTS, FEW_POINTS), (MAX_POINTS, FIRST_POINTS)):
         if of_few and not found and len(order) > of_more:
             chosen = np.sort(order[:most])
             found = _candidates(scene, chosen, dock, tolerance)
+    if corners_first and not found:
+        found = _of_many(scene, order, dock, tolerance)
     nothing = np.zeros(count, dtype=bool)
     if not found:
         if in_lattice.any():
@@ -83,13 +87,13 @@ def find_ring(
             return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {_SEVERAL}")
         return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
     best, alike = _best([one for one in found if not _is_every_nth(one)] or found, scene)
-    trouble = _trouble(best, found, dock, scene, tolerance)
+    exact = _without_outliers(best, dock, scene)
+    trouble = _trouble(best, exact, found, dock, scene, tolerance)
     if trouble:
         return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
-    best = _without_outliers(best, dock, scene)
-    on_ring = _mask(count, best)
-    return Ring(on_ring, _reason(on_ring, len(rivals)), None, best.sides, rivals, alike)
+    on_ring = _mask(count, exact)
+    return Ring(on_ring, _reason(on_ring, len(rivals)), None, exact.sides, rivals, alike)
 
 
 def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
@@ -141,8 +145,9 @@ def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) 
     return sorted(found, key=lambda candidate: candidate.log_chance)
 
 
-def _of_many(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
-    """Rings of many evenly spaced lights, by the ellipses that most of the chosen points lie on; the surest first."""
+def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
+    """Rings of many evenly spaced lights, by ellipses through most of the first points in order; the surest first."""
+    chosen = np.sort(order[:MAX_POINTS])
     if dock.angles_deg or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
         return []
     found = []
@@ -221,14 +226,16 @@ def _apart_from(best: Candidate, found: list[Candidate]) -> list[Candidate]:
     return apart
 
 
-def _trouble(best: Candidate, found: list[Candidate], dock: Dock, scene: Scene, tolerance: float) -> str | None:
-    """Why it is open whether the best ring is the dock; None where it is not."""
+def _trouble(
+    best: Candidate, exact: Candidate, found: list[Candidate], dock: Dock, scene: Scene, tolerance: float
+) -> str | None:
+    """Why it is open whether the best ring, ``exact`` without outliers, is the dock; None where it is not."""
     angles = _angles(best.sides, dock)
     unit = np.column_stack([np.cos(angles), np.sin(angles)])
     within = max(tolerance, TOLERANCE_OF_RADIUS * best.polygon.semi_axes_px[1])
     if goes_on(best.polygon, unit, scene.points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"
-    if _others_on(best, _without_outliers(best, dock, scene), scene.points_px, within):
+    if _others_on(best, exact, scene.points_px, within):
         return f"More lights lie on one ring than a part of {best.sides}, so it is not the dock's."
     if _is_every_nth(best):
         return f"{len(best.members)} lights are evenly spaced, and the dock has {best.sides}: another ring."

@@ -33,6 +33,17 @@ def test_strays_and_missing_lights_change_nothing(seed):
     assert set(rings[0].members) == set(range(30))
 
 
+@pytest.mark.parametrize("times", [0.5, 1, 6])
+def test_a_ring_built_by_hand_is_found_whole_at_every_size_of_the_picture(times):
+    # Half a percent of the radius, which is a third of a pixel to four: pictures 320 to 3840 pixels wide.
+    ours = (lights(24, z_m=0.8) - MIDDLE) * times
+    radius_px = np.linalg.norm(ours - ours.mean(axis=0), axis=1).max()
+    ours = ours + np.random.default_rng(2).normal(0, 0.005 * radius_px / np.sqrt(2), ours.shape)
+    chosen, area_px2 = np.arange(24), times**2 * AREA_PX2
+    (ring,) = polygons_on_ellipses(ours, chosen, None, times * FOCAL_PX, 1.5, area_px2)
+    assert sorted(ring.members) == list(range(24))
+
+
 @pytest.mark.parametrize("count", [9, 20, 60, 150])
 def test_points_strewn_at_random_are_no_ring(count):
     rng = np.random.default_rng(count)

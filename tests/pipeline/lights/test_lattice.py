@@ -99,6 +99,16 @@ def test_lamps_on_a_cable_that_goes_on_are_no_ring_and_those_of_half_a_ring_are(
     assert np.flatnonzero(ring_of(alone, 16).on_ring).tolist() == list(range(9))
 
 
+@pytest.mark.parametrize("beyond", [0, 3, 7])
+def test_lights_off_their_places_in_a_gap_of_a_ring_are_no_cable(beyond):
+    ours = lights(60, z_m=0.7)
+    middle = ours.mean(axis=0)
+    gap = list(range(10, 14 + beyond))
+    moved = ours.copy()
+    moved[gap] += 0.05 * (moved[gap] - middle)
+    assert np.flatnonzero(ring_of(moved, 60).on_ring).tolist() == [k for k in range(60) if k not in gap]
+
+
 def test_a_lamp_beside_one_that_is_missing_is_no_cable():
     ours, whole = lights(12, missing=(4,)), lights(12)
     beside = whole[4] + 0.15 * (whole[4] - whole.mean(axis=0))

@@ -33,8 +33,7 @@ from dockpose.lights.markers import Markers, find_markers
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, markers_in_whole, masks_within, part_of, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
-from dockpose.pose.detection import detection_of, few_in_words, found_in_words, log_chance_of_ring, why_no_dock
-from dockpose.pose.solve import find_poses
+from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.scales import at_scales
@@ -45,7 +44,8 @@ LIKELY_RANGE_M = 1.0
 # half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; one
 # that shows it to a hundredth of the radius, half of what docks are built to, will do.
 _EXACT_PX, _EXACT_OF_AXIS, _MOST_OF, _NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6)
-# What is accepted among others, over ten: about so many scales are looked at, each with points of its own.
+# What is accepted among others, over ten: about so many scales are looked at, each with points of its own. Four lights
+# are hardly ever surer than that.
 _LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
 _LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
 
@@ -210,11 +210,14 @@ class _Found:
 
     def is_exact(self, of_axis: float = 0.0) -> bool:
         """Whether nearly all lights are there, where they should be, within a share of the major semi-axis."""
-        if self.status != "ok" or self.log_chance > _NO_CHANCE:
+        if self.status != "ok":
             return False
         ring, ellipse, choice = (self.stages[name] for name in ("ring", "ellipse", "choice"))
         count, rms_px = int(ring.on_ring.sum()), choice.candidates[choice.selected].rms_px or 0.0
-        complete = count >= max(MIN_POINTS, _MOST_OF * (ring.lights or count))
+        least = min(MIN_POINTS, ring.lights or MIN_POINTS)
+        if self.log_chance > (_NO_CHANCE if least == MIN_POINTS else _LITTLE_CHANCE):
+            return False
+        complete = count >= max(least, _MOST_OF * (ring.lights or count))
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
     def rank(self) -> tuple[bool, bool, bool, float]:
@@ -236,20 +239,18 @@ def _search_with(
     if status != "ok":
         return _Found(status, message, stages)
     ring = stages["ring"]
-    points_px = stages["markers"].points_px[ring.on_ring]
     if dock.lights is None and ring.lights:
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
         labels = _labels(picture, stages["markers"], ring, dock)
-        ellipse, choice = find_poses(points_px, camera, dock, labels, ring.ellipse)
+        area_px2 = float(picture.grey.size)
+        ellipse, choice, log_chance, reason = judged(ring, stages["markers"], camera, dock, area_px2, labels)
     except NoEllipseError as error:
-        if len(points_px) < MIN_POINTS:
+        if (lights := int(ring.on_ring.sum())) < MIN_POINTS:
             kept = {name: stages[name] for name in ("threshold", "markers")}
-            found = few_in_words(stages["markers"], len(points_px))
+            found = few_in_words(stages["markers"], lights)
             return _Found("too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept)
         return _Found("no_ellipse", f"No ellipse: {error}.", stages)
-    log_chance = log_chance_of_ring(ring, stages["markers"], ellipse, choice, dock, float(picture.grey.size))
-    reason = why_no_dock(ring, stages["markers"], ellipse, choice, camera, dock, log_chance)
     if reason is not None:
         return _Found("not_a_ring", reason, stages, log_chance)
     stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring.alike)}

@@ -4,6 +4,7 @@ import math
 import statistics
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -23,11 +24,15 @@ TOLERANCE_OF_LIGHT = 0.15
 # Another ring through some of the same points leaves it open which is right where its evidence comes so near.
 _AS_CONVINCING = 0.6
 _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most lights, and of the most light
+# A lamp is seen so many times as bright in a mirror as straight, at the most, where it shines that way; and so many
+# rings are the most that a tank shows.
+_TIMES_AS_BRIGHT, _MOST_RINGS = 16, 40
 # What is said of groups that show no one ring.
 _SEVERAL = "Several rings can be laid through the same groups; which of them is the dock is unknown."
 # Other points on a ring, per light, from which on it is a part of another: of one with at least twice as many lights,
 # so that as many others lie on it, of which half may be missed.
 _UNEXPLAINED = 0.5
+_SPECK = 0.1  # of the ring's median light: lamps of one kind are not that unequal, beams and distance included
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
@@ -86,6 +91,7 @@ def find_ring(
             of_all = f"{count} largest of {markers.seen}" if markers.left_out else str(count)
             return Ring(nothing, f"{in_lattice.sum()} of the {of_all} groups repeat as in a lattice. {_SEVERAL}")
         return whole or Ring(nothing, f"None of the {markers.seen} groups of bright pixels form {_wanted(dock)}.")
+    found += _more_of_size(scene, order, found, dock, tolerance)
     best, alike = _best([one for one in found if not _is_every_nth(one)] or found, scene)
     exact = _without_outliers(best, dock, scene)
     trouble = _trouble(best, exact, found, dock, scene, tolerance)
@@ -143,6 +149,24 @@ def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) 
             if candidate is not None:
                 found.append(candidate)
     return sorted(found, key=lambda candidate: candidate.log_chance)
+
+
+def _more_of_size(
+    scene: Scene, order: np.ndarray, found: list[Candidate], dock: Dock, tolerance: float
+) -> list[Candidate]:
+    """Rings of as many lights as the surest among the rest of the points, as the dock whose image is brighter."""
+    more: list[Candidate] = []
+    lights = len(found[0].members)
+    alike = msgspec.structs.replace(dock, lights=found[0].sides)
+    bright = scene.brightness[list(found[0].members)].min() / _TIMES_AS_BRIGHT
+    rest, another = order[scene.brightness[order] > bright], found
+    while another and len(found) + len(more) < _MOST_RINGS:
+        rest = rest[~np.isin(rest, [k for one in another for k in one.members])]
+        if len(rest) < max(MIN_POINTS, _AS_COMPLETE * lights):
+            break
+        another = _candidates(scene, np.sort(rest[:MAX_POINTS]), alike, tolerance)
+        more += [one for one in another if not _others_on(one, one, scene, _within_px(one, tolerance))]
+    return more
 
 
 def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
@@ -232,10 +256,10 @@ def _trouble(
     """Why it is open whether the best ring, ``exact`` without outliers, is the dock; None where it is not."""
     angles = _angles(best.sides, dock)
     unit = np.column_stack([np.cos(angles), np.sin(angles)])
-    within = max(tolerance, TOLERANCE_OF_RADIUS * best.polygon.semi_axes_px[1])
+    within = _within_px(best, tolerance)
     if goes_on(best.polygon, unit, scene.points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"
-    if _others_on(best, exact, scene.points_px, within):
+    if _others_on(best, exact, scene, within):
         return f"More lights lie on one ring than a part of {best.sides}, so it is not the dock's."
     if _is_every_nth(best):
         return f"{len(best.members)} lights are evenly spaced, and the dock has {best.sides}: another ring."
@@ -253,9 +277,16 @@ def _trouble(
     return None
 
 
-def _others_on(best: Candidate, exact: Candidate, points_px: np.ndarray, within_px: float) -> bool:
-    """Whether a ring's ellipse runs through more other points than chance would put there."""
+def _within_px(one: Candidate, tolerance: float) -> float:
+    """How far from its place on a ring a light may lie."""
+    return max(tolerance, TOLERANCE_OF_RADIUS * one.polygon.semi_axes_px[1])
+
+
+def _others_on(best: Candidate, exact: Candidate, scene: Scene, within_px: float) -> bool:
+    """Whether a ring's ellipse runs through more other lights than chance would put there, of which specks are none."""
     members, polygon = exact.polygon.members, exact.polygon
+    is_light = scene.brightness > _SPECK * np.median(scene.brightness[members])
+    points_px = scene.points_px
     if len(members) < MIN_POINTS:
         return False
     try:
@@ -263,7 +294,8 @@ def _others_on(best: Candidate, exact: Candidate, points_px: np.ndarray, within_
     except NoEllipseError:
         return False
     # What is near a light is a part of it.
-    others = np.delete(points_px, best.polygon.members, axis=0)
+    is_light[best.polygon.members] = False
+    others = points_px[is_light]
     others = others[cdist(others, points_px[best.polygon.members]).min(axis=1) > 2 * within_px]
     others = np.vstack([others, points_px[np.setdiff1d(best.polygon.members, members)]])
     distances = ellipse.distances(others)

@@ -67,6 +67,27 @@ def test_of_a_ring_and_its_dimmer_mirror_image_the_ring_is_kept():
     assert ring_of(points, peaks=peaks).on_ring.tolist() == [False] * 10 + [True] * 10
 
 
+@pytest.mark.parametrize("count", [5, 8, 12])
+def test_of_many_images_of_a_dock_the_dock_is_found_though_each_image_is_brighter(count):
+    # Further away than the dock, as in two mirrors that face each other; together more than are looked at first.
+    places = [(x, y, z) for x, z in ((-0.9, 3.2), (0.0, 2.9), (0.9, 3.5)) for y in (-0.65, 0.0, 0.65)]
+    ours = lights(count, z_m=2.5, centre=(0.45, 0.3))
+    images = [lights(count, z_m=z, centre=(x, y)) for x, y, z in places]
+    areas = [6] * count + [48] * (count * len(images))
+    ring = ring_of(np.vstack([ours, *images]), count, areas=areas)
+    assert np.flatnonzero(ring.on_ring).tolist() == list(range(count))
+
+
+def test_unlit_lamps_between_the_lights_are_no_lights_and_lit_ones_are():
+    ours, between = lights(12, roll=0.1), lights(48, roll=0.2)
+    points = np.vstack([ours, between[np.linalg.norm(between[:, None] - ours, axis=2).min(axis=1) > 5]])
+    unlit = [400] * 12 + [10] * (len(points) - 12)
+    assert np.flatnonzero(ring_of(points, 12, areas=unlit).on_ring).tolist() == list(range(12))
+    refused = ring_of(points, 12, areas=[400] * len(points))
+    assert not refused.found
+    assert "More lights lie on one ring than a part of 12" in refused.reason
+
+
 def test_lights_of_very_unequal_size_are_kept():
     points = np.vstack([lights(6), text()])
     areas = np.array([3, 200, 12, 60, 400, 5] + [110] * 19)

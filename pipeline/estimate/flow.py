@@ -239,7 +239,9 @@ def _search_with(
     if status != "ok":
         return _Found(status, message, stages)
     ring = stages["ring"]
-    if dock.lights is None and ring.lights:
+    if ring.focal_px is not None:  # the spacing would only tell how wrong the camera is
+        dock = msgspec.structs.replace(dock, lights=None)
+    elif dock.lights is None and ring.lights:
         dock = msgspec.structs.replace(dock, lights=ring.lights)
     try:
         labels = _labels(picture, stages["markers"], ring, dock)

@@ -1,21 +1,30 @@
 """Rings of many lights: ellipses through more points than chance would put there, and how many lights each has."""
 
 import math
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
+from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
-from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS, log_chance_ellipses
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_RADIUS
 from dockpose.lights.polygon import Polygon, refitted
 from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from scipy.spatial.distance import cdist
+from scipy.spatial.transform import Rotation
+from scipy.special import pdtrc
 
 LEAST_LIGHTS = 9  # fewer are found by their corners, and hardly by trying fives of the points
 _TRIALS = 600  # fives of points: one of them is all lights in 99 % of pictures where two in five points are
 _MOST_RINGS = 3
 _FILLED = 0.5  # of the corners, at the least: of one number every second is another
+# Of a ring that is nearly complete another focal length may be told, within these times the camera's: the range of zoom
+# lenses, of water, and of cameras of which nothing is known.
+_CLOSED, _TIMES_FOCAL = 2 / 3, 1.1 ** np.arange(-12, 16)
+_MOST, _MOST_SPACINGS = 0.8, 5  # of the points; of how many spacings the one that most points fit is taken
 _ROUNDS = 3  # of fitting an ellipse and looking which points are on it
 
 
@@ -25,11 +34,10 @@ def polygons_on_ellipses(
     lights: int | None,
     focal_px: float,
     tolerance_px: float,
-    area_px2: float,
 ) -> list[Polygon]:
     """Rings of evenly spaced lights among points (M, 2) from the principal point, begun from the chosen ones."""
     found = []
-    for ellipse, on in _ellipses(points_px[chosen], tolerance_px, area_px2):
+    for ellipse, on in _ellipses(points_px[chosen], tolerance_px):
         numbers = range(LEAST_LIGHTS, MOST_LIGHTS + 1) if lights is None else [lights]
         polygon = _spaced(points_px, chosen[on], ellipse, numbers, focal_px, tolerance_px)
         if polygon is not None:
@@ -37,7 +45,7 @@ def polygons_on_ellipses(
     return found
 
 
-def _ellipses(points_px: np.ndarray, tolerance_px: float, area_px2: float) -> Iterator[tuple[Ellipse, np.ndarray]]:
+def _ellipses(points_px: np.ndarray, tolerance_px: float) -> Iterator[tuple[Ellipse, np.ndarray]]:
     """Ellipses and which points (M,) are on each, the one through most points first."""
     left = np.ones(len(points_px), dtype=bool)
     for _ in range(_MOST_RINGS):
@@ -49,12 +57,21 @@ def _ellipses(points_px: np.ndarray, tolerance_px: float, area_px2: float) -> It
         ellipse, on_left = best
         on = np.zeros(len(points_px), dtype=bool)
         on[np.flatnonzero(left)[on_left]] = True
-        radius_px, density = ellipse.semi_axes_px[0], (1 + left.sum() - on.sum()) / area_px2
-        chance = log_chance_ellipses(int(on.sum()), ellipse.rms_px, radius_px, density, int(left.sum()))
-        if chance > math.log(ACCEPTED_AMONG_OTHERS):
+        if _log_chance_of_ellipse(ellipse, on, points_px) > math.log(ACCEPTED_AMONG_OTHERS):
             return
         yield ellipse, on
         left &= ~on
+
+
+def _log_chance_of_ellipse(ellipse: Ellipse, on: np.ndarray, points_px: np.ndarray) -> float:
+    """Logarithm of how many ellipses through five of the points (M, 2) chance would lead past as many more of them."""
+    major = ellipse.semi_axes_px[0]
+    off = points_px[~on] - ellipse.centre_px
+    around = int((np.hypot(off[:, 0], off[:, 1]) < 2 * major).sum())
+    # Of the disc in which the others are counted the band along the ellipse, as wide as it takes for those on it.
+    band = ellipse.distances(points_px[on]).max() / major
+    beyond = float(pdtrc(on.sum() - MIN_POINTS - 1, (1 + around) * min(1.0, band)))
+    return math.log(math.comb(len(points_px), MIN_POINTS)) + math.log(max(beyond, sys.float_info.min))
 
 
 def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, np.ndarray] | None:
@@ -84,38 +101,77 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
     return (fit_ellipse(points_px[on]), on) if on.sum() >= LEAST_LIGHTS else None
 
 
+class _Spacing(NamedTuple):
+    """Points on an ellipse as corners of an evenly spaced ring behind it."""
+
+    log_chance: float
+    sides: int
+    focal_px: float
+    corner_of: np.ndarray  # (N,): for each point
+    rotation: np.ndarray  # (3, 3): of the ring, the first corner to the right
+    centre: np.ndarray  # (3,): in radii
+    off: np.ndarray  # (N,): of each point from its corner, in radii
+
+
 def _spaced(
     points_px: np.ndarray,
     on: np.ndarray,
     ellipse: Ellipse,
-    numbers: range | list[int],
+    numbers: Sequence[int],
     focal_px: float,
     tolerance_px: float,
 ) -> Polygon | None:
     """The polygon of the number of lights that points on an ellipse are spaced by; None where they are not."""
-    best, least = None, math.log(ACCEPTED_AMONG_OTHERS / 2)
-    for R, t in _planes(ellipse, focal_px):
-        rays = np.column_stack([points_px[on] / focal_px, np.ones(len(on))])
-        depth = (t @ R[:, 2]) / (rays @ R[:, 2])
-        flat = (rays * depth[:, None] - t) @ R[:, :2]
-        angles = np.arctan2(flat[:, 1], flat[:, 0])
-        for sides in numbers:
-            chance, corner_of = _log_chance_of_spacing(angles, sides)
-            if chance < least:
-                least, best = chance, (sides, corner_of, R, t, flat, _phase(angles, sides))
-    if best is None:
-        return None
-    sides, corner_of, R, t, flat, roll_rad = best
-    corner_rad = 2 * math.pi * np.arange(sides) / sides
-    unit = np.column_stack([np.cos(corner_rad), np.sin(corner_rad)])
-    c, s = math.cos(roll_rad), math.sin(roll_rad)
-    turned = np.array([[c, -s], [s, c]])
-    corners = np.full(sides, -1)
-    off = np.hypot(*(flat - unit[corner_of] @ turned.T).T)
-    for k in np.argsort(-off):  # of two at a corner the nearer
-        corners[corner_of[k]] = on[k]
-    mapping = np.column_stack([R[:, :2] @ turned, t]) * np.array([[focal_px], [focal_px], [1.0]])
-    polygon = refitted(corners, mapping / t[2], points_px, unit, focal_px)
+    best = None
+    # Where most lights are uneven it may be another camera's picture.
+    for focals_px, filled in (([focal_px], _FILLED), ([focal_px * times for times in _TIMES_FOCAL], _CLOSED)):
+        if best is not None and len(best.members) >= _MOST * len(on):
+            break
+        numbers = [sides for sides in numbers if len(on) >= filled * sides]
+        spacings = sorted(_spacings(points_px[on], ellipse, numbers, focals_px, filled), key=attrgetter("log_chance"))
+        polygons = [] if best is None else [best]
+        for one in spacings[:_MOST_SPACINGS]:
+            if one.sides == spacings[0].sides:
+                polygons.append(_whole(one, points_px, on, tolerance_px))
+        best = max(polygons, key=lambda polygon: (len(polygon.members), -polygon.squares_px2), default=None)
+    return best
+
+
+def _spacings(
+    points_px: np.ndarray, ellipse: Ellipse, numbers: Sequence[int], focals_px: list[float], filled: float
+) -> list[_Spacing]:
+    """Numbers of lights, focal lengths and poses with which points (N, 2) are spaced as chance would hardly do."""
+    found, most = [], math.log(ACCEPTED_AMONG_OTHERS / 2 / len(focals_px))
+    for focal_px in focals_px:
+        for R, t in _planes(ellipse, focal_px):
+            rays = np.column_stack([points_px / focal_px, np.ones(len(points_px))])
+            depth = (t @ R[:, 2]) / (rays @ R[:, 2])
+            flat = (rays * depth[:, None] - t) @ R[:, :2]
+            angles = np.arctan2(flat[:, 1], flat[:, 0])
+            for sides in numbers:
+                chance, corner_of = _log_chance_of_spacing(angles, sides, filled)
+                if chance < most:
+                    roll_rad = _phase(angles, sides)
+                    off = np.hypot(*(flat - _unit(sides, roll_rad)[corner_of]).T)
+                    turned = R @ Rotation.from_rotvec([0, 0, roll_rad]).as_matrix()
+                    found.append(_Spacing(chance, sides, focal_px, corner_of, turned, t, off))
+    return found
+
+
+def _unit(sides: int, roll_rad: float = 0.0) -> np.ndarray:
+    """Corners (N, 2) of a regular polygon on the unit circle."""
+    corner_rad = roll_rad + 2 * math.pi * np.arange(sides) / sides
+    return np.column_stack([np.cos(corner_rad), np.sin(corner_rad)])
+
+
+def _whole(spacing: _Spacing, points_px: np.ndarray, on: np.ndarray, tolerance_px: float) -> Polygon:
+    """The polygon of points (M, 2) that some of them on an ellipse begin."""
+    sides, focal_px = spacing.sides, spacing.focal_px
+    unit, corners = _unit(sides), np.full(sides, -1)
+    for k in np.argsort(-spacing.off):  # of two at a corner the nearer
+        corners[spacing.corner_of[k]] = on[k]
+    mapping = np.column_stack([spacing.rotation[:, :2], spacing.centre]) * np.array([[focal_px], [focal_px], [1.0]])
+    polygon = refitted(corners, mapping / spacing.centre[2], points_px, unit, focal_px)
     # Of the whole ring the places are better known than the ellipse was of its points and others.
     places = np.column_stack([unit, np.ones(sides)]) @ polygon.mapping.T
     off_px = cdist(places[:, :2] / places[:, 2:], points_px)
@@ -141,7 +197,7 @@ def _phase(angles: np.ndarray, sides: int) -> float:
     return float(np.angle(np.exp(1j * sides * angles).sum())) / sides
 
 
-def _log_chance_of_spacing(angles: np.ndarray, sides: int) -> tuple[float, np.ndarray]:
+def _log_chance_of_spacing(angles: np.ndarray, sides: int, least_filled: float) -> tuple[float, np.ndarray]:
     """Logarithm of how many numbers of lights chance would fit as well, and the corner (N,) of each point."""
     step = 2 * math.pi / sides
     slot = (angles - _phase(angles, sides)) / step
@@ -154,4 +210,4 @@ def _log_chance_of_spacing(angles: np.ndarray, sides: int) -> tuple[float, np.nd
     few = np.array([math.lgamma(count + 1) - math.lgamma(k + 1) - math.lgamma(count - k + 1) for k in ranks])
     filled = len(np.unique(corner_of[:count].astype(int) % sides)) / sides
     chance = float((logs + few).min()) + math.log(MOST_LIGHTS)
-    return (chance if filled > _FILLED else math.inf), corner_of.astype(int) % sides
+    return (chance if filled > least_filled else math.inf), corner_of.astype(int) % sides

@@ -36,6 +36,7 @@ class Polygon:
     semi_axes_px: tuple[float, float]  # major and minor semi-axis of the ring's image
     centre_px: tuple[float, float]  # image of the ring's centre
     mapping: np.ndarray  # (3, 3): homography of the dock's plane, in which the ring is the unit circle, to the picture
+    focal_px: float  # focal length with which the mapping is that of a pose
 
     @property
     def members(self) -> np.ndarray:
@@ -75,22 +76,22 @@ def find_polygons(
         beyond = _beyond(some, sides, all_corners=count <= FEW_POINTS)
         triples = _promising(sought, first, near, some, _inverses(unit, some), beyond, even, trials)
         grown, squares, mappings = grow_all(sought, triples)
-        found += [_polygon(*row) for row in zip(grown, squares.tolist(), mappings, strict=True)]
+        found += [_polygon(*row, sought.focal_px) for row in zip(grown, squares.tolist(), mappings, strict=True)]
     return found
 
 
-def _polygon(corners: np.ndarray, squares_px2: float, mapping: np.ndarray) -> Polygon:
-    major, minor = stretch(mapping)
-    return Polygon(corners, squares_px2, (major, minor), (float(mapping[0, 2]), float(mapping[1, 2])), mapping)
+def _polygon(corners: np.ndarray, squares_px2: float, mapping: np.ndarray, focal_px: float) -> Polygon:
+    centre_px = (float(mapping[0, 2]), float(mapping[1, 2]))
+    return Polygon(corners, squares_px2, stretch(mapping), centre_px, mapping, focal_px)
 
 
-def without_worst(polygon: Polygon, points_px: np.ndarray, unit: np.ndarray, focal_px: float) -> Polygon:
+def without_worst(polygon: Polygon, points_px: np.ndarray, unit: np.ndarray) -> Polygon:
     """Return a polygon without the corner whose point lies farthest off, fitted to the others."""
     places = np.column_stack([unit, np.ones(len(unit))]) @ polygon.mapping.T
     off_px = np.hypot(*(points_px[polygon.corners] - places[:, :2] / places[:, 2:]).T)
     corners = polygon.corners.copy()
     corners[np.argmax(np.where(corners >= 0, off_px, -1.0))] = -1
-    return refitted(corners, polygon.mapping, points_px, unit, focal_px)
+    return refitted(corners, polygon.mapping, points_px, unit, polygon.focal_px)
 
 
 def refitted(
@@ -99,7 +100,7 @@ def refitted(
     """The polygon of these corners (N,), fitted as a pose from near a homography (3, 3)."""
     points = np.ascontiguousarray(points_px, dtype=float)
     squares_px2, mapping = as_pose(Sought(points, unit, float(focal_px), 0.0), corners, mapping)
-    return _polygon(corners, float(squares_px2), mapping)
+    return _polygon(corners, float(squares_px2), mapping, focal_px)
 
 
 def _more_steps(sides: int) -> np.ndarray:

@@ -47,6 +47,7 @@ class Ring:
     lights: int | None = None  # how many lights the ring has, missing ones included
     rivals: tuple[np.ndarray, ...] = ()  # other rings in view that are as certain to be one, apart from this
     alike: int = 0  # how many of these could as well be the dock: as near, and as bright
+    focal_px: float | None = None  # with which the lights are evenly spaced, where it is not the camera's
 
     @property
     def found(self) -> bool:
@@ -99,7 +100,9 @@ def find_ring(
         return whole or Ring(nothing, trouble, rivals=(_mask(count, best),))
     rivals = tuple(_mask(count, other) for other in _apart_from(best, found))
     on_ring = _mask(count, exact)
-    return Ring(on_ring, _reason(on_ring, len(rivals)), None, exact.sides, rivals, alike)
+    told_px = exact.polygon.focal_px
+    other_px = None if told_px == focal_px else told_px
+    return Ring(on_ring, _reason(on_ring, len(rivals)), None, exact.sides, rivals, alike, other_px)
 
 
 def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
@@ -145,7 +148,7 @@ def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) 
             if candidate is None and len(polygon.members) > LEAST_CROWD:
                 # One of its points may be no light of it.
                 unit = np.column_stack([np.cos(angles), np.sin(angles)])
-                candidate = accepted(without_worst(polygon, scene.points_px, unit, scene.focal_px), sides, scene)
+                candidate = accepted(without_worst(polygon, scene.points_px, unit), sides, scene)
             if candidate is not None:
                 found.append(candidate)
     return sorted(found, key=lambda candidate: candidate.log_chance)
@@ -175,7 +178,7 @@ def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> l
     if dock.angles_deg or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
         return []
     found = []
-    rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance, scene.area_px2)
+    rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance)
     for polygon in rings:
         candidate = accepted(polygon, len(polygon.corners), scene)
         if candidate is not None:
@@ -196,7 +199,7 @@ def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
     unit = np.column_stack([np.cos(angles), np.sin(angles)])
     polygon = best.polygon
     while len(polygon.members) > LEAST_CROWD:
-        polygon = without_worst(polygon, scene.points_px, unit, scene.focal_px)
+        polygon = without_worst(polygon, scene.points_px, unit)
         other = accepted(polygon, best.sides, scene)
         if other is not None and other.log_chance < best.log_chance:
             best = other
@@ -214,7 +217,7 @@ def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
             other.log_chance < _AS_CONVINCING * found[0].log_chance
         ):
             alike.append(other)
-    places = [_range_radii(one.polygon, scene.focal_px) for one in alike]
+    places = [_range_radii(one.polygon) for one in alike]
     nearest = int(np.argmin([range_radii for range_radii, _ in places]))
     reach, sigma = places[nearest]
     near = [k for k, (away, error) in enumerate(places) if away - reach <= 3 * math.hypot(sigma, error)]
@@ -231,9 +234,9 @@ def _is_every_nth(one: Candidate) -> bool:
     return bool(steps[0] > 1 and (steps == steps[0]).all() and len(lit) > MIN_POINTS)
 
 
-def _range_radii(polygon: Polygon, focal_px: float) -> tuple[float, float]:
+def _range_radii(polygon: Polygon) -> tuple[float, float]:
     """Distance of a ring in radii of it, by the homography of its pose, and the standard error."""
-    columns = polygon.mapping / np.array([[focal_px], [focal_px], [1.0]])
+    columns = polygon.mapping / np.array([[polygon.focal_px], [polygon.focal_px], [1.0]])
     away = float(np.linalg.norm(columns[:, 2]) / math.sqrt(np.prod(np.linalg.norm(columns[:, :2], axis=0))))
     count = len(polygon.members)
     noise_px = math.sqrt(polygon.squares_px2 / max(1, 2 * count - 6))

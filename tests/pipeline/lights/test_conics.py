@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from dockpose.lights.conics import polygons_on_ellipses
 
-from tests.pipeline.lights.test_ring import AREA_PX2, CAMERA, FOCAL_PX, lights
+from tests.pipeline.lights.test_ring import CAMERA, FOCAL_PX, lights
 
 MIDDLE = np.array([CAMERA.cx, CAMERA.cy])
 
 
 def rings_in(points, count=None, tolerance_px=1.5):
-    return polygons_on_ellipses(points - MIDDLE, np.arange(len(points)), count, FOCAL_PX, tolerance_px, AREA_PX2)
+    return polygons_on_ellipses(points - MIDDLE, np.arange(len(points)), count, FOCAL_PX, tolerance_px)
 
 
 @pytest.mark.parametrize("count", [9, 16, 24, 37, 48, 64])
@@ -39,9 +39,25 @@ def test_a_ring_built_by_hand_is_found_whole_at_every_size_of_the_picture(times)
     ours = (lights(24, z_m=0.8) - MIDDLE) * times
     radius_px = np.linalg.norm(ours - ours.mean(axis=0), axis=1).max()
     ours = ours + np.random.default_rng(2).normal(0, 0.005 * radius_px / np.sqrt(2), ours.shape)
-    chosen, area_px2 = np.arange(24), times**2 * AREA_PX2
-    (ring,) = polygons_on_ellipses(ours, chosen, None, times * FOCAL_PX, 1.5, area_px2)
+    (ring,) = polygons_on_ellipses(ours, np.arange(24), None, times * FOCAL_PX, 1.5)
     assert sorted(ring.members) == list(range(24))
+
+
+@pytest.mark.parametrize(("count", "times"), [(60, 3.0), (60, 1.33), (24, 0.5), (24, 2.5)])
+def test_a_ring_of_another_camera_is_found_and_tells_its_focal_length(count, times):
+    # Near and steep, where evenly spaced lights look uneven by more than the lights are apart.
+    ours = lights(count, z_m=0.5, angles=(0.6, -0.5)) - MIDDLE
+    (ring,) = polygons_on_ellipses(ours, np.arange(count), count, FOCAL_PX / times, 1.5)
+    assert sorted(ring.members) == list(range(count))
+    assert ring.focal_px == pytest.approx(FOCAL_PX, rel=0.1)  # the steps in which they are tried
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_points_anywhere_on_an_ellipse_are_no_ring_of_another_camera(seed):
+    rng = np.random.default_rng(seed)
+    anywhere = lights(3600, z_m=0.5, angles=(0.6, -0.5))[rng.choice(3600, 40, replace=False)]
+    assert rings_in(anywhere, 40) == []
+    assert rings_in(anywhere) == []
 
 
 @pytest.mark.parametrize("count", [9, 20, 60, 150])

@@ -1,7 +1,7 @@
 """How many rings chance alone would make, by which a ring is accepted (Desolneux, Moisan and Morel 2000)."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -14,6 +14,9 @@ ACCEPTED, ACCEPTED_AMONG_OTHERS = 1e-2, 1e-3
 _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
+# Lamps on a cable are not strewn: the second is within so many steps of the first, and each further one within so many
+# of where the last two point. A ring with so many of its corners lit is no cable.
+_NEAR_STEPS, _NEXT_STEPS, CLOSED = 3.0, 0.25, 0.75
 _THRESHOLDS = 2  # that a picture is searched with
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 MOST_LIGHTS = 64  # that a dock is expected to have
@@ -92,6 +95,7 @@ def accepted(polygon: Polygon, sides: int, scene: Scene) -> Candidate | None:
         squares_px2=polygon.squares_px2,
         semi_axes_px=polygon.semi_axes_px,
         area_px2=scene.area_px2,
+        runs=open_runs(polygon.corners >= 0),
     )
     most = math.log(_most_chance(len(scene.points_px), len(members)) / scene.numbers)
     if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
@@ -117,6 +121,7 @@ def log_chance_rings(
     semi_axes_px: tuple[float, float],
     near: tuple[Neighbours, Neighbours],
     area_px2: float,
+    runs: Sequence[int] = (),
 ) -> float:
     """Logarithm of the expected number of rings as good among points strewn at random, see docs/method.md."""
     major, minor = semi_axes_px
@@ -140,9 +145,24 @@ def log_chance_rings(
     def least(background: Callable[[Neighbours], float]) -> float:
         return min(background(near[0]), math.log(_BRIGHTNESSES) + background(near[1]))
 
+    def on_strings(others: Neighbours) -> float:
+        step_px2 = 4 * math.pi * major * minor / sides**2
+        near, next_to = (math.log(1 / (math.pi * steps**2 * step_px2)) for steps in (_NEAR_STEPS, _NEXT_STEPS))
+        ends, seconds = len(runs), sum(length > 1 for length in runs)
+        begun = ends * math.log((1 + others.around) / around) + seconds * near
+        return begun + (count - ends - seconds) * next_to + math.log(area_px2) + 4 * math.log(major)
+
     if count < LEAST_CROWD:
         return common + least(strewn)
-    return common + max(least(strewn), least(crowded) - math.log(_MORE_OF_CROWDS))
+    chances = [least(strewn), least(crowded) - math.log(_MORE_OF_CROWDS)]
+    return common + max(chances + ([least(on_strings) - math.log(_MORE_OF_CROWDS)] if runs else []))
+
+
+def open_runs(lit: np.ndarray) -> list[int]:
+    """Lengths of the runs of lights without a gap on a ring (N,) that is open, as of lamps on a cable; else none."""
+    dark = np.flatnonzero(~lit)
+    gaps = np.diff(dark, append=dark[:1] + len(lit)) - 1 if len(dark) else np.array([], dtype=int)
+    return [] if lit.sum() >= CLOSED * len(lit) else gaps[gaps > 0].tolist()
 
 
 def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: float, total: int) -> float:

@@ -4,7 +4,7 @@ import math
 
 import cv2
 import numpy as np
-from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, CLOSED
 from dockpose.lights.growing import TOLERANCE_PX
 from dockpose.lights.polygon import Polygon
 from scipy.spatial import KDTree
@@ -15,7 +15,6 @@ _TOLERANCE = 0.05  # of a step, by which perspective and lens change it from one
 # An arc of a ring is open where so many corners in a row are empty; on a cable the next lamp is so many steps on, and
 # within an eighth of a turn of straight ahead.
 _OPEN, _NEXT, _AHEAD = 3, (0.5, 1.6), math.cos(math.pi / 4)
-_CLOSED = 0.75  # of its corners, from which on a ring is no arc
 _BY_CHANCE = 0.02  # of all ends of a ring having a lamp beyond
 _LEAST_ANGLE = math.sin(math.radians(20))  # between a lattice's two directions, as steeply as it may be seen
 
@@ -76,7 +75,7 @@ def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, toleran
 def strung(corners: np.ndarray, points_px: np.ndarray, area_px2: float) -> bool:
     """Whether lamps (M, 2) go on beyond each end of a ring's open arcs, as on a cable, and strays hardly would."""
     sides, lit = len(corners), corners >= 0
-    if lit.sum() >= _CLOSED * sides:
+    if lit.sum() >= CLOSED * sides:
         return False
     others = np.delete(points_px, corners[lit], axis=0)
     chance, ends = 1.0, 0

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, MOST_LIGHTS, log_chance_rings, neighbours
+from dockpose.lights.chance import ACCEPTED, MOST_LIGHTS, log_chance_rings, neighbours, open_runs
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
@@ -56,6 +56,7 @@ def log_chance_of_ring(
         semi_axes_px=ellipse.semi_axes_px,
         near=near,
         area_px2=area_px2,
+        runs=() if choice.lights is None else open_runs(np.isin(np.arange(sides), choice.lights)),
     )
 
 

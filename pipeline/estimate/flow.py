@@ -283,7 +283,8 @@ def _find_lights(
     if len(markers) < MIN_POINTS:
         small = f" and {markers.dropped} below {settings.min_area_px} pixels" if markers.dropped else ""
         found = f"{few_in_words(markers, len(markers))}{small} at level {threshold.level}"
-        return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.", stages
+        four = " Four do if the dock's number of lights is given: --lights 4." if len(markers) == 4 else ""
+        return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.{four}", stages
     ring = None if like is None or markers is not like.markers else _ring_of(like, camera, dock)
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)

@@ -15,8 +15,9 @@ _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
 # Lamps on a cable are not strewn: the second is within so many steps of the first, and each further one within so many
-# of where the last two point. A ring with so many of its corners lit is no cable.
-_NEAR_STEPS, _NEXT_STEPS, CLOSED = 3.0, 0.25, 0.75
+# of where the last two point; one of twenty is out. A ring with so many of its corners lit is no cable, and a hundred
+# docks are seen for each cable that would pass for a part of one.
+_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 100.0
 _THRESHOLDS = 2  # that a picture is searched with
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 MOST_LIGHTS = 64  # that a dock is expected to have
@@ -84,8 +85,8 @@ def neighbours(
     )
 
 
-def accepted(polygon: Polygon, sides: int, scene: Scene) -> Candidate | None:
-    """Return a polygon as a candidate; None where chance may have made it."""
+def accepted(polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = True) -> Candidate | None:
+    """Return a polygon as a candidate; None where chance, or lamps on a cable if they may, have made it."""
     members = polygon.members
     chance_among = partial(
         log_chance_rings,
@@ -95,7 +96,7 @@ def accepted(polygon: Polygon, sides: int, scene: Scene) -> Candidate | None:
         squares_px2=polygon.squares_px2,
         semi_axes_px=polygon.semi_axes_px,
         area_px2=scene.area_px2,
-        runs=open_runs(polygon.corners >= 0),
+        cables=cables_of(polygon.corners >= 0) if may_hang else (),
     )
     most = math.log(_most_chance(len(scene.points_px), len(members)) / scene.numbers)
     if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
@@ -121,7 +122,7 @@ def log_chance_rings(
     semi_axes_px: tuple[float, float],
     near: tuple[Neighbours, Neighbours],
     area_px2: float,
-    runs: Sequence[int] = (),
+    cables: Sequence[Sequence[int]] = (),
 ) -> float:
     """Logarithm of the expected number of rings as good among points strewn at random, see docs/method.md."""
     major, minor = semi_axes_px
@@ -145,24 +146,29 @@ def log_chance_rings(
     def least(background: Callable[[Neighbours], float]) -> float:
         return min(background(near[0]), math.log(_BRIGHTNESSES) + background(near[1]))
 
-    def on_strings(others: Neighbours) -> float:
+    def on_cables(others: Neighbours) -> float:
         step_px2 = 4 * math.pi * major * minor / sides**2
-        near, next_to = (math.log(1 / (math.pi * steps**2 * step_px2)) for steps in (_NEAR_STEPS, _NEXT_STEPS))
-        ends, seconds = len(runs), sum(length > 1 for length in runs)
-        begun = ends * math.log((1 + others.around) / around) + seconds * near
-        return begun + (count - ends - seconds) * next_to + math.log(area_px2) + 4 * math.log(major)
+        within = [steps for cable in cables for steps in [_NEAR_STEPS, *(_NEXT_STEPS * gap for gap in cable[1:])]]
+        begun = (count - len(within)) * math.log((1 + others.around) / around)
+        on = -sum(math.log(math.pi * steps**2 * step_px2) for steps in within)
+        on += math.log(_OUT) * sum(gap - 1 for cable in cables for gap in cable)
+        return begun + on + math.log(area_px2) + 4 * math.log(major)
 
     if count < LEAST_CROWD:
         return common + least(strewn)
     chances = [least(strewn), least(crowded) - math.log(_MORE_OF_CROWDS)]
-    return common + max(chances + ([least(on_strings) - math.log(_MORE_OF_CROWDS)] if runs else []))
+    return common + max(chances + ([least(on_cables) - math.log(_FEWER_CABLES)] if cables else []))
 
 
-def open_runs(lit: np.ndarray) -> list[int]:
-    """Lengths of the runs of lights without a gap on a ring (N,) that is open, as of lamps on a cable; else none."""
-    dark = np.flatnonzero(~lit)
-    gaps = np.diff(dark, append=dark[:1] + len(lit)) - 1 if len(dark) else np.array([], dtype=int)
-    return [] if lit.sum() >= CLOSED * len(lit) else gaps[gaps > 0].tolist()
+def cables_of(lit: np.ndarray) -> list[list[int]]:
+    """Steps from light to light along each arc of a ring (N,) that is open, as lamps hang on cables."""
+    if not 0 < lit.sum() < CLOSED * len(lit):
+        return []
+    corners = np.flatnonzero(lit)
+    steps = np.diff(corners, append=corners[0] + len(lit))
+    steps = np.roll(steps, -1 - int(np.argmax(steps)))
+    cables = np.split(steps, np.flatnonzero(steps > _LARGEST_GAP) + 1)
+    return [cable[cable <= _LARGEST_GAP].tolist() for cable in cables if (cable <= _LARGEST_GAP).any()]
 
 
 def log_chance_ellipses(count: int, rms_px: float, radius_px: float, density: float, total: int) -> float:

@@ -46,14 +46,14 @@ class Polygon:
 
 def find_polygons(
     points_px: np.ndarray,
-    angles_rad: np.ndarray,
+    unit: np.ndarray,
     even: bool,
     focal_px: float,
     tolerance_px: float = TOLERANCE_PX,
     first: np.ndarray | None = None,
 ) -> list[Polygon]:
-    """Find images of a polygon with corners at angles (N,) on a circle among points (M, 2), begun from ``first``."""
-    sides = len(angles_rad)
+    """Find images of a polygon with corners (N, 2) near the unit circle among points (M, 2), begun from ``first``."""
+    sides = len(unit)
     first = np.arange(len(points_px)) if first is None else first
     count = len(first)
     if min(count, sides) < 4:
@@ -64,7 +64,6 @@ def find_polygons(
     most = min(_NEIGHBOURS_OF_FEW if is_scarce else most, count - 1)
     near = np.asarray(KDTree(points[first]).query(points[first], k=most + 1)[1])
     near = np.ascontiguousarray(first[near[:, 1:]])
-    unit = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
     sought = Sought(points, unit, float(focal_px), float(tolerance_px))
     steps = np.vstack([_STEPS, _more_steps(sides)]) if count <= FEW_POINTS else _STEPS
     steps = steps[steps.sum(axis=1) < sides]

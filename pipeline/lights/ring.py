@@ -31,8 +31,8 @@ _TIMES_AS_BRIGHT, _MOST_RINGS = 16, 40
 _SEVERAL = "Several rings can be laid through the same groups; which of them is the dock is unknown."
 # Other points on a ring, per light, from which on it is a part of another: of one with at least twice as many lights,
 # so that as many others lie on it, of which half may be missed.
-_UNEXPLAINED = 0.5
-_SPECK = 0.1  # of the ring's median light: lamps of one kind are not that unequal, beams and distance included
+_UNEXPLAINED = 1 / 3
+_SPECK = 0.05  # of the ring's median light: lamps of one kind are not that unequal, beams and distance included
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
 
@@ -73,7 +73,7 @@ def find_ring(
             return whole
     numbers = MOST_LIGHTS if dock.lights is None else 1
     focal_px = math.sqrt(camera.fx * camera.fy)
-    scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, not dock.angles_deg, numbers)
+    scene = Scene(points_px - [camera.cx, camera.cy], brightness, area_px2, focal_px, _is_even(dock), numbers)
     in_lattice = repeating(points_px) if count > FIRST_POINTS else np.zeros(count, dtype=bool)
     order = order[~in_lattice[order]]
     # Of a known number corners are found sooner, of an unknown one the ellipse.
@@ -118,7 +118,7 @@ def light_diameter_px(areas_px: np.ndarray) -> float:
 def _wanted(dock: Dock) -> str:
     if dock.lights is None:
         return "a ring of evenly spaced lights; among other groups it is found sooner when the number is given"
-    spaced = "lights spaced as the dock's" if dock.angles_deg else "evenly spaced lights"
+    spaced = "evenly spaced lights" if _is_even(dock) else "lights spaced as the dock's"
     return f"a ring of {dock.lights} {spaced}"
 
 
@@ -142,12 +142,11 @@ def _candidates(scene: Scene, chosen: np.ndarray, dock: Dock, tolerance: float) 
     """Polygons of the dock's lights that chance would hardly make, begun from the chosen points; the surest first."""
     found = []
     for sides in NUMBERS if dock.lights is None else (dock.lights,):
-        angles = _angles(sides, dock)
-        for polygon in find_polygons(scene.points_px, angles, scene.even, scene.focal_px, tolerance, chosen):
+        unit = _places(sides, dock)
+        for polygon in find_polygons(scene.points_px, unit, scene.even, scene.focal_px, tolerance, chosen):
             candidate = accepted(polygon, sides, scene)
             if candidate is None and len(polygon.members) > LEAST_CROWD:
                 # One of its points may be no light of it.
-                unit = np.column_stack([np.cos(angles), np.sin(angles)])
                 candidate = accepted(without_worst(polygon, scene.points_px, unit), sides, scene)
             if candidate is not None:
                 found.append(candidate)
@@ -175,7 +174,7 @@ def _more_of_size(
 def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> list[Candidate]:
     """Rings of many evenly spaced lights, by ellipses through most of the first points in order; the surest first."""
     chosen = np.sort(order[:MAX_POINTS])
-    if dock.angles_deg or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
+    if not scene.even or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
         return []
     found = []
     rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance)
@@ -186,24 +185,31 @@ def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> l
     return sorted(found, key=lambda candidate: candidate.log_chance)
 
 
-def _angles(sides: int, dock: Dock) -> np.ndarray:
-    """Angles (N,) of the dock's lights around it, ascending."""
-    if dock.angles_deg:
-        return np.sort(np.mod(dock.light_angles_rad(), 2 * np.pi))
-    return 2 * np.pi * np.arange(sides) / sides
+def _is_even(dock: Dock) -> bool:
+    """Whether a dock's lights are evenly spaced on its circle."""
+    return not (dock.angles_deg or dock.offsets_m)
+
+
+def _places(sides: int, dock: Dock) -> np.ndarray:
+    """Places (N, 2) of the dock's lights on its plane, in radii, in order around it."""
+    if not _is_even(dock):
+        places = dock.light_points()[:, :2] / dock.radius
+        return places[np.argsort(np.mod(np.arctan2(places[:, 1], places[:, 0]), 2 * np.pi))]
+    angles = 2 * np.pi * np.arange(sides) / sides
+    return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
     """The ring without points that make it likelier to be chance, as where a bubble runs together with a light."""
-    angles = _angles(best.sides, dock)
-    unit = np.column_stack([np.cos(angles), np.sin(angles)])
-    polygon = best.polygon
+    unit, polygon = _places(best.sides, dock), best.polygon
+    # Whatever is left out, a row of lights becomes several, and less like lamps on a cable.
+    exact = accepted(polygon, best.sides, scene, may_hang=False) or best
     while len(polygon.members) > LEAST_CROWD:
         polygon = without_worst(polygon, scene.points_px, unit)
-        other = accepted(polygon, best.sides, scene)
-        if other is not None and other.log_chance < best.log_chance:
-            best = other
-    return best
+        other = accepted(polygon, best.sides, scene, may_hang=False)
+        if other is not None and other.log_chance < exact.log_chance:
+            exact = other
+    return exact
 
 
 def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
@@ -257,8 +263,7 @@ def _trouble(
     best: Candidate, exact: Candidate, found: list[Candidate], dock: Dock, scene: Scene, tolerance: float
 ) -> str | None:
     """Why it is open whether the best ring, ``exact`` without outliers, is the dock; None where it is not."""
-    angles = _angles(best.sides, dock)
-    unit = np.column_stack([np.cos(angles), np.sin(angles)])
+    unit = _places(best.sides, dock)
     within = _within_px(best, tolerance)
     if goes_on(best.polygon, unit, scene.points_px, within):
         return f"The groups repeat as in a lattice. {_SEVERAL}"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.chance import ACCEPTED, MOST_LIGHTS, log_chance_rings, neighbours, open_runs
+from dockpose.lights.chance import ACCEPTED, MOST_LIGHTS, cables_of, log_chance_rings, neighbours
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse
 from dockpose.lights.markers import Markers
 from dockpose.lights.ring import Ring
@@ -51,12 +51,12 @@ def log_chance_of_ring(
     return tests + log_chance_rings(
         count,
         sides,
-        even=not dock.angles_deg,
+        even=not (dock.angles_deg or dock.offsets_m),
         squares_px2=count * rms_px**2,
         semi_axes_px=ellipse.semi_axes_px,
         near=near,
         area_px2=area_px2,
-        runs=() if choice.lights is None else open_runs(np.isin(np.arange(sides), choice.lights)),
+        cables=() if choice.lights is None else cables_of(np.isin(np.arange(sides), choice.lights)),
     )
 
 

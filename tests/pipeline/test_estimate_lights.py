@@ -87,4 +87,5 @@ def test_four_lights_of_ten_are_enough_where_their_number_is_known():
     np.testing.assert_allclose(found.selected.position_m, truth.position_m, rtol=0.005, atol=0.002)
     unknown = estimate(image, CAMERA, Dock(0.30))
     assert unknown.status == "too_few_markers"
+    assert unknown.message.endswith("Four do if the dock's number of lights is given: --lights 4.")
     assert unknown.ring is None

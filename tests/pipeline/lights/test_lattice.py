@@ -1,6 +1,7 @@
 import cv2
 import numpy as np
 import pytest
+from dockpose import Dock
 from dockpose.lights.lattice import goes_on, repeating
 from dockpose.lights.polygon import find_polygons
 
@@ -69,15 +70,15 @@ def test_what_forms_no_lattice_is_not_taken_for_one():
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [4, 6, 10])
 def test_rings_among_strays_do_not_go_on_beyond_themselves(count):
-    turn = 2 * np.pi * np.arange(count) / count
+    unit = Dock(2.0, count).light_points()[:, :2]
     for seed in range(60):
         rng = np.random.default_rng([8, seed])
         ours = lights(count, z_m=rng.uniform(0.6, 1.5), angles=rng.uniform(-0.5, 0.5, 2))
         points = np.vstack([ours, rng.uniform(0, [640, 480], (30, 2))]) - MIDDLE
-        polygons = find_polygons(ours - MIDDLE, turn, True, FOCAL_PX)
+        polygons = find_polygons(ours - MIDDLE, unit, True, FOCAL_PX)
         whole = max(polygons, key=lambda polygon: len(polygon.members))
         assert len(whole.members) == count
-        assert not goes_on(whole, np.column_stack([np.cos(turn), np.sin(turn)]), points, 1.5)
+        assert not goes_on(whole, unit, points, 1.5)
 
 
 def on_a_cable(rng, is_open):

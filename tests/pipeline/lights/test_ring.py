@@ -112,27 +112,33 @@ def test_of_two_concentric_rings_the_one_with_the_dock_s_number_of_lights_is_it(
 
 
 def half_a_ring(seed):
-    """Five lights of ten, whichever, good to 0.1 px, and one to three strays not within 20 px of them."""
+    """Five lights of ten, good to 0.1 px, one to three strays not within 20 px of them, and whether five in a row."""
     rng = np.random.default_rng([7, seed])
     angles, missing = rng.uniform(-0.5, 0.5, 2), rng.choice(10, 5, replace=False)
     ours = lights(z_m=rng.uniform(0.6, 1.2), angles=angles, roll=rng.uniform(0, 1), missing=missing)
     strays = rng.uniform(10, [630, 470], (40, 2))
     strays = strays[np.linalg.norm(strays[:, None] - ours, axis=2).min(axis=1) > 20][: 1 + seed % 3]
-    return np.vstack([ours + rng.normal(0, 0.1, ours.shape), strays])
+    gaps = np.diff(np.sort(missing), append=missing.min() + 10)
+    return np.vstack([ours + rng.normal(0, 0.1, ours.shape), strays]), bool(gaps.max() == 6)
 
 
 @pytest.mark.slow
-def test_any_five_of_ten_lights_are_found_beside_strays():
-    found = [np.flatnonzero(ring_of(half_a_ring(seed)).on_ring).tolist() for seed in range(100)]
-    assert sum(one == [0, 1, 2, 3, 4] for one in found) >= 97
+def test_any_five_of_ten_lights_are_found_beside_strays_unless_they_could_hang_on_a_cable():
+    found = []
+    for seed in range(100):
+        points, are_in_a_row = half_a_ring(seed)
+        ring = np.flatnonzero(ring_of(points).on_ring).tolist()
+        if not are_in_a_row or ring:
+            found.append(ring == [0, 1, 2, 3, 4])
+    assert found.count(False) <= 3
+    assert len(found) >= 95  # in a row are 10 of 252 choices, and those that are exact enough are found
 
 
 def test_lights_seen_nearly_square_on_lie_where_the_nearest_pose_has_them():
     # Five lights good to 0.1 px; a pose that follows from how they are stretched alone stays off by two pixels.
-    ours = half_a_ring(6)[:5]
-    turn = 2 * np.pi * np.arange(10) / 10
+    ours = half_a_ring(6)[0][:5]
     best = max(
-        find_polygons(ours - [CAMERA.cx, CAMERA.cy], turn, True, FOCAL_PX),
+        find_polygons(ours - [CAMERA.cx, CAMERA.cy], Dock(2.0, 10).light_points()[:, :2], True, FOCAL_PX),
         key=lambda polygon: (len(polygon.members), -polygon.squares_px2),
     )
     assert len(best.members) == 5
@@ -195,13 +201,15 @@ def test_more_groups_than_can_be_looked_at_leave_the_brightest():
 
 def test_a_polygon_seen_from_impossibly_near_is_refused():
     # Seen from 0.7 m by a wide lens, a dock is bent by perspective as no lens with a long focal length would show it.
-    turn = 2 * np.pi * np.arange(10) / 10
-    ring = 0.15 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) @ rotation_from_angles(0.7, 0.3).T
+    places = Dock(2.0, 10).light_points()
+    ring = 0.15 * places @ rotation_from_angles(0.7, 0.3).T
     seen = 250 * ring[:, :2] / (0.7 + ring[:, 2:])
-    (best, *_) = find_polygons(seen, turn, True, 250.0)
+    (best, *_) = find_polygons(seen, places[:, :2], True, 250.0)
     assert len(best.members) == 10
     assert best.squares_px2 < 0.01
-    assert all(len(other.members) < 10 or other.squares_px2 > 1 for other in find_polygons(seen, turn, True, 2500.0))
+    assert all(
+        len(other.members) < 10 or other.squares_px2 > 1 for other in find_polygons(seen, places[:, :2], True, 2500.0)
+    )
 
 
 def close(seed: int, count: int, strays: int, missing: int = 0, tilt_deg: tuple[float, float] = (35, 55)):
@@ -266,6 +274,21 @@ def test_a_light_that_runs_together_with_a_bubble_is_left_out(count, off_px):
     found = ring_of(np.vstack([ring, strays[np.hypot(*(strays - middle).T) > 150]]), count)
     assert not found.on_ring[3]
     assert found.on_ring[:count].sum() == count - 1
+
+
+@pytest.mark.parametrize("count", [5, 8, 12])
+def test_a_learnt_dock_s_lights_are_sought_where_it_has_them(count):
+    # A tenth of the radius off their places, four times what is taken for an evenly spaced ring.
+    rng = np.random.default_rng(count)
+    turn_rad = 2 * np.pi * np.arange(count) / count
+    out_m = 0.015 * np.column_stack([np.cos(3 * turn_rad + 1), np.sin(2 * turn_rad), 0 * turn_rad])
+    learnt = Dock(0.30, count, offsets_m=out_m.tolist())
+    ours = CAMERA.project([0.1, 0.0, 1.1] + learnt.light_points() @ rotation_from_angles(0.3, -0.4, 1.0).T)
+    strays = rng.uniform(20, [620, 460], (8, 2))
+    points = np.vstack([ours, strays[np.linalg.norm(strays[:, None] - ours, axis=2).min(axis=1) > 20]])
+    found = find_ring(points, as_markers(points), CAMERA, learnt, AREA_PX2)
+    assert np.flatnonzero(found.on_ring).tolist() == list(range(count))
+    assert not ring_of(points, count).on_ring[:count].all()
 
 
 def test_noise_drops_no_light():

@@ -11,15 +11,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
 
-from dockpose.app.commands import compare, console, estimate, export, simulate
+from dockpose.app.commands import compare, console, estimate, export, ros, simulate
 from dockpose.app.commands.arguments import protected
 from dockpose.app.commands.calibration import calibrate, learn_dock
 from dockpose.app.commands.logging_options import add_logging, logged
 from dockpose.app.commands.machine import completion, doctor, serve
 from dockpose.app.commands.paper import budget, reproduce, study
-from dockpose.app.commands.ros import command as ros
 from dockpose.app.errors import OutputError, UserError
-from dockpose.app.inputs.samples import sample_source
+from dockpose.app.inputs.pictures import sample_source
 from dockpose.checks import one_line
 from dockpose.compiled import on_compiling
 from dockpose.thresholds import METHODS
@@ -45,7 +44,7 @@ _COMPILING = "compiling the loops over pixels; the first run takes up to a minut
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program."""
-    with console.forgiving_output(), console.ended_by_sigterm(), METHODS.telling(_warn):
+    with console.forgiving_output(), console.stopped_by_signals(), METHODS.telling(_warn):
         try:
             arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))
             with protected(arguments), logged(arguments):

@@ -8,8 +8,16 @@ from pathlib import Path
 
 from dockpose.checks import InputError
 
-# What no argument can be blamed for.
-_DISK = (errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EBADF, getattr(errno, "EDQUOT", errno.ENOSPC))
+_EDQUOT = getattr(errno, "EDQUOT", errno.ENOSPC)
+_DISK = (errno.ENOSPC, errno.EFBIG, errno.EIO, errno.EBADF, _EDQUOT)  # what no argument can be blamed for
+_MAY_NOT = "it may not be written to (read-only, or open in another program)"
+_WHY = {
+    **dict.fromkeys((errno.ENOSPC, _EDQUOT), "the disk is full"),
+    errno.EFBIG: "the disk or this account takes no larger file",
+    errno.ENOENT: "there is no such file or folder",
+    errno.EBADF: "it is closed",
+    **dict.fromkeys((errno.EROFS, errno.EACCES, errno.EPERM), _MAY_NOT),
+}
 
 
 class UserError(InputError):
@@ -42,28 +50,13 @@ def writing(target: object) -> Iterator[None]:
 
 def unwritable(target: object, error: OSError, what: str = "cannot be written", kept: str = "") -> UserError:
     """The error to raise for what could not be written; ``kept`` says what there is of it all the same."""
-    kind = OutputError if is_of_disk(error) else UserError
+    kind = OutputError if error.errno in _DISK else UserError
     return kind(f"{target}: {what} ({why(error)}){kept}")
-
-
-def is_of_disk(error: OSError) -> bool:
-    """Whether a disk is full or broken, or an output closed, rather than the wrong thing asked for."""
-    return error.errno in _DISK
 
 
 def why(error: OSError) -> str:
     """The reason in words that people at a tank understand."""
-    if error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)):
-        return "the disk is full"
-    if error.errno == errno.EFBIG:
-        return "the disk or this account takes no larger file"
-    if error.errno == errno.ENOENT:
-        return "there is no such file or folder"
-    if error.errno == errno.EBADF:
-        return "it is closed"
-    if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
-        return "it may not be written to (read-only, or open in another program)"
-    return error.strerror or str(error)
+    return _WHY.get(error.errno or 0) or error.strerror or str(error)
 
 
 def check_place(path: Path, option: str, *, is_new: bool = False) -> None:

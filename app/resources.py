@@ -1,11 +1,15 @@
-"""Where the project's own files are: beside the code in a checkout, inside the package in a wheel."""
+"""What the program is made of: its own files, in a checkout or a wheel, and the versions of its libraries."""
 
 import functools
+import platform
 import tomllib
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 _PACKAGE = Path(__file__).resolve().parent
+# Those that a number passes through on its way.
+_LIBRARIES = {"numpy": "numpy", "opencv": "opencv-python-headless", "scipy": "scipy", "numba": "numba"}
 
 
 def data_folder(name: str) -> Path:
@@ -23,3 +27,27 @@ def static_path(name: str) -> Path:
 def read_toml(name: str) -> dict[str, Any]:
     """What a TOML file of ``static/`` holds; it is read once, and not to be changed."""
     return tomllib.loads(static_path(name).read_text(encoding="utf-8"))
+
+
+@functools.cache
+def _versions() -> tuple[tuple[str, str], ...]:
+    found = [("dockpose", _version("dockpose")), ("python", platform.python_version())]
+    found += [(name, _version(package)) for name, package in _LIBRARIES.items()]
+    return (*found, ("machine", f"{platform.system()} {platform.machine()}"))
+
+
+def versions() -> dict[str, str]:
+    """Versions of the program, of Python and of the libraries that compute, and the kind of machine."""
+    return dict(_versions())
+
+
+def with_versions(line: dict[str, Any]) -> dict[str, Any]:
+    """A JSON object of schema 1 with the versions added under "program"."""
+    return line | {"program": versions()}
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from types import FrameType, TracebackType
+from types import FrameType
 
 from dockpose.app.errors import writing
 from dockpose.checks import printable
@@ -24,6 +24,8 @@ _EVERY_S = {True: 0.2, False: 10.0}  # between two reports, to a terminal and el
 
 _LOG = logging.getLogger("dockpose")
 _LOG.addHandler(logging.NullHandler())  # without any, logging would print what is said a second time
+
+_asked: list[type[KeyboardInterrupt]] = []  # what Ctrl+C and SIGTERM raised
 
 
 class Terminated(KeyboardInterrupt):
@@ -40,13 +42,10 @@ def stop_in(error: BaseException) -> KeyboardInterrupt:
     raise error
 
 
-_asked_to_end = threading.Event()
-
-
-def check_ended() -> None:
-    """Raise :class:`Terminated` if the system asked for it, whatever became of it then."""
-    if _asked_to_end.is_set():
-        raise Terminated
+def check_stopped() -> None:
+    """Raise again what Ctrl+C or SIGTERM raised: Python loses it where it is raised in a callback of compiled code."""
+    if _asked:
+        raise Terminated if Terminated in _asked else KeyboardInterrupt
 
 
 def say(text: str, level: int = logging.INFO) -> None:
@@ -102,22 +101,26 @@ def _hold_standard_streams() -> None:
 
 
 @contextlib.contextmanager
-def ended_by_sigterm() -> Iterator[None]:
-    """Let SIGTERM raise :class:`Terminated` meanwhile; outside the main thread nothing changes."""
+def stopped_by_signals() -> Iterator[None]:
+    """Let SIGTERM raise :class:`Terminated` meanwhile, and Ctrl+C KeyboardInterrupt; not outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
 
-    def end(number: int, frame: FrameType | None) -> None:
-        _asked_to_end.set()
-        raise Terminated
+    def stop(number: int, frame: FrameType | None) -> None:
+        _asked.append(Terminated if number == signal.SIGTERM else KeyboardInterrupt)
+        raise _asked[-1]
 
-    _asked_to_end.clear()
-    before = signal.signal(signal.SIGTERM, end)
+    numbers = [signal.SIGTERM]
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else it has another meaning already
+        numbers.append(signal.SIGINT)
+    before = {number: signal.signal(number, stop) for number in numbers}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        _asked.clear()
 
 
 class TerminalBar(Progress):
@@ -192,35 +195,3 @@ def rate_text(count: int, total: int | None, a_second: float, dropped: int = 0, 
     of = "" if total is None else f" of {total}"
     text = f"{count}{of} {unit}, {a_second:.1f} a second"
     return f"{text}, {dropped} dropped" if dropped else text
-
-
-class Interrupts:
-    """A context in which Ctrl+C raises KeyboardInterrupt at once, and again at the next :meth:`check`.
-
-    Python loses a KeyboardInterrupt that is raised in a callback from compiled code. Outside the main thread, and where
-    Ctrl+C already has another meaning, nothing changes.
-    """
-
-    def __init__(self) -> None:
-        self._was_asked = self._is_ours = False
-
-    def check(self) -> None:
-        """Raise KeyboardInterrupt if Ctrl+C was pressed or SIGTERM came, whatever became of it then."""
-        check_ended()
-        if self._was_asked:
-            raise KeyboardInterrupt
-
-    def __enter__(self) -> "Interrupts":
-        is_main = threading.current_thread() is threading.main_thread()
-        self._is_ours = is_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        if self._is_ours:
-            signal.signal(signal.SIGINT, self._interrupt)
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        if self._is_ours:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-
-    def _interrupt(self, number: int, frame: FrameType | None) -> None:
-        self._was_asked = True
-        raise KeyboardInterrupt

@@ -11,19 +11,17 @@ from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.commands import arguments as given
 from dockpose.app.commands import console
 from dockpose.app.commands.estimate_sequence import How, estimate_sequence
-from dockpose.app.commands.output import Destinations, Recordings, ResultWriter
+from dockpose.app.commands.output import Destinations, ResultWriter, SourceWriter
 from dockpose.app.commands.replay import run_session
-from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.mcap_file import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import ENDING as RERUN_ENDING
 from dockpose.app.inputs.pictures import Batch, Picture
-from dockpose.app.inputs.resolve import resolve
-from dockpose.app.inputs.sequences import FrameSource
-from dockpose.app.processing.analysis import headline_of, trust_of
-from dockpose.app.processing.auto_masks import AutoMasks
+from dockpose.app.inputs.sequences import FrameSource, resolve
+from dockpose.app.processing.analysis import trust_of
+from dockpose.app.processing.following import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
 from dockpose.checks import as_text
 from dockpose.tracking import NO_TRACK
@@ -90,8 +88,7 @@ def estimate_sources(
         raise UserError(f"{to.recordings[0]}: takes one source, since its times are those of one")
     all_read = True
     with contextlib.ExitStack() as files:
-        interrupts = files.enter_context(console.Interrupts())
-        results = ResultWriter(to, files, interrupts.check)
+        results = ResultWriter(to, files)
         try:
             for number, part in enumerate(parts, 1):
                 if isinstance(part, Batch):
@@ -131,23 +128,20 @@ def _estimate_pictures(
     batch: Batch, settings: Settings, how: How, results: ResultWriter, files: contextlib.ExitStack
 ) -> None:
     to = results.to.annotate
-    recordings = Recordings(results.to, as_text(str(batch.files[0].path)) if batch.files else "", files, console.say)
+    writer = SourceWriter(results, as_text(str(batch.files[0].path)) if batch.files else "", files, console.say)
     folder = None if to is None else results.folder(to)
     auto_masks = AutoMasks(settings, console.say)
 
     def write(
         path: Path, sha256: str | None, taken_s: float | None, found: Estimate, read: Callable[[], np.ndarray]
     ) -> None:
-        trust = trust_of(found)
-
-        def draw() -> None:
+        def keep(picture: np.ndarray) -> None:
             if folder is not None:
-                folder.write(path.stem, annotate(read(), found, headline=headline_of(trust)))
+                folder.write(path.stem, picture)
 
-        line = found.to_dict(as_text(str(path)), 0, None, sha256, taken_s) | NO_TRACK | how.turned
-        results.write(line, str(path), trust, draw)
-        seen = Seen(as_text(str(path)), results.frames - 1, found, trust)
-        recordings.write(seen, (None, taken_s), read, lambda: annotate(read(), found, headline=headline_of(trust)))
+        name = as_text(str(path))
+        line = found.to_dict(name, 0, None, sha256, taken_s) | NO_TRACK | how.turned
+        writer.write(line, str(path), Seen(name, results.frames, found, trust_of(found)), read, keep)
 
     if how.is_split:
         with workers(how.jobs, how.scheduler) as (executor, at_once):

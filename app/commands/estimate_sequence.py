@@ -10,14 +10,12 @@ import cv2
 import numpy as np
 from dockpose import Settings
 from dockpose.app.commands.console import FrameProgress
-from dockpose.app.commands.output import HeldLines, Recordings, ResultWriter
-from dockpose.app.drawing.annotated import annotate
+from dockpose.app.commands.output import HeldLines, ResultWriter, SourceWriter
 from dockpose.app.export.recording import Recording, record
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known
-from dockpose.app.processing.analysis import headline_of
 from dockpose.app.processing.following import Followed, Following
 from dockpose.app.processing.parallel import Found, SequenceWork, split, workers
 from dockpose.sources import NO_WISHES, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
@@ -72,23 +70,16 @@ def estimate_sequence(
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
         hold = files.enter_context(_smoothed(run, settings, results)) if how.is_smoothed else None
-        recordings = Recordings(results.to, source.name, files, progress.tell)
+        writer = SourceWriter(results, source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s) | how.turned
-
-            def drawn(found: Found = found, followed: Followed = followed) -> np.ndarray:
-                return annotate(run.picture(found.index), followed.estimate, headline=headline_of(followed.trust))
-
-            def draw(found: Found = found, drawn: Callable[[], np.ndarray] = drawn) -> None:
-                write_picture(found.index, found.time_s, drawn())
-
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
-            held = None if hold is None else hold(tracked)
-            results.write(line, f"{found.name} frame {found.index}{time}", followed.trust, draw, held)
             seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track)
-            times_s, original = (found.time_s, found.time_unix_s), functools.partial(run.picture, found.index)
-            recordings.write(seen, times_s, original, drawn)
+            read = functools.partial(run.picture, found.index)
+            keep = functools.partial(write_picture, found.index, found.time_s)
+            held = None if hold is None else hold(tracked)
+            writer.write(line, f"{found.name} frame {found.index}{time}", seen, read, keep, held)
             progress.step(frames.dropped)
         if recording is not None and recording.has_failed:
             return False

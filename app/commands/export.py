@@ -11,7 +11,6 @@ from dockpose.app.drawing.annotated import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
-from dockpose.app.inputs.protected import UNPROTECTED, Protected
 from dockpose.app.inputs.sidecar import camera_and_dock
 from dockpose.files.durable_files import write_whole
 
@@ -25,32 +24,18 @@ def add_parser(commands: Commands) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run ``dockpose export``; returns the exit status."""
-    camera, dock = camera_of(arguments), dock_of(arguments)
-    wishes = {"layers": arguments.layers, "rotate_deg": arguments.rotate, "protected": arguments.protected}
-    return export(arguments.source, camera, dock, arguments.out, **wishes)
-
-
-def export(
-    source: Path,
-    camera: Camera | None,
-    dock: Dock | None,
-    out: Path,
-    layers: str = ",".join(LAYERS),
-    rotate_deg: int = 0,
-    protected: Protected = UNPROTECTED,
-) -> int:
-    """Write what can be taken away of a source, and print which files that are."""
-    chosen = [layer.strip() for layer in layers.split(",") if layer.strip()]
+    """Write what can be taken away of a source, and print which files that are; returns the exit status."""
+    camera, dock, out = camera_of(arguments), dock_of(arguments), arguments.out
+    chosen = [layer.strip() for layer in arguments.layers.split(",") if layer.strip()]
     with blaming("--"):
         check_layers(chosen)
     check_folder(out if not out.suffix or out.is_dir() else out.parent, f"--out {out}")
     from dockpose.app.export.bundle import to_zip  # what draws takes a while to import
 
-    files = _files(source, camera, dock, chosen, rotate_deg)
+    files = _files(arguments.source, camera, dock, chosen, arguments.rotate)
     if not out.suffix or out.is_dir():
         for name in files:
-            protected.check(f"--out {out}: its {name}", out / name)
+            arguments.protected.check(f"--out {out}: its {name}", out / name)
         with writing(f"--out {out}"):
             out.mkdir(parents=True, exist_ok=True)
         for name, make in files.items():

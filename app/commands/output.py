@@ -3,6 +3,7 @@
 import contextlib
 import csv
 import dataclasses
+import functools
 import json
 import os
 import stat
@@ -15,7 +16,8 @@ from typing import IO, Any
 import cv2
 import msgspec
 import numpy as np
-from dockpose.app.commands.console import put, put_text
+from dockpose.app.commands.console import check_stopped, put, put_text
+from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import check_folder, unwritable, writing
 from dockpose.app.export.data import CSV_COLUMNS, to_row
 from dockpose.app.export.recordings.mcap_file import PoseFile
@@ -23,6 +25,7 @@ from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import RerunFile
 from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.protected import UNPROTECTED, Protected
+from dockpose.app.processing.analysis import headline_of
 from dockpose.app.state.trust import NO_POSE, Trust
 from dockpose.checks import as_text
 from dockpose.files.durable_files import write_all, write_whole
@@ -53,10 +56,8 @@ class Destinations:
 class ResultWriter:
     """Writes the results frame by frame, so that a run that is stopped keeps all that it did."""
 
-    def __init__(
-        self, to: Destinations, files: contextlib.ExitStack, before_each: Callable[[], None] = lambda: None
-    ) -> None:
-        self.to, self._before_each = to, before_each
+    def __init__(self, to: Destinations, files: contextlib.ExitStack) -> None:
+        self.to = to
         self._json = open_lines(to.json, files)
         csv_file = open_lines(to.csv, files)
         self._table = None if csv_file is None else csv.DictWriter(csv_file, CSV_COLUMNS)
@@ -80,7 +81,7 @@ class ResultWriter:
         held: "HeldLines | None" = None,
     ) -> None:
         """Write one frame."""
-        self._before_each()
+        check_stopped()
         if line["status"] == "method_failed":
             self.failures.append(line["message"])
         if held is None:
@@ -104,29 +105,39 @@ class ResultWriter:
             self._table.writerow(to_row(line))
 
 
-class Recordings:
-    """The files of :attr:`Destinations.recordings`, open; what they share is made once for all."""
+class SourceWriter:
+    """Writes the frames of one source: their results, and the files of :attr:`Destinations.recordings`."""
 
-    def __init__(self, to: Destinations, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]) -> None:
-        self._with_drawing = to.out is not None
+    def __init__(
+        self, results: ResultWriter, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]
+    ) -> None:
+        self._results = results
         self._files: list[PoseFile | RerunFile] = []
-        for path, kind in ((to.out, PoseFile), (to.rerun, RerunFile)):
+        for path, kind in ((results.to.out, PoseFile), (results.to.rerun, RerunFile)):
             if path is not None:
                 self._files.append(files.enter_context(kind(path, source, tell)))
 
     def write(
         self,
+        line: dict[str, Any],
+        label: str,
         seen: Seen,
-        times_s: tuple[float | None, float | None],
-        original: Callable[[], np.ndarray],
-        drawn: Callable[[], np.ndarray],
+        read: Callable[[], np.ndarray],
+        keep: Callable[[np.ndarray], object],
+        held: "HeldLines | None" = None,
     ) -> None:
-        """Add a frame."""
+        """Write a frame, whose picture ``read`` returns, and whose annotated one ``keep`` takes."""
+
+        @functools.cache
+        def drawn() -> np.ndarray:
+            return annotate(read(), seen.found, headline=headline_of(seen.trust))
+
+        self._results.write(line, label, seen.trust, lambda: keep(drawn()), held)
         if self._files:
-            picture = drawn() if self._with_drawing else None
-            seen = dataclasses.replace(seen, picture=picture, original=original())
-        for file in self._files:
-            file.write(seen, *times_s)
+            picture = None if self._results.to.out is None else drawn()
+            with_pictures = dataclasses.replace(seen, picture=picture, original=read())
+            for file in self._files:
+                file.write(with_pictures, line["time_s"], line["time_unix_s"])
 
 
 class HeldLines:

@@ -9,7 +9,7 @@ from typing import Any
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.experiment import Row, SessionRecord, read_session
-from dockpose.app.experiment.versions import versions
+from dockpose.app.resources import versions
 from dockpose.camera.image import decode, read_picture_file
 
 _OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock")

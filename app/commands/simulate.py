@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock, estimate
 from dockpose.app.commands.arguments import Commands, add_options
-from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_ended, say
+from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_stopped, say
 from dockpose.app.commands.output import LineFile
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.video import VideoFile, is_video_file
@@ -124,7 +124,7 @@ class _Target:
 
     def add(self, frame: RenderedFrame) -> None:
         """Write one picture, then its truth."""
-        check_ended()
+        check_stopped()
         self._write(frame)
         self._rows.writerow(truth_row(frame))
 

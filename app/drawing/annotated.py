@@ -5,16 +5,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from dockpose.app.drawing.colours import (
-    DROPPED_COLOUR,
-    ELLIPSE_COLOUR,
-    MASK_COLOUR,
-    POSE_COLOURS,
-    POSE_NAMES,
-    SHADOW_COLOUR,
-    TEXT_COLOUR,
-    bgr,
-)
+from dockpose.app.drawing import colours
 from dockpose.app.drawing.numbers import chance, length_words, level_words, pose_cells
 from dockpose.estimate import Estimate, geometry
 from dockpose.estimate.canvas import Canvas, to_bgr8
@@ -60,13 +51,13 @@ def _draw_mask(canvas: Canvas, mask: Mask) -> None:
     if len(rows) == 0:
         return
     striped = (rows + columns) % canvas.width(8) < canvas.width()
-    pixels[rows[striped], columns[striped]] = bgr(MASK_COLOUR)
+    pixels[rows[striped], columns[striped]] = colours.bgr(colours.MASK_COLOUR)
     left, top, right, bottom = (int(edge) for edge in (columns[0], rows[0], columns[-1], rows[-1]))
-    cv2.rectangle(pixels, (left, top), (right, bottom), bgr(MASK_COLOUR), canvas.width())
+    cv2.rectangle(pixels, (left, top), (right, bottom), colours.bgr(colours.MASK_COLOUR), canvas.width())
     width, height = canvas.text_size("masked")
     # Below the mask, or above it at the bottom of the picture.
     y = bottom + height + 4 * unit if bottom + height + 6 * unit < len(pixels) else top - 4 * unit
-    canvas.text("masked", (max(min(left, pixels.shape[1] - width), 0), max(y, height)), MASK_COLOUR)
+    canvas.text("masked", (max(min(left, pixels.shape[1] - width), 0), max(y, height)), colours.MASK_COLOUR)
 
 
 def _draw_scale(canvas: Canvas, estimate: Estimate) -> None:
@@ -77,8 +68,8 @@ def _draw_scale(canvas: Canvas, estimate: Estimate) -> None:
     height, width = canvas.pixels.shape[:2]
     right = np.array([width, height]) - 12 * canvas.unit
     left = right - (length_px, 0)
-    canvas.polyline(np.array([left, right]), SHADOW_COLOUR, 4)
-    canvas.polyline(np.array([left, right]), TEXT_COLOUR, 2)
+    canvas.polyline(np.array([left, right]), colours.SHADOW_COLOUR, 4)
+    canvas.polyline(np.array([left, right]), colours.TEXT_COLOUR, 2)
     canvas.text(f"{length_words(length_m)} at the dock", left - (0, 6 * canvas.unit))
 
 
@@ -88,14 +79,14 @@ def _lines(estimate: Estimate) -> list[tuple[str, str]]:
     if estimate.threshold is not None:
         method = estimate.threshold.method
         name = method.upper() if method == "hats" else method
-        lines.append((f"{name}: {level_words(estimate.threshold)}", TEXT_COLOUR))
+        lines.append((f"{name}: {level_words(estimate.threshold)}", colours.TEXT_COLOUR))
     if not estimate.candidates:
-        return [*lines, (f"No pose ({estimate.status})", DROPPED_COLOUR)]
-    for name, pose, colour in zip(POSE_NAMES, estimate.candidates, POSE_COLOURS, strict=False):
+        return [*lines, (f"No pose ({estimate.status})", colours.DROPPED_COLOUR)]
+    for name, pose, colour in zip(colours.POSE_NAMES, estimate.candidates, colours.POSE_COLOURS, strict=False):
         x, y, z, theta_x, theta_y = pose_cells(pose)
         lines += [
             (f"{name}{chance(pose, ' ')}{', chosen' if pose is estimate.selected else ''}", colour),
             (f" x {x}  y {y}  z {z} cm", colour),
             (f" theta x {theta_x}  y {theta_y} deg", colour),
         ]
-    return [*lines, ("+ ellipse centre", ELLIPSE_COLOUR), ("o dock centre", TEXT_COLOUR)]
+    return [*lines, ("+ ellipse centre", colours.ELLIPSE_COLOUR), ("o dock centre", colours.TEXT_COLOUR)]

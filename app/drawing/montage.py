@@ -1,4 +1,4 @@
-"""One picture, a tile a method: what each threshold method finds in it, and the pose that follows."""
+"""One picture, a tile a method: which pixels each threshold method keeps, and the pose that follows."""
 
 import math
 from collections.abc import Mapping
@@ -9,7 +9,10 @@ import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.numbers import chance, count, level_words, pose_cells
+from dockpose.camera.image import to_grey, to_levels
+from dockpose.lights.masks import hidden_pixels
 from dockpose.pose.known import KnownPose, pose_error
+from dockpose.thresholds import LEVELS
 
 WIDTH_PX = 1600
 _GAP_PX, _MARGIN_PX, _STEP_PX, _LINES = 8, 8, 21, 4
@@ -111,3 +114,19 @@ def _wrap(line: Line, width: int) -> list[Line]:
         else:
             pieces[-1] = longer
     return [(piece, colour) for piece in pieces]
+
+
+def kept_pixels(image: Any, found: Estimate) -> np.ndarray:
+    """Return which pixels (H, W) bool the threshold keeps."""
+    levels = to_levels(to_grey(image))[0]
+    threshold = found.threshold
+    if threshold is None or threshold.level >= LEVELS:
+        return np.zeros(levels.shape, dtype=bool)
+    if threshold.kept is not None:
+        kept = np.zeros(levels.size, dtype=bool)
+        kept[threshold.kept[0].index] = True
+        return kept.reshape(levels.shape)
+    kept = levels >= threshold.level
+    if found.settings.masks:
+        kept &= ~hidden_pixels(levels.shape, found.settings.masks)
+    return kept

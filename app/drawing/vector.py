@@ -6,15 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dockpose import Estimate
+from dockpose.app.drawing import colours
 from dockpose.app.drawing.annotated import LAYERS, check_layers
-from dockpose.app.drawing.colours import (
-    DROPPED_COLOUR,
-    ELLIPSE_COLOUR,
-    LIGHT_COLOUR,
-    MASK_COLOUR,
-    POSE_COLOURS,
-    POSE_NAMES,
-)
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.drawing.numbers import chance, length_words, pose_cells, status_words
 from dockpose.estimate import geometry
@@ -54,22 +47,24 @@ def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
 
     for index, (x, y, width, height) in enumerate(estimate.settings.masks):
         name = "masked" if index == 0 else None
-        axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=MASK_COLOUR, label=name))
+        axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=colours.MASK_COLOUR, label=name))
     outline = geometry.outline(estimate)
     if "ellipse" in layers and outline is not None:
-        axes.plot(*np.vstack([outline, outline[:1]]).T, color=ELLIPSE_COLOUR, lw=0.8, label="ellipse")
+        axes.plot(*np.vstack([outline, outline[:1]]).T, color=colours.ELLIPSE_COLOUR, lw=0.8, label="ellipse")
     if "lights" in layers:
         _draw_lights(axes, estimate)
     for index, pose in enumerate(estimate.candidates):
         width = 1.4 if pose is estimate.selected else 0.7
-        style: dict[str, Any] = {"color": POSE_COLOURS[index], "linewidth": width}
+        style: dict[str, Any] = {"color": colours.POSE_COLOURS[index], "linewidth": width}
         _, diameters, normal = geometry.pose_lines(pose, estimate)
         if "axes" in layers:
             for ends in diameters:
                 axes.plot(*ends.T, color=style["color"], linewidth=width / 2)
         if "normals" in layers:
             axes.plot(*normal.T, **style, marker="o", markersize=3, markevery=[1])
-            axes.annotate(POSE_NAMES[index], normal[1], (4, -3), textcoords="offset points", color=style["color"])
+            axes.annotate(
+                colours.POSE_NAMES[index], normal[1], (4, -3), textcoords="offset points", color=style["color"]
+            )
         if "text" in layers:
             axes.plot([], [], **style, label=_pose_words(estimate, index))
     if "text" in layers and not estimate.candidates:
@@ -77,7 +72,7 @@ def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
     if "centres" in layers:
         ellipse, dock = geometry.centres(estimate)
         if ellipse is not None:
-            axes.plot(*ellipse, "+", color=ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
+            axes.plot(*ellipse, "+", color=colours.ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
         if dock is not None:
             axes.plot(*dock, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")
     if "scale" in layers:
@@ -90,9 +85,11 @@ def _draw_lights(axes: "Axes", estimate: Estimate) -> None:
     points, on_ring = estimate.markers.points_px, geometry.on_ring(estimate)
     lights, others = points[on_ring], points[~on_ring]
     if len(lights):
-        axes.plot(*lights.T, "o", color=LIGHT_COLOUR, markerfacecolor="none", markersize=8, label="light on the ring")
+        axes.plot(
+            *lights.T, "o", color=colours.LIGHT_COLOUR, markerfacecolor="none", markersize=8, label="light on the ring"
+        )
     if len(others):
-        axes.plot(*others.T, "x", color=DROPPED_COLOUR, markersize=6, label="other group")
+        axes.plot(*others.T, "x", color=colours.DROPPED_COLOUR, markersize=6, label="other group")
     place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}
     for index, label, (x, y) in geometry.light_labels(estimate):
         axes.annotate(label, points[index], (10 * x, -10 * y), color="white", fontsize=7, **place)
@@ -114,4 +111,4 @@ def _pose_words(estimate: Estimate, index: int) -> str:
     x, y, z, theta_x, theta_y = pose_cells(pose)
     chosen = ", chosen" if pose is estimate.selected else ""
     likely = f" ({chance(pose)})" if chance(pose) else ""
-    return f"{POSE_NAMES[index]}{chosen}{likely}: x {x}, y {y}, z {z} cm; θx {theta_x}°, θy {theta_y}°"
+    return f"{colours.POSE_NAMES[index]}{chosen}{likely}: x {x}, y {y}, z {z} cm; θx {theta_x}°, θy {theta_y}°"

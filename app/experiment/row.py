@@ -1,16 +1,17 @@
-"""One row of a session's results: a frame, its estimate, and what was measured by hand."""
+"""Rows of a session's results, and their table "estimated (measured)" as in the paper's Tables 2 and 3."""
 
 import csv
 import io
 import math
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import pose_sigmas, pose_values
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, pose_sigmas, pose_values
 from dockpose.checks import check_number
 from dockpose.pose.circle import CirclePose
 
@@ -20,23 +21,9 @@ _DECIMALS = 6  # of a centimetre or a degree; the frame's JSON has every digit
 # Neither CSV nor HTML can hold these; a line break in a cell is fine.
 _FILE = re.compile(r"frames/\d+\.png")
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
-
-
-class Measured(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What was measured by hand; None for what was not."""
-
-    x_cm: float | None = None  # dock's centre in the camera's frame
-    y_cm: float | None = None  # dock's centre in the camera's frame
-    z_cm: float | None = None  # dock's centre in the camera's frame
-    theta_x_deg: float | None = None  # pitch and yaw of the dock
-    theta_y_deg: float | None = None  # pitch and yaw of the dock
-    distance_cm: float | None = None  # from the camera straight to the dock's centre
-
-    def __post_init__(self) -> None:
-        for name in self.__struct_fields__:
-            value = getattr(self, name)
-            if value is not None:
-                check_number(name, value)
+_TEXTS = ("source", "notes")  # blank means empty here, not unknown
+MEASURED_COLUMNS = (*(f"measured_{name}" for name in POSE_COLUMNS), "distance_cm")
+EDITABLE = (*MEASURED_COLUMNS, "notes")
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True):
@@ -107,9 +94,6 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
 
 
 COLUMNS = Row.__struct_fields__
-_TEXTS = ("source", "notes")  # blank means empty here, not unknown
-MEASURED_COLUMNS = (*(f"measured_{name}" for name in POSE_COLUMNS), "distance_cm")
-EDITABLE = (*MEASURED_COLUMNS, "notes")
 
 
 def estimate_values(found: Estimate) -> dict[str, Any]:
@@ -121,11 +105,6 @@ def estimate_values(found: Estimate) -> dict[str, Any]:
         return values
     values |= {"pose": POSE_NAMES[found.choice.selected], "probability": found.selected.probability}
     return values | _pose_values(found.selected)
-
-
-def measured_values(measured: Measured) -> dict[str, Any]:
-    """Columns of a row that a measured pose fills."""
-    return dict(zip(MEASURED_COLUMNS, msgspec.structs.astuple(measured), strict=True))
 
 
 def checked_edit(fields: dict[str, Any]) -> dict[str, Any]:
@@ -183,3 +162,52 @@ def _pose_values(pose: CirclePose) -> dict[str, float | None]:
 
 def _rounded(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else round(value, _DECIMALS)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Text for every cell: ``body`` has one row per frame, its number first and notes last, ``foot`` the summaries."""
+
+    head: tuple[str, ...]
+    body: tuple[tuple[str, ...], ...]
+    foot: tuple[tuple[str, ...], ...]
+
+
+def mean_and_rms(errors: Sequence[float]) -> tuple[float | None, float | None]:
+    """Mean and root mean square; None of no errors."""
+    if not errors:
+        return None, None
+    return math.fsum(errors) / len(errors), math.sqrt(math.fsum(error * error for error in errors) / len(errors))
+
+
+def table(rows: Sequence[Row], *, with_errors: bool = True) -> Table:
+    """Every number as people read it, with two decimals; ``with_errors`` adds five columns of them."""
+    errors = [f"Δ{name}" for name in QUANTITIES] if with_errors else []
+    # Summaries of errors stand below the columns of errors, if there are any.
+    foot = tuple((name, *[""] * len(errors), *cells, "") for name, cells in summaries(rows).items())
+    return Table(("No.", *QUANTITIES, *errors, "Notes"), tuple(_cells(row, with_errors) for row in rows), foot)
+
+
+def summaries(rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
+    """The cells of each summary, by its name: of how far the estimates are off that were measured too."""
+    columns = [[row.errors[index] for row in rows] for index in range(len(QUANTITIES))]
+    known = [[error for error in column if error is not None] for column in columns]
+    means, rms = zip(*map(mean_and_rms, known), strict=True)
+    counts = tuple(str(len(errors)) for errors in known)
+    return {"Compared": counts, "Mean error": _signed(means), "RMS error": _plain(rms)}
+
+
+def _cells(row: Row, with_errors: bool) -> tuple[str, ...]:
+    pairs = [
+        f"{found} ({true})" if true != MISSING else found
+        for found, true in zip(_plain(row.estimated), _plain(row.measured), strict=True)
+    ]
+    return (str(row.number), *pairs, *(_signed(row.errors) if with_errors else ()), row.notes)
+
+
+def _plain(values: Sequence[float | None]) -> tuple[str, ...]:
+    return tuple(number(value, 2) for value in values)
+
+
+def _signed(values: Sequence[float | None]) -> tuple[str, ...]:
+    return tuple(number(value, 2, signed=True) for value in values)

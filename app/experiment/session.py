@@ -1,4 +1,4 @@
-"""A session that frames are added to."""
+"""A session that frames are added to, and the sessions in one folder on this machine, which the page lists."""
 
 import contextlib
 import datetime
@@ -17,41 +17,35 @@ import msgspec
 import numpy as np
 import yaml
 from dockpose import Estimate
-from dockpose.app.errors import why
+from dockpose.app.errors import UserError, why
+from dockpose.app.experiment import record as files
 from dockpose.app.experiment.lock import NAME as LOCK
 from dockpose.app.experiment.lock import FolderLock, InUseError
-from dockpose.app.experiment.record import (
-    EMPTY,
-    FRAMES,
-    INFO,
-    RESULTS,
-    SCHEMA,
-    ResultsFile,
-    SessionRecord,
-    is_session,
-    read_session,
-)
-from dockpose.app.experiment.row import Measured, Row, checked_edit, clean_text, estimate_values, measured_values
-from dockpose.app.experiment.versions import versions, with_versions
+from dockpose.app.experiment.record import is_session
+from dockpose.app.experiment.row import Row, checked_edit, clean_text, estimate_values
+from dockpose.app.inputs.folder import below
+from dockpose.app.inputs.received import safe_name
+from dockpose.app.resources import versions, with_versions
 from dockpose.files.durable_files import remove, remove_temporaries, sync_folder, write_whole
 from dockpose.files.yaml_file import FileError
 
 _FRAME = re.compile(r"(\d+)\.(?:png|json)")
+_MOST = 500  # sessions that are listed
 
 
 class SessionError(FileError):
     """Something that could not be done with a session; the text names it and says why."""
 
 
-class Session:
+class Session(contextlib.AbstractContextManager["Session"]):
     """One session, held until it is closed, for several threads; ``notices`` are sentences on what was irregular."""
 
-    def __init__(self, record: SessionRecord, lock: FolderLock) -> None:
+    def __init__(self, record: files.SessionRecord, lock: FolderLock) -> None:
         self._record, self._held = record, lock
-        self._results = ResultsFile(record.folder, record.rows)
+        self._results = files.ResultsFile(record.folder, record.rows)
         self._busy = threading.RLock()
         self._closed = False
-        frames = _numbers(record.folder / FRAMES)
+        frames = _numbers(record.folder / files.FRAMES)
         listed = {row.number for row in record.rows}
         self._last = max([0, *frames, *listed])
         self.notices = tuple(_notices(record, sorted(frames - listed)))
@@ -59,7 +53,7 @@ class Session:
     @classmethod
     def create(cls, folder: str | Path, notes: str = "") -> "Session":
         """Make a new session."""
-        folder, info = Path(folder), {"schema": SCHEMA, "created": _now(), "program": versions()}
+        folder, info = Path(folder), {"schema": files.SCHEMA, "created": _now(), "program": versions()}
         info["notes"] = clean_text("notes", notes)
         is_new = not folder.exists()
         with _telling(folder, "a session cannot be made"):
@@ -76,21 +70,21 @@ class Session:
             except BaseException:
                 _unmake(folder, lock, is_new)
                 raise
-        return cls(SessionRecord(folder, info, ()), lock)
+        return cls(files.SessionRecord(folder, info, ()), lock)
 
     @classmethod
     def open(cls, folder: str | Path) -> "Session":
         """Reopen a session; temporary files of a program that was stopped are removed."""
         folder = Path(folder)
-        if not is_session(folder):
-            raise SessionError(f"{folder}: is not a session; it has no file {INFO}")
+        if not files.is_session(folder):
+            raise SessionError(f"{folder}: is not a session; it has no file {files.INFO}")
         with _telling(folder, "the session cannot be reopened"):
             lock = FolderLock(folder)
             try:
-                (folder / FRAMES).mkdir(exist_ok=True)
-                for place in (folder, folder / FRAMES):
+                (folder / files.FRAMES).mkdir(exist_ok=True)
+                for place in (folder, folder / files.FRAMES):
                     remove_temporaries(place)
-                return cls(read_session(folder), lock)
+                return cls(files.read_session(folder), lock)
             except BaseException:
                 lock.release()
                 raise
@@ -107,21 +101,13 @@ class Session:
             return tuple(self._results.rows)
 
     @property
-    def record(self) -> SessionRecord:
+    def record(self) -> files.SessionRecord:
         """The session as it stands, for tables and reports."""
-        return SessionRecord(self._record.folder, self._record.info, self.rows)
+        return files.SessionRecord(self._record.folder, self._record.info, self.rows)
 
-    def take(
-        self,
-        image: Any,
-        estimate: Estimate,
-        source: str,
-        measured: Measured | None = None,
-        notes: str = "",
-        sha256: str | None = None,
-    ) -> Row:
-        """Add a frame. When this returns, the row and its picture are on the disk."""
-        source, notes = clean_text("source", source), clean_text("notes", notes)
+    def take(self, image: Any, estimate: Estimate, source: str, sha256: str | None = None, **fields: Any) -> Row:
+        """Add a frame, with fields as :meth:`edit`. When this returns, the row and its picture are on the disk."""
+        source, fields = clean_text("source", source), checked_edit(fields)
         png = cv2.imencode(".png", np.asarray(image))[1].tobytes()
         with self._busy:
             number = self._last + 1
@@ -130,12 +116,11 @@ class Session:
                 number=number,
                 time=_now(),
                 source=source,
-                file=f"{FRAMES}/{name}.png",
+                file=f"{files.FRAMES}/{name}.png",
                 sha256=hashlib.sha256(png).hexdigest(),
                 source_sha256=sha256,
-                notes=notes,
                 **estimate_values(estimate),
-                **measured_values(measured or Measured()),
+                **fields,
             )
             line = with_versions(estimate.to_dict(source, frame=number - 1, sha256=sha256))
             line["picture"] = {"file": f"{name}.png", "sha256": row.sha256}
@@ -163,9 +148,6 @@ class Session:
             self._closed = True
             self._held.release()
 
-    def __enter__(self) -> "Session":
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
@@ -176,13 +158,13 @@ class Session:
     def _write(self, row: Row, png: bytes, line: bytes) -> None:
         """Write the frame's two files, then the row."""
         picture = self.folder / row.file
-        files = {picture: png, picture.with_suffix(".json"): line}
+        contents = {picture: png, picture.with_suffix(".json"): line}
         with _telling(self.folder, f"frame {row.number} cannot be saved"):
             self._check_open()
-            if any(path.exists() for path in files):
+            if any(path.exists() for path in contents):
                 raise SessionError(f"{picture}: is there already, and is not overwritten")
             try:
-                for path, data in files.items():
+                for path, data in contents.items():
                     write_whole(path, data)
                 sync_folder(picture.parent)
                 self._results.add(row)
@@ -191,7 +173,7 @@ class Session:
                 if row in self._results.rows:
                     self._last = row.number
                 else:
-                    for path in files:
+                    for path in contents:
                         remove(path)
                 raise
 
@@ -199,29 +181,29 @@ class Session:
 def _check_unused(folder: Path) -> None:
     """Check that a folder is empty, but for what a program stopped while making a session leaves."""
     names = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
-    has_rows = RESULTS in names and (folder / RESULTS).read_bytes() != EMPTY
-    has_frames = FRAMES in names and any((folder / FRAMES).iterdir())
-    if has_rows or has_frames or not names <= {RESULTS, FRAMES}:
+    has_rows = files.RESULTS in names and (folder / files.RESULTS).read_bytes() != files.EMPTY
+    has_frames = files.FRAMES in names and any((folder / files.FRAMES).iterdir())
+    if has_rows or has_frames or not names <= {files.RESULTS, files.FRAMES}:
         raise SessionError(f"{folder}: a session cannot be made: the folder is not empty")
 
 
 def _make_files(folder: Path, info: dict[str, Any]) -> None:
     """Make a session's files; ``session.yaml`` comes last and makes it one."""
     remove_temporaries(folder)
-    (folder / FRAMES).mkdir(exist_ok=True)
-    write_whole(folder / RESULTS, EMPTY)
-    write_whole(folder / INFO, yaml.safe_dump(info, sort_keys=False, allow_unicode=True).encode())
+    (folder / files.FRAMES).mkdir(exist_ok=True)
+    write_whole(folder / files.RESULTS, files.EMPTY)
+    write_whole(folder / files.INFO, yaml.safe_dump(info, sort_keys=False, allow_unicode=True).encode())
     sync_folder(folder)
     sync_folder(folder.resolve().parent)
 
 
 def _unmake(folder: Path, lock: FolderLock, is_new: bool) -> None:
     """Remove what a session that could not be made has left."""
-    for path in (folder / INFO, folder / RESULTS, folder / LOCK):
+    for path in (folder / files.INFO, folder / files.RESULTS, folder / LOCK):
         remove(path)
     lock.release()
     with contextlib.suppress(OSError):
-        (folder / FRAMES).rmdir()
+        (folder / files.FRAMES).rmdir()
         if is_new:
             folder.rmdir()
 
@@ -244,10 +226,10 @@ def _numbers(frames: Path) -> set[int]:
     return {int(match[1]) for match in matches if match}
 
 
-def _notices(record: SessionRecord, unlisted: list[int]) -> Iterator[str]:
+def _notices(record: files.SessionRecord, unlisted: list[int]) -> Iterator[str]:
     if unlisted:
         numbers = ", ".join(f"{number:04d}" for number in unlisted)
-        yield f"{numbers} in {record.folder / FRAMES} has no row: a program was stopped while it was being taken."
+        yield f"{numbers} in {record.folder / files.FRAMES} has no row: a program was stopped while it was being taken."
     back = [row.number for before, row in pairwise(record.rows) if _moment(row) < _moment(before)]
     if back:
         yield (
@@ -256,7 +238,7 @@ def _notices(record: SessionRecord, unlisted: list[int]) -> Iterator[str]:
         )
     gone = [row.number for row in record.rows if not (record.folder / row.file).is_file()]
     if gone:
-        yield f"The picture of row {', '.join(map(str, gone))} is no longer in {record.folder / FRAMES}."
+        yield f"The picture of row {', '.join(map(str, gone))} is no longer in {record.folder / files.FRAMES}."
 
 
 @contextlib.contextmanager
@@ -268,3 +250,41 @@ def _telling(folder: Path, what: str) -> Iterator[None]:
         raise SessionError(f"{folder}: {what}: it is in use by {error}") from error
     except OSError as error:
         raise SessionError(f"{folder}: {what}: {why(error)}") from error
+
+
+class SessionFolder:
+    """Sessions below ``root``, and nowhere else; the folder is created with the first session."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def names(self) -> list[str]:
+        """Names of the sessions, the one that was changed last first; none where the folder cannot be read."""
+        try:
+            folders = [path for path in self.root.iterdir() if not path.name.startswith(".") and is_session(path)]
+            return [path.name for path in sorted(folders, key=_changed_s, reverse=True)[:_MOST]]
+        except OSError:
+            return []
+
+    def start(self, text: str) -> Session:
+        """Start a session named after what was typed, else after the day. Raises SessionError if it cannot be made."""
+        name = safe_name(text if text.strip() else f"{datetime.date.today():%Y-%m-%d}", taken=self._taken())
+        return Session.create(self.root / name)
+
+    def take_up(self, name: str) -> Session:
+        """Reopen a session."""
+        if name not in self.names():
+            raise UserError(f"{name}: there is no such session in {self.root}.")
+        return Session.open(below(self.root, name))
+
+    def _taken(self) -> list[str]:
+        try:
+            return [path.name for path in self.root.iterdir()]
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise SessionError(f"{self.root}: cannot be read ({error.strerror or error})") from error
+
+
+def _changed_s(folder: Path) -> float:
+    return max(path.stat().st_mtime for path in (folder, folder / "session.yaml"))

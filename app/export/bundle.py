@@ -19,7 +19,7 @@ from dockpose.app.export.plots import error_figure, histogram_figure, sequence_f
 from dockpose.app.export.recordings.messages import pose_yaml
 from dockpose.app.export.report import picture_report, sequence_report, session_report
 from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table
-from dockpose.app.inputs.filenames import safe_name
+from dockpose.app.inputs.received import safe_name
 from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view
@@ -32,6 +32,11 @@ if TYPE_CHECKING:
 Files = dict[str, Callable[[], bytes]]
 
 _MOST_BYTES = 1_000_000_000  # of JSON lines: some 200,000 frames
+# What a plot can show and a table can hold.
+_Number = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
+_Time = Annotated[float, msgspec.Meta(ge=-1e12, le=1e12)]
+_Whole = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+_Chance = Annotated[float, msgspec.Meta(ge=0, le=1 + 1e-9)]
 
 
 def picture_files(
@@ -124,13 +129,6 @@ def _figure_files(name: str, make: "Callable[[], Figure]", *kinds: str) -> Files
     """Return the files of a figure, one of each kind."""
     save = {"svg": functools.partial(figures.to_svg, name=name), "png": figures.to_png, "pdf": figures.to_pdf}
     return {f"{name}.{kind}": lambda to_bytes=save[kind]: to_bytes(make()) for kind in kinds}
-
-
-# What a plot can show and a table can hold.
-_Number = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
-_Time = Annotated[float, msgspec.Meta(ge=-1e12, le=1e12)]
-_Whole = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
-_Chance = Annotated[float, msgspec.Meta(ge=0, le=1 + 1e-9)]
 
 
 class _Pose(msgspec.Struct, kw_only=True):

@@ -11,8 +11,8 @@ import msgspec
 import numpy as np
 import yaml
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.experiment.versions import with_versions
 from dockpose.app.processing.analysis import Analysis
+from dockpose.app.resources import with_versions
 
 _CANDIDATE_COLUMNS = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "probability", "rms_px")
 _TRACK_KEYS = ("probability", "age", "predicted", "lost")

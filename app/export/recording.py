@@ -19,13 +19,9 @@ _RATE_HZ = 25.0  # of fewer
 
 
 class Recording:
-    """Records every frame of a live source, in a thread of its own, as long as there is room for what waits.
+    """Records every frame of a live source in its own thread: packets as they were sent, other frames as FFV1."""
 
-    A frame's times are kept to the microsecond, and its time of day. What was sent as packets is kept as it was sent;
-    other frames are FFV1, which loses nothing. If the kind of frame changes, as when a camera comes back with another
-    size, the recording goes on in NAME-2.mkv. What cannot be written ends the recording with a sentence, and nothing
-    else.
-    """
+    # If the kind of frame changes, as when a camera comes back with another size, it goes on in NAME-2.mkv.
 
     def __init__(self, path: Path, tell: Tell) -> None:
         check_name(path)

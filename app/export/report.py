@@ -16,13 +16,13 @@ from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.figures import to_svg
 from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, percent, pose_cells, pose_sigmas, status_words
 from dockpose.app.experiment import SessionRecord
-from dockpose.app.experiment.table import table
-from dockpose.app.experiment.versions import versions
+from dockpose.app.experiment.row import table
 from dockpose.app.export.parts import page
 from dockpose.app.export.plots import chosen_of, error_figure, histogram_figure, sequence_figure
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.replay import estimate_again
+from dockpose.app.resources import versions
 from dockpose.camera.image import decode, turned
 from dockpose.pose.known import pose_error
 from markupsafe import Markup

@@ -5,8 +5,7 @@ import unicodedata
 from collections.abc import Sequence
 
 from dockpose.app.drawing.numbers import MISSING
-from dockpose.app.experiment.row import POSE_COLUMNS, Row, csv_text
-from dockpose.app.experiment.table import table
+from dockpose.app.experiment.row import POSE_COLUMNS, Row, csv_text, table
 from dockpose.app.export.parts import page
 from dockpose.app.resources import read_toml
 from markupsafe import escape
@@ -18,6 +17,7 @@ CSV_HEAD = (
 )
 _FORMULA = re.compile(r"^[=+\-@\t]")
 _LATEX_HEAD = ("No.", *(rf"${name}$ (cm)" for name in "xyz"), *(rf"$\theta_{name}$ ($^\circ$)" for name in "xy"))
+_GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
 
 
 def csv_table(rows: Sequence[Row]) -> str:
@@ -88,9 +88,6 @@ def _is_number(text: str) -> bool:
 
 def _latex_line(cells: Sequence[str]) -> str:
     return " & ".join(to_latex(cell) for cell in cells) + r" \\"
-
-
-_GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
 
 
 def to_latex(text: str) -> str:

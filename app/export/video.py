@@ -90,11 +90,10 @@ class MuxedFile(GrowingFile):
 
 
 class MicrosecondMatroska(MuxedFile):
-    """A file that FFmpeg writes Matroska into, with a clock of microseconds.
+    """A Matroska file with a clock of microseconds."""
 
-    Matroska's header says how long a tick is (TimestampScale, RFC 9559, section 5.1.2.9), but FFmpeg's muxer knows
-    milliseconds only. So it is given microseconds as if they were milliseconds, and what it writes of it is put right.
-    """
+    # The header says how long a tick is (TimestampScale, RFC 9559, 5.1.2.9), but FFmpeg's muxer knows milliseconds
+    # only. So it is given microseconds as if they were milliseconds, and what it writes of it is put right.
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
@@ -126,10 +125,7 @@ def _count(path: Path) -> int:
 
 
 def create_matroska(path: Path, began_unix_s: float | None = None) -> tuple[OutputContainer, MicrosecondMatroska]:
-    """Begin a Matroska file; both must be closed, in that order.
-
-    Time stamps are microseconds that are called milliseconds, see :class:`MicrosecondMatroska`.
-    """
+    """Begin a Matroska file, whose ticks are microseconds called milliseconds; both must be closed, in that order."""
     file = MicrosecondMatroska(path)
     container = av.open(file, "w", format="matroska", container_options=_MATROSKA)
     if began_unix_s is not None:

@@ -1,4 +1,4 @@
-"""Picture files with their camera and dock; those that cannot be read are reported and skipped."""
+"""Picture files with their camera and dock, and the sample scenes, simulated pictures that come with the program."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -7,14 +7,16 @@ from typing import TypeVar
 
 import numpy as np
 from dockpose import Camera, Dock
-from dockpose.app.inputs.sidecar import camera_and_dock
+from dockpose.app.inputs.sidecar import camera_and_dock, read_sidecar
+from dockpose.app.resources import data_folder
 from dockpose.camera.image import orientation_sentence, turned
 from dockpose.files.yaml_file import FileError
 from dockpose.pose.known import KnownPose
 from dockpose.sources import list_pictures
-from dockpose.sources.pictures import read_tagged
+from dockpose.sources.pictures import read_picture, read_tagged
 
 Result = TypeVar("Result")
+FIRST_SAMPLE = "plain"
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,3 +98,39 @@ class Batch:
 def expand(sources: Sequence[str]) -> list[Path]:
     """Picture files that the sources stand for, see :func:`dockpose.sources.list_pictures` for both ways and errors."""
     return [path for source in sources for path in list_pictures(source)]
+
+
+def samples_folder() -> Path:
+    """The folder of the sample scenes."""
+    return data_folder("sample_images")
+
+
+def sample_names() -> list[str]:
+    """Names of the sample scenes, the one to show first at the front."""
+    names = sorted(path.stem for path in samples_folder().glob("*.png"))
+    return sorted(names, key=lambda name: name != FIRST_SAMPLE)
+
+
+def sample_path(name: str) -> Path:
+    """Path of a sample scene's picture. Raises ValueError if there is none of that name."""
+    if name not in sample_names():
+        raise ValueError(f"sample is {name!r}; it must be one of {', '.join(sample_names())}")
+    return samples_folder() / f"{name}.png"
+
+
+def load_sample(name: str) -> Picture:
+    """Read a sample scene's picture, with its camera, dock and truth."""
+    path = sample_path(name)
+    beside = read_sidecar(path)
+    if beside.camera is None or beside.dock is None:
+        raise FileError(f"{path.with_suffix('.yaml')}: a sample scene needs the keys camera and dock")
+    return Picture(path, *read_picture(path), beside.camera, beside.dock, beside.truth)
+
+
+def sample_source(text: str) -> str:
+    """The samples' path for ``sample_images``, a scene's for its name, else the text; what is here goes first."""
+    if Path(text).exists():
+        return text
+    if text.rstrip("/\\") == "sample_images":
+        return str(samples_folder())
+    return str(sample_path(text)) if text in sample_names() else text

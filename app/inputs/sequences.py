@@ -1,37 +1,32 @@
-"""Frames that belong together: what was typed, and what the page can play (below its folder, simulated, or sent)."""
+"""Frames that belong together: what was typed, and what the page can play; what a camera may be asked for."""
 
+import itertools
+import math
+import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import dockpose.sources as sources
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, videos_below
+from dockpose.app.inputs.pictures import Batch, expand
 from dockpose.app.inputs.sidecar import camera_and_dock, known, read_sidecar
+from dockpose.files.yaml_file import FileError
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep, load_sequence
-from dockpose.sources import (
-    NO_WISHES,
-    Bag,
-    Frames,
-    Kind,
-    Pictures,
-    Simulated,
-    SourceError,
-    Tell,
-    Wishes,
-    camera_number,
-    kind_of,
-    list_pictures,
-    open_frames,
-)
+from dockpose.sources import Bag, Frames, Kind, Pictures, Simulated, SourceError, Tell, Wishes
 
 SIMULATED = ("simulated approach", "simulated sweep", "simulated hover", "simulated closed loop")
 PICTURES_HZ = 10.0  # rate at which the page plays pictures, which have no times
 _PICTURES_IN = "pictures in "
 _RATE_HZ = 25.0
 _FAR, _NEAR = 13.0, 1.7  # diameters: a 0.30 m ring from 4 m to 0.5 m
+MOST_HZ = 1000.0
+_FORMAT = re.compile(r"[A-Z0-9]{3,4}")
+_OF_PICTURES = (Kind.PICTURE, Kind.FOLDER, Kind.GLOB)
 
 
 @dataclass(frozen=True)
@@ -47,7 +42,7 @@ class FrameSource:
     course: FilmPlan | None = None  # what is simulated
     topic: str | None = None  # of a bag
     folder: tempfile.TemporaryDirectory[str] | None = None  # holds a file that was sent, until :meth:`discard`
-    wishes: Wishes = NO_WISHES  # what a camera is asked for
+    wishes: Wishes = sources.NO_WISHES  # what a camera is asked for
     rotate_deg: int = 0  # by how much the frames, and ``camera`` with them, are turned clockwise on opening
 
     def open(self, tell: Tell, *, grey: bool = False) -> Frames:
@@ -60,7 +55,7 @@ class FrameSource:
             else:
                 wishes = of_size(self.wishes, self.camera)
                 rate_hz, topic = self.rate_hz, self.topic
-                frames = open_frames(self.source, tell, rate_hz=rate_hz, grey=grey, wishes=wishes, topic=topic)
+                frames = sources.open_frames(self.source, tell, rate_hz=rate_hz, grey=grey, wishes=wishes, topic=topic)
         except SourceError as error:
             if self.folder is None:
                 raise
@@ -80,7 +75,7 @@ class FrameSource:
 
 def is_sequence(source: str) -> bool:
     """Whether what was given at the start is more than one picture."""
-    return kind_of(source) is not Kind.PICTURE
+    return sources.kind_of(source) is not Kind.PICTURE
 
 
 def typed(
@@ -93,7 +88,7 @@ def typed(
     rotate_deg: int = 0,
 ) -> FrameSource:
     """Return a sequence that was typed, with its camera and dock."""
-    kind, course, name = kind_of(source), None, source
+    kind, course, name = sources.kind_of(source), None, source
     if kind is Kind.SIMULATED:
         course = load_sequence(source)
         camera, dock = camera or course.scene.camera, dock or course.scene.dock
@@ -110,10 +105,10 @@ def typed(
 
 def given(source: str, camera: Camera | None, dock: Dock | None, topic: str | None = None) -> FrameSource:
     """The sequence that the page starts with, of a bag with its topic; its camera and dock need not be known."""
-    kind = kind_of(source)
+    kind = sources.kind_of(source)
     if kind in (Kind.CAMERA, Kind.STREAM):
         return FrameSource(source, _live_name(source), camera=camera, dock=dock)
-    first = None if kind is Kind.SIMULATED else Path(source) if kind is Kind.BAG else list_pictures(source)[0]
+    first = None if kind is Kind.SIMULATED else Path(source) if kind is Kind.BAG else sources.list_pictures(source)[0]
     rate_hz = None if kind is Kind.PAGES else PICTURES_HZ  # an animation has times of its own
     found = FrameSource(source, Path(source).name or source, (), rate_hz, camera, dock, topic=topic)
     return found if first is None else _with_sidecar(found, first)
@@ -153,7 +148,7 @@ def sent(data: bytes, name: str) -> FrameSource:
     folder = tempfile.TemporaryDirectory(prefix="dockpose-")
     path = Path(folder.name) / f"sent{Path(name).suffix.lower()}"
     path.write_bytes(data)
-    if kind_of(str(path)) not in (Kind.VIDEO, Kind.BAG, Kind.PAGES):
+    if sources.kind_of(str(path)) not in (Kind.VIDEO, Kind.BAG, Kind.PAGES):
         folder.cleanup()
         raise UserError(f"{name} is not a video, a bag or a picture of several pages.")
     return FrameSource(str(path), name, folder=folder)
@@ -181,10 +176,76 @@ def of_size(wishes: Wishes, camera: Camera | None) -> Wishes:
 
 
 def _live_name(source: str) -> str:
-    number = camera_number(source)
+    number = sources.camera_number(source)
     return source if number is None else f"camera {number}"
 
 
 def _with_sidecar(source: FrameSource, path: Path) -> FrameSource:
     beside = read_sidecar(path)
     return replace(source, camera=source.camera or beside.camera, dock=source.dock or beside.dock)
+
+
+def wishes_from(given: Mapping[str, float | str | None], names: Mapping[str, str]) -> Wishes:
+    """Wishes made of what was typed."""
+    numbers = {name: _number(given[name], names[name]) for name in ("exposure", "gain", "rate_hz")}
+    rate_hz = numbers["rate_hz"]
+    if rate_hz is not None and not 0 < rate_hz <= MOST_HZ:
+        raise UserError(f"{names['rate_hz']} is {rate_hz:g}; it must be above 0 and at most {MOST_HZ:g}")
+    letters = str(given["format"] or "").strip().upper()
+    if letters and not _FORMAT.fullmatch(letters):
+        raise UserError(f"{names['format']} {letters}: must be the three or four letters of a format, as MJPG or Y16")
+    return Wishes(exposure=numbers["exposure"], gain=numbers["gain"], rate_hz=rate_hz, format=letters or None)
+
+
+def _number(value: float | str | None, name: str) -> float | None:
+    if value is None or (isinstance(value, str) and not value.strip()):
+        return None
+    try:
+        number = float(value)
+    except ValueError as error:
+        raise UserError(f"{name} is {value!r}; it must be a number") from error
+    if not math.isfinite(number):
+        raise UserError(f"{name} is {number:g}; it must be a number")
+    return number
+
+
+def resolve(
+    words: Sequence[str],
+    camera: Camera | None,
+    dock: Dock | None,
+    report: Callable[[str], None],
+    rate_hz: float | None = None,
+    topic: str | None = None,
+    rotate_deg: int = 0,
+) -> list[Batch | FrameSource | None]:
+    """Pictures in a row make one Batch; with a rate a sequence, those typed one by one, or each folder or glob."""
+    groups = [(group, expand(group) if _is_pictures(group[0]) else []) for group in _groups(words, rate_hz)]
+    found: list[Batch | FrameSource | None] = []
+    for group, paths in groups:
+        try:
+            is_batch = paths and rate_hz is None
+            found.append(
+                Batch(paths, camera, dock, report, rotate_deg)
+                if is_batch
+                else typed(group[0], camera, dock, paths, rate_hz, topic, rotate_deg)
+            )
+        except FileError as error:
+            report(str(error))
+            found.append(None)
+    return found
+
+
+def _groups(words: Sequence[str], rate_hz: float | None) -> Iterator[list[str]]:
+    """Sources in a row that go together."""
+
+    def group_of(numbered: tuple[int, str]) -> int:
+        number, source = numbered
+        goes_with_others = _is_pictures(source) if rate_hz is None else sources.kind_of(source) is Kind.PICTURE
+        return -1 if goes_with_others else number
+
+    for _, group in itertools.groupby(enumerate(words), group_of):
+        yield [source for _, source in group]
+
+
+def _is_pictures(source: str) -> bool:
+    return sources.kind_of(source) in _OF_PICTURES

@@ -1,4 +1,1 @@
-"""Estimating a view, with one method or with all, a sequence, or many files in parallel.
-
-May import state, experiment, drawing, inputs and the library; nothing of the page, the exports or the commands.
-"""
+"""Estimating a view, by one method or all, a sequence, or many files in parallel; knows nothing of page and exports."""

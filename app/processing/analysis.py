@@ -1,5 +1,6 @@
-"""One run of the pipeline for the page: a view in, an analysis out."""
+"""One run of the pipeline for the page: a view in, an analysis out; and the trajectory over many frames."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -7,12 +8,63 @@ from typing import Any
 import numpy as np
 from dockpose import Dock, Estimate, estimate
 from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
-from dockpose.app.processing.trajectory import Trajectory
 from dockpose.app.state.scene import rendered
 from dockpose.app.state.trust import Trust, trust_in
 from dockpose.app.state.view import View
 from dockpose.sources import Frame
 from dockpose.tracking.tracker import Tracked
+
+MOST_POINTS = 20_000  # beyond which the oldest are dropped; a live source may run for hours
+COLUMNS = ("time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "eccentricity", "probability", "lost")
+_NOMINAL_HZ = 10.0  # of frames without times
+
+
+class Trajectory:
+    """What was found in each frame, by its number; the columns are ``COLUMNS``."""
+
+    def __init__(self) -> None:
+        self._rows: dict[int, tuple[float, ...]] = {}
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def note(self, frame: Frame, tracked: Tracked) -> None:
+        """Record a frame, replacing any earlier entry."""
+        pose, ellipse = tracked.pose, tracked.estimate.ellipse
+        place = (math.nan,) * 3 if pose is None else tuple(pose.position_m.tolist())
+        thetas = (math.nan,) * 2 if pose is None else (math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad))
+        chance = tracked.track.probability
+        self._rows[frame.index] = (
+            frame.index / _NOMINAL_HZ if frame.time_s is None else frame.time_s,
+            *place,
+            *thetas,
+            math.nan if ellipse is None else ellipse.eccentricity,
+            math.nan if chance is None else chance,
+            float(tracked.track.lost or tracked.track.predicted),
+        )
+        while len(self._rows) > MOST_POINTS:
+            del self._rows[next(iter(self._rows))]
+
+    def rows(self, first: int = 0, last: int | None = None) -> list[tuple[int, tuple[float, ...]]]:
+        """Return the frames from ``first`` to ``last`` that are known, in order, with the columns of each."""
+        if last is not None:
+            return [(index, self._rows[index]) for index in range(first, last + 1) if index in self._rows]
+        return [(index, self._rows[index]) for index in sorted(self._rows) if index >= first]
+
+    def table(self, at_most: int) -> np.ndarray:
+        """Rows (N, len(COLUMNS)) in order, thinned to ``at_most``, those without a dock first; NaN where unknown."""
+        rows = np.array([self._rows[index] for index in sorted(self._rows)]).reshape(-1, len(COLUMNS))
+        step = math.ceil(len(rows) / at_most)
+        if step <= 1:
+            return rows
+        lost = COLUMNS.index("lost")
+        starts = np.arange(0, len(rows), step)
+        return np.array([max(rows[start : start + step], key=lambda row: row[lost]) for start in starts])
+
+    def path_m(self, at_most: int) -> np.ndarray:
+        """Positions (N, 3) of the dock's centre, in the camera's frame, where it was seen."""
+        table = self.table(at_most)
+        return table[~np.isnan(table[:, 1]) & (table[:, COLUMNS.index("lost")] == 0), 1:4]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,16 +84,9 @@ class Analysis:
     estimate: Estimate
     tracked_frame: TrackedFrame | None = None
 
-    def prepare(self) -> None:
-        """Judge now what is otherwise judged when first asked for."""
-        _ = self.trust
-
     @cached_property
     def fitting_lights(self) -> int | None:
-        """How many lights form a ring where the dock's number finds none, or one of fewer lights than are in view.
-
-        None where no other number does better. It is searched for when first asked for.
-        """
+        """How many lights form a ring where the dock's number finds none or fewer than there are; None for none."""
         found, lights = self.estimate, self.view.dock.lights
         seen, groups = found.lights_on_ring or 0, 0 if found.markers is None else len(found.markers)
         is_found = found.status == "ok" and (seen >= groups or seen == lights)
@@ -63,10 +108,7 @@ def _fitting_lights(view: View, more_than: int) -> int | None:
 
 
 def trust_of(found: Estimate, tracked: Tracked | None = None, **more: Any) -> Trust:
-    """Judge a result, with ``more`` as for :func:`dockpose.app.state.trust.trust_in`.
-
-    One of a sequence is judged with the probability that its track gives to the chosen pose.
-    """
+    """Judge a result as :func:`trust_in`, in a sequence with the probability that the track gives to its pose."""
     probability = None if tracked is None or tracked.selected is None else tracked.track.probability
     return trust_in(found, probability=probability, **more)
 
@@ -77,10 +119,7 @@ def headline_of(trust: Trust) -> tuple[str, str]:
 
 
 def analyse(view: View, last: Analysis | None = None) -> Analysis:
-    """Render the view if it is stale, run the pipeline on it, and apply the operator's choice of pose, if any.
-
-    What the ``last`` one found in the same picture is not searched for again.
-    """
+    """Render a stale view, run the pipeline, and choose by hand; ``last`` saves work on the same picture."""
     view = rendered(view)
     like = last.estimate if last is not None and last.view.image is view.image else None
     found = estimate(view.image, view.camera, view.dock, view.settings, like=like)

@@ -1,10 +1,12 @@
-"""Longer work, one piece at a time in its own thread, with progress and cancelling."""
+"""Work in threads of its own: the newest job alone, and longer work with progress and cancelling."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
+Job = TypeVar("Job")
 
 
 class CancelledError(Exception):
@@ -38,52 +40,66 @@ class Progress:
         self._tell(1.0)
 
 
-class Task:
-    """Runs one piece of work at a time and refuses others meanwhile.
+class LatestWorker(Generic[Job]):
+    """Does the newest job in its own thread, dropping those that waited before it, as of a slider that is dragged."""
 
-    In the work's thread, ``tell`` is called with the share done, 0 to 1, ``on_error`` with what the work raised, unless
-    it was cancelled, and ``on_end`` when the work is over, however it ended.
-    """
+    # After each job the next one waits for ``rest_s()`` seconds, and until for ``quiet_s()`` seconds no newer one came.
 
     def __init__(
-        self, tell: Callable[[float], None], on_end: Callable[[], None], on_error: Callable[[Exception], None]
+        self,
+        work: Callable[[Job], None],
+        on_error: Callable[[Exception], None],
+        rest_s: Callable[[], float] = lambda: 0.0,
+        quiet_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
-        self._tell, self._on_end, self._on_error = tell, on_end, on_error
-        self._lock = threading.Lock()
-        self._running: tuple[threading.Thread, Progress] | None = None
+        self._work = work
+        self._on_error = on_error
+        self._rest_s, self._quiet_s = rest_s, quiet_s
+        self._rested_at_s = time.monotonic()
+        self._changed = threading.Condition()
+        self._waiting: list[Job] = []
+        self._is_busy = False
+        self._is_closed = False
+        self._thread = threading.Thread(target=self._run, name="dockpose worker", daemon=True)
+        self._thread.start()
 
-    def start(self, work: Callable[[Progress], None]) -> bool:
-        """Begin; False where other work is still running."""
-        with self._lock:
-            if self._running is not None:
-                return False
-            progress = Progress(self._tell)
-            thread = threading.Thread(target=self._run, args=(work, progress), name="dockpose task", daemon=True)
-            self._running = thread, progress
-        thread.start()
-        return True
+    def submit(self, job: Job) -> None:
+        """Work on this job next, replacing any that waits."""
+        with self._changed:
+            self._waiting = [job]
+            self._rested_at_s = max(self._rested_at_s, time.monotonic() + self._quiet_s())
+            self._changed.notify_all()
 
-    def cancel(self) -> None:
-        """Ask whatever runs to stop at its next step."""
-        with self._lock:
-            if self._running is not None:
-                self._running[1].stop()
+    def wait_until_idle(self, timeout_s: float) -> bool:
+        """Wait until no job runs or waits; False if that takes longer."""
+        with self._changed:
+            return self._changed.wait_for(lambda: not self._waiting and not self._is_busy, timeout_s)
 
     def close(self, timeout_s: float = 5.0) -> None:
-        """Stop whatever runs and wait for its end."""
-        self.cancel()
-        running = self._running
-        if running is not None and running[0] is not threading.current_thread():
-            running[0].join(timeout_s)
+        """Finish the running job, drop the waiting one and end the thread."""
+        with self._changed:
+            self._is_closed = True
+            self._waiting = []
+            self._changed.notify_all()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout_s)
 
-    def _run(self, work: Callable[[Progress], None], progress: Progress) -> None:
-        try:
-            work(progress)
-        except CancelledError:
-            pass
-        except Exception as error:  # whatever it was, people should read of it on the page
-            self._on_error(error)
-        finally:
-            with self._lock:
-                self._running = None
-            self._on_end()
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting or self._is_closed)
+                while not self._is_closed and (rest_s := self._rested_at_s - time.monotonic()) > 0:
+                    self._changed.wait(rest_s)
+                if self._is_closed:
+                    return
+                job = self._waiting.pop()
+                self._is_busy = True
+            try:
+                self._work(job)
+            except Exception as error:  # whatever one picture brings, the next must still be worked on
+                self._on_error(error)
+            finally:
+                with self._changed:
+                    self._is_busy = False
+                    self._rested_at_s = time.monotonic() + self._rest_s()
+                    self._changed.notify_all()

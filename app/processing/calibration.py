@@ -1,20 +1,24 @@
-"""Boards gathered from the frames of a video or a live camera, as the command and the page do it."""
+"""Boards gathered from frames, as the command and the page do it; views of a dock, to learn where its lights are."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from dockpose import Camera, Dock, Estimate, estimate
 from dockpose.camera.board import Sighting
 from dockpose.camera.calibrate import ALIKE, NO_BOARD, Gathering
 from dockpose.camera.coverage import Coverage, coverage_of
 from dockpose.camera.image import to_grey, to_levels
+from dockpose.pose.learned.views import FEWEST_LIGHTS, DockView
 from dockpose.sources import Frames
 
 MOST_BOARDS = 40  # of a video; more tell hardly more
 ENOUGH_LIVE = 15
 _LOOKS_HZ, _MOST_LOOKS = 6.0, 600
 _SORTS = {ALIKE: "were like others", NO_BOARD: "show no board"}
+MOST_VIEWS = 300  # of a recording; more tell hardly more
+_SOON_S = 0.5  # a dock that is seen again within this time is taken not to have rolled by half a light's spacing
 
 
 @dataclass
@@ -66,3 +70,24 @@ def gather(
         if covered is not None and covered.is_enough and covered.pictures >= enough:
             break
     return looked
+
+
+def dock_views(
+    frames: Frames, camera: Camera, dock: Dock, on_frame: Callable[[Estimate], None] = lambda found: None
+) -> Iterator[DockView]:
+    """Look for the dock in frames; yield those in which at least five of its lights are found."""
+    every = max(1, (frames.count or 0) // MOST_VIEWS)
+    last_s: float | None = None
+    for number, frame in enumerate(frames):
+        if number % every:
+            continue
+        found = estimate(frame.image, camera, dock)
+        on_frame(found)
+        if found.status != "ok" or found.markers is None or found.ring is None:
+            continue
+        points_px = found.markers.points_px[found.ring.on_ring]
+        if len(points_px) < FEWEST_LIGHTS:
+            continue
+        follows = last_s is not None and frame.time_s is not None and frame.time_s - last_s <= _SOON_S
+        last_s = frame.time_s
+        yield DockView(f"{frame.name} frame {frame.index}", points_px, found.candidates, follows)

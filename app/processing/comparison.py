@@ -20,6 +20,7 @@ from dockpose.thresholds import LEVELS, METHODS, Histogram, MethodError, Thresho
 SWEPT_LEVELS = range(1, LEVELS)
 DEFAULTS = Settings()
 CENTRES = ("mean of the lights", "centre of the ellipse", "centre by the pose")
+_TIMED_AGAIN, _SLOW_MS = 3, 500.0
 
 
 def compared() -> tuple[str, ...]:
@@ -29,27 +30,17 @@ def compared() -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class LevelSweep:
-    """How far the dock's centre is off, level by level.
-
-    ``errors_px`` (N, 3) are the distances of ``CENTRES`` from the ``reference``, told in words, at each of the
-    ``levels`` (N,); NaN where a level shows no dock.
-    """
+    """Distances (N, 3) px of ``CENTRES`` from the ``reference`` at ``levels`` (N,); NaN without a dock."""
 
     levels: np.ndarray
     errors_px: np.ndarray
     reference: str
 
 
-_TIMED_AGAIN, _SLOW_MS = 3, 500.0
-
-
 def compare(
     image: Any, camera: Camera, dock: Dock, settings: Settings = DEFAULTS, methods: Iterable[str] | None = None
 ) -> dict[str, Estimate]:
-    """Estimate a picture by each method, otherwise with the same settings; hats does not fall back on hats_local.
-
-    Without ``methods``, those of :func:`compared`.
-    """
+    """Estimate a picture by each of ``methods`` (default: :func:`compared`); hats does not fall back on hats_local."""
     return {
         name: estimate(image, camera, dock, msgspec.structs.replace(settings, method=name), fall_back=False)
         for name in (compared() if methods is None else methods)
@@ -57,10 +48,7 @@ def compare(
 
 
 def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
-    """Estimate the view by each method; a pose that was chosen by hand stays chosen.
-
-    Times are medians of further runs, so that loading a library in the first does not count; slow ones run once.
-    """
+    """Estimate the view by each method, keeping a choice by hand; times of quick ones are medians of more runs."""
     view_of = (view.image, view.camera, view.dock, view.settings)
     found = compare(*view_of, progress.over(compared()))
     quick = [name for name, one in found.items() if one.elapsed_ms < _SLOW_MS]
@@ -113,11 +101,7 @@ def sweep_levels(
     levels: Sequence[int] = SWEPT_LEVELS,
     show: Callable[[LevelSweep], None] = lambda sweep: None,
 ) -> LevelSweep:
-    """Estimate the view at every fixed level (Fig. 14 of Ghosh et al. 2016).
-
-    The reference is the centre of a known pose, or else that of ``present``, the estimate of the view as it is. After
-    each level, ``progress`` advances and ``show`` receives the sweep so far.
-    """
+    """Estimate at each level (Fig. 14), against the known centre or that of ``present``; ``show`` as it grows."""
     centre, reference = _reference(view, present)
     errors = np.full((len(levels), len(CENTRES)), np.nan)
     for index, level in enumerate(progress.over(levels)):

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import msgspec
 from dockpose import Camera, Dock, Estimate, Settings, Tracker, estimate
-from dockpose.app.processing.analysis import Analysis, TrackedFrame, select_pose, trust_of
-from dockpose.app.processing.auto_masks import AutoMasks
-from dockpose.app.processing.parallel import search_of
-from dockpose.app.processing.trajectory import Trajectory
+from dockpose.app.processing.analysis import Analysis, TrackedFrame, Trajectory, select_pose, trust_of
 from dockpose.app.state.trust import Trust
 from dockpose.app.state.view import View, with_first_frame, with_frame
+from dockpose.lights.masks import StillGroups
 from dockpose.sources import ExposureWatch, Frame, Frames
+from dockpose.tracking.search import BLOCK, Search
 from dockpose.tracking.tracker import Tracked
 
 
@@ -30,12 +30,7 @@ class Followed:
 
 
 class Following:
-    """Searches and tracks one dock frame by frame, and masks what stays put, as burnt-in text does.
-
-    With ``use_region`` most frames are searched around the last ring alone, otherwise each as a whole. ``tell``
-    receives a sentence about each new mask and, with ``watch_exposure``, about an exposure that does not suit the
-    lights.
-    """
+    """Follows one dock, with ``use_region`` mostly around its last ring; ``tell`` hears of masks and exposure."""
 
     def __init__(
         self,
@@ -113,6 +108,11 @@ class FrameFollower:
         return self._following
 
 
+def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
+    """The search over the frames of a sequence, the same in every process."""
+    return Search(camera, dock, settings, whole_first=BLOCK)
+
+
 def chosen_by_track(tracked: Tracked) -> Estimate:
     """The frame's estimate, with the pose selected that the track prefers."""
     if tracked.selected_by != "tracking":
@@ -120,3 +120,32 @@ def chosen_by_track(tracked: Tracked) -> Estimate:
     chance = 100 * (tracked.track.probability or 0)
     why = f"which {tracked.track.age} frames make {chance:.1f} % likely"
     return select_pose(tracked.estimate, tracked.selected, "tracking", why)
+
+
+class AutoMasks:
+    """Masks what stays put in consecutive frames of one size, camera and dock; ``tell`` hears of each new mask."""
+
+    def __init__(self, settings: Settings, tell: Callable[[str], None]) -> None:
+        self._settings, self._tell = settings, tell
+        self._still = StillGroups()
+        self._belongs: tuple[Any, ...] = ()
+
+    def settings_for(self, shape: tuple[int, ...], camera: Camera, dock: Dock) -> Settings:
+        """Settings for the next frame, of that height and width, with the masks found so far."""
+        belongs = (*shape[:2], camera, dock)
+        if belongs != self._belongs:
+            self._belongs, self._still = belongs, StillGroups()
+        if not self._still.masks:
+            return self._settings
+        return msgspec.structs.replace(self._settings, masks=(*self._settings.masks, *self._still.masks))
+
+    def see(self, found: Estimate, name: str) -> None:
+        """Learn from what was found in that frame, called ``name``."""
+        on_ring = found.ring.on_ring if found.status == "ok" and found.ring is not None else None
+        masks = self._still.see(found.markers, on_ring, found.region)
+        if masks:
+            where = "; ".join(",".join(f"{number:g}" for number in mask) for mask in masks)
+            self._tell(
+                f"{name}: something bright stays put while the rest moves, as burnt-in text does; "
+                f"from the next picture on it is masked (x, y, width, height in pixels): {where}"
+            )

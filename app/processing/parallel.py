@@ -1,9 +1,6 @@
-"""Estimates of a recording's frames by several processes, or on a Dask cluster.
-
-The estimates are those of a single process, but for ``elapsed_ms``, which is measured. Chunks start at full-frame
-searches, so they are independent. They are searched before the automatic masks of earlier chunks are known; where
-these change the settings, the rest is searched again.
-"""
+"""Estimates of frames by several processes or on a Dask cluster, the same as by one."""
+# Chunks start at full-frame searches, so they are independent. They are searched before the automatic masks of earlier
+# chunks are known; where these change the settings, the rest is searched again.
 
 import contextlib
 import functools
@@ -23,9 +20,9 @@ from typing import Any
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import PictureFile
-from dockpose.app.processing.auto_masks import AutoMasks
+from dockpose.app.processing.following import AutoMasks, search_of
 from dockpose.sources import Frames, Pictures, open_frames
-from dockpose.tracking.search import BLOCK, Search
+from dockpose.tracking.search import BLOCK
 
 _LARGEST_CHUNK = 10 * BLOCK  # frames; a decoder starts at a key frame, often one in 250
 _CHUNKS_EACH = 4  # for each worker at least, so that none waits long for the last
@@ -35,10 +32,7 @@ _AHEAD = 2  # submitted chunks for each worker
 
 @dataclass(frozen=True)
 class Found:
-    """The result of one :class:`dockpose.sources.Frame`.
-
-    Where it was skipped, there is no estimate, ``told`` says why, and ``skipped`` how many frames that stands for.
-    """
+    """The result of a frame; without an estimate ``told`` says why, and ``skipped`` how many frames that stands for."""
 
     index: int
     time_s: float | None
@@ -53,12 +47,7 @@ class Found:
 
 @dataclass(frozen=True)
 class SequenceWork:
-    """The frames of one recording.
-
-    Each worker opens ``source``, so on a cluster all must see it under the same path; relative paths start from
-    ``folder``. ``paths`` belong to sequences of pictures only, ``rate_hz`` to them, pages and raw videos, ``topic`` to
-    bags. ``camera`` is that of the frames as they are turned, by ``rotate_deg``.
-    """
+    """The frames of one recording, which each worker opens by its path in ``folder``; ``camera`` is turned."""
 
     source: str
     paths: tuple[Path, ...]
@@ -115,11 +104,6 @@ class PictureWork:
 Work = SequenceWork | PictureWork
 
 
-def search_of(camera: Camera, dock: Dock, settings: Settings) -> Search:
-    """The search over the frames of a sequence, the same in every process."""
-    return Search(camera, dock, settings, whole_first=BLOCK)
-
-
 def _estimate_frames(
     work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
 ) -> list[Found]:
@@ -174,11 +158,7 @@ def _as_typed(text: str, names: Sequence[str], folder: str) -> str:
 
 @contextlib.contextmanager
 def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
-    """Yield an executor on this machine or on a Dask cluster, and its number of workers.
-
-    ``jobs`` processes run on this machine, unless ``scheduler`` is the address of a cluster's scheduler, as
-    ``tcp://127.0.0.1:8786``. Raises UserError if ``distributed`` is not installed, or no scheduler answers.
-    """
+    """Yield an executor and its number of workers: ``jobs`` processes here, or those of a Dask scheduler."""
     if scheduler is not None:
         with _cluster(scheduler) as found:
             yield found
@@ -196,11 +176,7 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
 
 
 def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings) -> Iterator[Found]:
-    """Estimate all frames by an executor, and yield the results in order.
-
-    The executor runs ``count`` chunks at a time. ``auto_masks`` learns from what is yielded, and changes the settings,
-    which are those of the first frame.
-    """
+    """Yield the results in order, of ``count`` chunks at once; ``auto_masks`` learns and changes the settings."""
     total = work.count()
     size = min(_LARGEST_CHUNK, BLOCK * math.ceil(total / (_CHUNKS_EACH * count * BLOCK)))
     waiting: deque[Future[list[Found]]] = deque()
@@ -247,10 +223,7 @@ def _opened(work: SequenceWork) -> tuple[Frames, list[str]]:
 
 
 def _leave_interrupts() -> None:
-    """Leave Ctrl-C to the program that hands out the work, and end with it, even where it was killed.
-
-    Packages that cannot be loaded were reported by it too.
-    """
+    """Leave Ctrl-C, and what packages cannot be loaded, to the program that hands out the work, and end with it."""
     logging.getLogger("dockpose").addHandler(logging.NullHandler())
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if (parent := multiprocessing.parent_process()) is not None:

@@ -12,14 +12,10 @@ _LATE_S = 0.25  # the most that is made up for after a slow frame
 
 
 class FramePlayer:
-    """Plays a source of frames, steps through it, or goes to any frame.
+    """Plays frames: each of a recording, at its rate times the speed, or any of them; of a live source the newest."""
 
-    Every frame of a recording is shown, at its own rate times the speed or as fast as ``show`` allows. Of a live source
-    the newest frame is shown, and none while it is paused.
-
-    In the player's thread, ``show`` is called with each frame, and the next one waits until it returns; ``on_end`` at
-    the end of a recording; ``on_error`` with what ended playing early. The frames are closed with the player.
-    """
+    # In its thread ``show`` is called with each frame, and the next one waits until it returns; ``on_end`` at the end
+    # of a recording; ``on_error`` with what ended playing early. The frames are closed with the player.
 
     def __init__(
         self,

@@ -15,11 +15,7 @@ _COMPARED = ("status", "image", "threshold", "markers", "ellipse", "candidates",
 
 
 def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
-    """Estimate a picture with the camera, dock and settings of a JSON object of schema 1.
-
-    A choice made by hand or by earlier frames is repeated, for the picture alone does not determine it. Raises
-    ValueError that names what the object lacks or holds wrongly.
-    """
+    """Estimate as a line of schema 1 says, with its choice by hand or track. ValueError names what it lacks."""
     parts = {}
     for name, kind in (("camera", Camera), ("dock", Dock), ("settings", Settings)):
         try:
@@ -41,12 +37,7 @@ def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
 
 
 def differences(line: dict[str, Any], found: Estimate) -> list[tuple[str, Any, Any]]:
-    """Name, stored value and new value of every number that differs by more than rounding.
-
-    Tracked frames are searched only near the predicted dock, and sums over part of a picture differ in their last bits
-    from sums over all of it. Of lists of different length only the lengths are reported. Keys that the stored object
-    lacks are not compared.
-    """
+    """Name, stored and new value of what differs by more than rounding; of lists of different length, the lengths."""
     new = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
     return [entry for name in _COMPARED if name in line for entry in _different(name, line[name], new.get(name))]
 

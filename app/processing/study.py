@@ -19,8 +19,8 @@ import dockpose
 from dockpose.app.errors import UserError, writing
 from dockpose.app.experiment.lock import FolderLock, InUseError
 from dockpose.app.experiment.row import csv_text
-from dockpose.app.experiment.versions import versions
 from dockpose.app.processing.parallel import workers
+from dockpose.app.resources import versions
 from dockpose.files.durable_files import remove_temporaries, sync_folder, write_whole
 from dockpose.study.scenes import ELAPSED, METHODS, as_text, scene_rows
 
@@ -41,10 +41,7 @@ class Study:
     seed: int  # of all that is random in them
 
     def run(self, jobs: int, scheduler: str | None, done: Callable[[int], None]) -> None:
-        """Work on the scenes that are not done yet, and write ``study.csv`` and ``cost.csv`` when all are.
-
-        ``done`` receives the number of scenes that are done, at first those of an earlier run. Raises UserError.
-        """
+        """Work on what is left, then write ``study.csv`` and ``cost.csv``; ``done`` hears how many scenes are done."""
         with writing(f"--out {self.folder}"):
             (self.folder / _SCENES).mkdir(parents=True, exist_ok=True)
             try:

@@ -6,10 +6,8 @@ from functools import partial
 
 from dockpose import Settings
 from dockpose.app.drawing.numbers import count
-from dockpose.app.state.detection import mask_labels, without_mask, without_masks
-from dockpose.app.state.dock import with_lights
+from dockpose.app.state.changes import mask_labels, with_lights, with_pose_by_hand, without_mask, without_masks
 from dockpose.app.state.in_force import is_in_force, with_my_tank
-from dockpose.app.state.poses import with_pose_by_hand
 from dockpose.app.state.view import View
 from msgspec.structs import replace as changed
 

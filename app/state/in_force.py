@@ -47,12 +47,7 @@ def with_own_dock(view: View, dock: Dock) -> View:
 
 
 def kept(before: View, after: View) -> View:
-    """Finish a change by the operator.
-
-    What was changed of the camera or the dock on a picture of the operator's own is kept in My tank; a camera that was
-    assumed is the operator's once its numbers are. On a picture that brought its own, as a sample does, the change is
-    for that picture alone. A note on the settings goes once they are changed.
-    """
+    """Finish a change: camera and dock go into My tank, unless the picture brought them; a note, with its cause."""
     if after.note and after.note == before.note and after.settings != before.settings:
         after = replace(after, note="")
     if after.image is not before.image or after.tank is not before.tank:

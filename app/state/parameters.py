@@ -1,7 +1,4 @@
-"""Every number that a slider sets, one row each of static/sliders.toml, and what some need of functions.
-
-Numbers from a browser pass through :func:`put`, which brings them into range and refuses what is no number.
-"""
+"""Every number that a slider sets, by static/sliders.toml: brought into range, and refused where it is none."""
 
 import math
 from collections.abc import Callable

@@ -59,11 +59,7 @@ def with_settings_file(view: View, data: bytes, name: str) -> View:
 
 
 def with_last_settings(view: View, settings: Settings) -> View:
-    """Search the first picture with the settings of the last run.
-
-    Settings that fitted the last picture, above all a fixed level, may hide the dock of this one. If only the default
-    settings show a dock, they are used instead, and the note says so.
-    """
+    """Search with the settings of the last run, unless only the default ones show a dock, which a note then says."""
     last, default = replace(view, settings=settings), replace(view, settings=Settings())
     if settings == default.settings or _shows_dock(last) or not _shows_dock(default):
         return last

@@ -36,11 +36,7 @@ def turbidity_of(water: Water) -> float:
 
 
 def with_scene(view: View, scene: Scene, *, keep: bool = True) -> View:
-    """Show a simulated scene; its picture is rendered by the worker (:func:`rendered`).
-
-    The camera and the dock in use are kept where they belong to a scene of the same camera, so that one can see what a
-    wrong calibration does; else, or with ``keep`` off, they are the scene's.
-    """
+    """Show a scene, to be rendered; with ``keep`` a scene of the same camera leaves camera and dock in use."""
     check_affordable(scene)
     new = replace(
         view,

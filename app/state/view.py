@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
+from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
 from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.tank import Tank
@@ -23,6 +23,11 @@ NO_TANK = Tank()
 DEFAULT_DOCK = NO_TANK.dock
 GUESSED_VIEW_DEG = 60.0
 Owner = Literal["tank", "picture", "guess"]
+# What a frame of a sequence is without.
+_OF_NO_FILE: dict[str, Any] = {
+    **dict.fromkeys(("sample", "truth", "by_hand", "measured", "scene", "sha256")),
+    **{"is_stale": False, "item": ""},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,15 +137,8 @@ def with_frame(view: View, image: np.ndarray, source: str) -> View:
         source=source,
         camera=camera,
         camera_of="guess" if camera_of == "guess" else view.camera_of,
-        sample=None,
-        truth=None,
-        by_hand=None,
-        measured=None,
-        scene=None,
-        is_stale=False,
         list_name="sequence",
-        item="",
-        sha256=None,
+        **_OF_NO_FILE,
     )
 
 

@@ -9,17 +9,17 @@ from pathlib import Path
 
 import viser
 from dockpose import Camera, Dock
-from dockpose.app.experiment.folder import SessionFolder
+from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.inputs.received import UploadStore
 from dockpose.app.inputs.sequences import FrameSource, given, is_sequence, of_size
 from dockpose.app.processing.analysis import Analysis, analyse
-from dockpose.app.processing.latest_worker import LatestWorker
+from dockpose.app.processing.background import LatestWorker
 from dockpose.app.state.in_force import kept
 from dockpose.app.state.preferences import Memory, with_last_settings
 from dockpose.app.state.tank import Tanks
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
-from dockpose.app.web.layout import Layout, Parts
+from dockpose.app.web.layout import Layout
 from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_refusal
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
@@ -30,6 +30,7 @@ from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
 from dockpose.app.web.server.start import open_server, reachable_hosts, silence, token_for
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.app.web.server.viser_private import icons_from_one_archive
+from dockpose.app.web.widgets import Parts
 from dockpose.sources import Frame
 from msgspec.structs import replace as changed
 
@@ -91,7 +92,7 @@ class App(contextlib.AbstractContextManager["App"]):
         port: int = 0,
         options: Options = DEFAULTS,
     ) -> "App":
-        """Open the source and start serving; for arguments and errors see :func:`.commands.machine.serve.serve`."""
+        """Open the source and start serving. Raises ValueError or OSError where that cannot be done."""
         is_typed = source is not None and is_sequence(source)
         sequence = given(source, camera, dock, options.topic) if source is not None and is_typed else None
         picture = None if source is None or sequence is not None else Path(source)
@@ -278,7 +279,7 @@ class App(contextlib.AbstractContextManager["App"]):
         if analysis.tracked_frame is not None:
             self._show_at_once(analysis)
             return
-        analysis.prepare()  # what is sent must not wait for it
+        _ = analysis.trust  # which is judged when first asked for, and what is sent must not wait for
         self._shown, self._current = analysis.view, analysis
         with self._layout.live.held:
             self._layout.live.put(hidesScene=False)
@@ -288,7 +289,7 @@ class App(contextlib.AbstractContextManager["App"]):
 
     def _show_at_once(self, analysis: Analysis) -> None:
         """Show all of a frame in one update, so that nothing on the page is ever of another frame."""
-        analysis.prepare()  # what is sent must not wait for it
+        _ = analysis.trust  # which is judged when first asked for, and what is sent must not wait for
         self._shown, self._current = analysis.view, analysis
         is_hidden = self._pacing.hides_scene()
         with self._layout.live.held, self._server.atomic():

@@ -1,20 +1,12 @@
 """Layout of the page: its panels in their tabs."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 
 import viser
-from dockpose.app.experiment.folder import SessionFolder
-from dockpose.app.inputs.received import UploadStore
-from dockpose.app.state.preferences import Memory
-from dockpose.app.state.tank import Tanks
-from dockpose.app.web.calibration.panel import CalibrationPanel
 from dockpose.app.web.html import help_link
-from dockpose.app.web.jobs import Acts, Compare, GoTo, Play, Speed, Take, Use, WishBox, Zip
-from dockpose.app.web.live import LivePage
-from dockpose.app.web.notifications import Notify
+from dockpose.app.web.live import Acts, LivePage, WishBox, wish_to
+from dockpose.app.web.panels.calibration import CalibrationPanel
 from dockpose.app.web.panels.camera import CameraPanel
 from dockpose.app.web.panels.compare import ComparePanel
 from dockpose.app.web.panels.detect import DetectPanel
@@ -28,31 +20,9 @@ from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.panels.tank import BudgetPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
-from dockpose.app.web.scene.scene import Scene3D
-from dockpose.app.web.sequence import SequenceController
-from dockpose.app.web.widgets import Act, Change, Panel
+from dockpose.app.web.widgets import Act, Panel, Parts
 
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
-
-
-@dataclass(frozen=True)
-class Parts:
-    """What the panels work with."""
-
-    change: Change
-    fail: Callable[[Exception], None]  # reports unexpected errors
-    undo: Callable[[viser.ClientHandle], None]
-    redo: Callable[[viser.ClientHandle], None]
-    uploads: UploadStore
-    root: Path | None  # the folder whose pictures may be listed
-    beside: Path | None  # that of the picture given at the start
-    memory: Memory
-    tanks: Tanks
-    sequence: SequenceController
-    scene: Scene3D
-    notify: Notify
-    sessions: SessionFolder
-    recordings: Path  # where a live source is recorded
 
 
 class Layout:
@@ -80,11 +50,11 @@ class Layout:
                 gui.add_html(help_link(section), order=1e9)
 
         with tab("Pictures", "pictures"):
-            source = SourcePanel(gui, change, parts.uploads, parts.root, parts.beside, parts.sequence, parts.memory)
+            source = SourcePanel(gui, parts)
         with tab("Tank", "tank"):
-            tanks = TanksPanel(gui, parts.tanks, change, parts.notify)
+            tanks = TanksPanel(gui, parts)
             camera = CameraPanel(gui, self.live, change)
-            calibration = CalibrationPanel(gui, change, parts.notify, parts.fail)
+            calibration = CalibrationPanel(gui, parts)
             budget = BudgetPanel(gui)
         with tab("Detect", "detect"):
             detect = DetectPanel(gui, self.live, change)
@@ -94,11 +64,11 @@ class Layout:
         with tab("Simulate", "simulate"):
             simulator = SimulatorPanel(gui, change)
         with tab("Play", "play"):
-            self.sequence = SequencePanel(gui, self.live, parts.sequence, parts.recordings, parts.notify, parts.fail)
+            self.sequence = SequencePanel(gui, self.live, parts)
         with tab("Log", "log"):
-            self.experiment = ExperimentPanel(gui, parts.sessions, parts.notify, parts.fail)
+            self.experiment = ExperimentPanel(gui, parts)
         with tab("Export", "export"):
-            self.export = ExportPanel(server, parts.notify, parts.fail)
+            self.export = ExportPanel(server, parts)
         acts: dict[str, Act] = {
             "undo": parts.undo,
             "redo": parts.redo,
@@ -107,7 +77,7 @@ class Layout:
             "play": lambda client: self.sequence.toggle(),
         }
         with tabs.add_tab("Settings"):
-            self.settings = SettingsPanel(server, change, parts.memory, acts)
+            self.settings = SettingsPanel(server, parts, acts)
         viewpoint = ViewpointPanel(gui, parts.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
@@ -123,13 +93,13 @@ class Layout:
             status = HtmlPanel(gui, live, "status", status_html)
             self.chips = ChipsPanel(gui, parts.change)
             wished: Acts = {
-                Take: lambda wish, client: self.experiment.take(client),
-                Zip: lambda wish, client: self.export.save_all(client),
-                Compare: lambda wish, client: self.compare.compare(),
-                Use: lambda wish, client: self.compare.use(wish.method, client),
-                Play: lambda wish, client: self.sequence.toggle(),
-                GoTo: lambda wish, client: self.sequence.go_to(wish.frame),
-                Speed: lambda wish, client: self.sequence.set_speed(wish.speed),
+                wish_to("take"): lambda wish, client: self.experiment.take(client),
+                wish_to("zip"): lambda wish, client: self.export.save_all(client),
+                wish_to("compare"): lambda wish, client: self.compare.compare(),
+                wish_to("use", method=str): lambda wish, client: self.compare.use(wish.method, client),
+                wish_to("play"): lambda wish, client: self.sequence.toggle(),
+                wish_to("goto", frame=int): lambda wish, client: self.sequence.go_to(wish.frame),
+                wish_to("speed", speed=str): lambda wish, client: self.sequence.set_speed(wish.speed),
             }
             wishes = WishBox(gui, "Done on the page", wished)
             gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')
@@ -137,7 +107,7 @@ class Layout:
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
                 picture = PicturePanel(gui, live, parts.change, lambda: parts.sequence.is_playing)
             with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
-                self.compare = ComparePanel(gui, parts.change, parts.fail)
+                self.compare = ComparePanel(gui, parts)
             result = HtmlPanel(gui, live, "candidates", table_html)
         self.panels = [picture, self.strip, status, result]
         left.dock_left()

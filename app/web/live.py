@@ -1,15 +1,21 @@
-"""What changes with every frame, sent to the browser in one message, which static/frame.js shows at one moment."""
+"""Our own elements of the page: what they are sent with every frame, and the wishes that come back from them."""
 
+import functools
 import itertools
 import json
+import operator
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from typing import Any
 
+import msgspec
 import viser
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.web.widgets import Panel
+from dockpose.app.web.server.viser_private import identity
+from dockpose.app.web.widgets import Panel, on_person
+
+_LONGEST = 300  # letters of a wish
 
 
 def data_html(name: str, data: Any) -> str:
@@ -57,3 +63,43 @@ class LivePage(Panel):
     def show(self, analysis: Analysis) -> None:
         """Send what the panels put."""
         self.send()
+
+
+class Wish(msgspec.Struct, tag_field="do", forbid_unknown_fields=True, frozen=True):
+    """A wish; ``number`` tells two equal ones apart."""
+
+    number: int
+
+
+Acts = Mapping[type[Wish], Callable[[Any, viser.ClientHandle], object]]
+
+
+def wish_to(do: str, **fields: type) -> type[Wish]:
+    """A kind of wish, with its fields."""
+    return msgspec.defstruct(do, list(fields.items()), bases=(Wish,), tag=do, frozen=True)
+
+
+def decoder(kinds: Iterable[type[Wish]]) -> msgspec.json.Decoder[Any]:
+    """What reads wishes of these kinds, and no others."""
+    return msgspec.json.Decoder(functools.reduce(operator.or_, kinds))
+
+
+class WishBox:
+    """A hidden text box for the wishes of elements that know it by its ``channel``; ``acts`` are done for them."""
+
+    def __init__(self, gui: viser.GuiApi, label: str, acts: Acts) -> None:
+        self._acts, self._last, self._decoder = acts, -1, decoder(acts)
+        self._box = gui.add_text(label, "")
+        self.channel = identity(self._box)
+        on_person(self._box.on_update, self._fulfil)
+
+    def _fulfil(self, client: viser.ClientHandle) -> None:
+        """Do what the newest wish says; calls for wishes that were overtaken find none."""
+        text = self._box.value
+        try:
+            wish = self._decoder.decode(text if isinstance(text, str) and len(text) <= _LONGEST else "")
+        except msgspec.DecodeError:
+            return
+        if wish.number != self._last:
+            self._last = wish.number
+            self._acts[type(wish)](wish, client)

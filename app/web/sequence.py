@@ -3,42 +3,25 @@
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import viser
 from dockpose.app.inputs.sequences import FrameSource, choices, choose, sent
 from dockpose.app.processing.following import FrameFollower
 from dockpose.app.processing.player import FramePlayer
 from dockpose.app.state.scene import scene_of
-from dockpose.app.state.view import View
-from dockpose.app.web.notifications import Colour, attempt
-from dockpose.sources import Frame
+from dockpose.app.web.notifications import attempt
+
+if TYPE_CHECKING:
+    from dockpose.app.web.app import App
 
 NONE_CHOSEN = "(none)"
-
-
-class Stage(Protocol):
-    """The page, as far as a sequence needs it."""
-
-    @property
-    def view(self) -> View:
-        """The view that is shown now."""
-        ...
-
-    def show_frame(self, frame: Frame) -> None:
-        """Search and show a frame; return once that is done, or abandoned for something newer."""
-
-    def notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
-        """Show a notification in one browser, or in all."""
-
-    def fail(self, error: Exception) -> None:
-        """Report an unexpected error."""
 
 
 class SequenceController:
     """Holds one sequence at a time."""
 
-    def __init__(self, stage: Stage, given: FrameSource | None, root: Path | None) -> None:
+    def __init__(self, stage: "App", given: FrameSource | None, root: Path | None) -> None:
         self._stage, self._given, self._root = stage, given, root
         self._lock = threading.Lock()
         self._source: FrameSource | None = None

@@ -3,14 +3,22 @@
 import math
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 import viser
+from dockpose.app.experiment.session import SessionFolder
+from dockpose.app.inputs.received import UploadStore
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.processing.background import Progress, Task
+from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.state.parameters import Parameter
+from dockpose.app.state.preferences import Memory
+from dockpose.app.state.tank import Tanks
 from dockpose.app.state.view import View
-from dockpose.app.web.notifications import Notify, tell_refusal
+from dockpose.app.web.notifications import Notify, attempt, tell_refusal
+from dockpose.app.web.scene.scene import Scene3D
+from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
 
 Act = Callable[[viser.ClientHandle], object]
@@ -23,6 +31,30 @@ class Change(Protocol):
 
     def __call__(self, function: Callable[[View], View], client: viser.ClientHandle, *, reload: bool = False) -> None:
         """``reload``: the controls must follow, since they were not what changed the view."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What the panels work with."""
+
+    change: Change
+    notify: Notify
+    fail: Callable[[Exception], None]  # reports unexpected errors
+    undo: Act
+    redo: Act
+    uploads: UploadStore
+    root: Path | None  # the folder whose pictures may be listed
+    beside: Path | None  # that of the picture given at the start
+    memory: Memory
+    tanks: Tanks
+    sequence: SequenceController
+    scene: Scene3D
+    sessions: SessionFolder
+    recordings: Path  # where a live source is recorded
+
+    def attempt(self, act: Callable[[], object], client: viser.ClientHandle) -> bool:
+        """Do what a person asked for; False if it failed, after saying so."""
+        return attempt(act, self.notify, self.fail, client)
 
 
 class Panel:
@@ -57,11 +89,8 @@ def on_click(button: Any, act: Act) -> None:
 
 
 def on_change(handle: Any, change: Change, function: Callable[[View], View], *, reload: bool = False) -> None:
-    """Apply ``function`` to the view whenever a person changes this control.
-
-    The function must read the control's value itself. It runs with the view locked, and viser calls back out of
-    order, so only the value at that moment is sure to be the newest.
-    """
+    """Apply ``function``, which must read the value itself, to the view whenever a person changes this control."""
+    # It runs with the view locked; viser calls back out of order, so only the value at that moment is the newest.
     on_person(handle.on_update, lambda client: change(function, client, reload=reload))
 
 
@@ -110,10 +139,8 @@ def loading(
 
 
 def return_when_idle(handle: Any, change: Change, client: viser.ClientHandle, load: Callable[[View], object]) -> None:
-    """Let a box that holds a number that was not taken return to the one in force, once nobody types there any more.
-
-    ``load`` sets it to the value of a view. What is typed on the way to a number, as the 8 of 812, stays meanwhile.
-    """
+    """Return a box to the number in force by ``load``, once nobody has typed there any more for a while."""
+    # What is typed on the way to a number, as the 8 of 812, stays meanwhile.
     refused = handle.value
 
     def settle() -> None:
@@ -164,26 +191,52 @@ class Slider:
 
 
 class BackgroundWork:
-    """Runs one task at a time in its own thread, with a progress bar and a button to stop; ``hint`` is the button's."""
+    """Runs one piece of work at a time in its own thread, with a progress bar and a button to stop, with its hint."""
 
     def __init__(self, gui: viser.GuiApi, on_error: Callable[[Exception], None], hint: str) -> None:
+        self._on_error = on_error
         self._bar = gui.add_progress_bar(0, visible=False, animated=True)
         self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint=hint)
-        self._task = Task(self._tell, lambda: self._show(False), on_error)
-        self._stop.on_click(lambda event: self._task.cancel())
+        self._stop.on_click(lambda event: self.cancel())
+        self._lock = threading.Lock()
+        self._running: tuple[threading.Thread, Progress] | None = None
 
     def start(self, work: Callable[[Progress], None]) -> bool:
         """Start; return False if other work is still running."""
+        with self._lock:
+            if self._running is not None:
+                return False
+            progress = Progress(self._tell)
+            thread = threading.Thread(target=self._run, args=(work, progress), name="dockpose task", daemon=True)
+            self._running = thread, progress
+        thread.start()
+        return True
 
-        def shown(progress: Progress) -> None:
-            self._show(True)
+    def cancel(self) -> None:
+        """Ask whatever runs to stop at its next step."""
+        with self._lock:
+            if self._running is not None:
+                self._running[1].stop()
+
+    def close(self, timeout_s: float = 5.0) -> None:
+        """Stop whatever runs and wait for its end."""
+        self.cancel()
+        running = self._running
+        if running is not None and running[0] is not threading.current_thread():
+            running[0].join(timeout_s)
+
+    def _run(self, work: Callable[[Progress], None], progress: Progress) -> None:
+        self._show(True)
+        try:
             work(progress)
-
-        return self._task.start(shown)
-
-    def close(self) -> None:
-        """Stop whatever runs."""
-        self._task.close()
+        except CancelledError:
+            pass
+        except Exception as error:  # whatever it was, people should read of it on the page
+            self._on_error(error)
+        finally:
+            with self._lock:
+                self._running = None
+            self._show(False)
 
     def _tell(self, share: float) -> None:
         if round(100 * share) != self._bar.value:
@@ -197,9 +250,9 @@ class BackgroundWork:
 class Saver:
     """Makes files one at a time and sends them to the browser that asked, with progress and a button to stop."""
 
-    def __init__(self, gui: viser.GuiApi, notify: Notify, on_error: Callable[[Exception], None]) -> None:
-        self._notify = notify
-        self._work = BackgroundWork(gui, on_error, "Do not make the file.")
+    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
+        self._notify = parts.notify
+        self._work = BackgroundWork(gui, parts.fail, "Do not make the file.")
         self.close = self._work.close
 
     def save(self, client: viser.ClientHandle, name: str, make: Callable[[Progress], bytes]) -> None:

@@ -4,7 +4,7 @@ import sys
 import pytest
 from dockpose.app import cli
 from dockpose.app.cli import main
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
 
 
 @pytest.mark.parametrize(("word", "near"), [("estmate", "estimate"), ("compair", "compare"), ("simulat", "simulate")])

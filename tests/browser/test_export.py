@@ -12,7 +12,7 @@ import pytest
 import yaml
 from dockpose import estimate
 from dockpose.app.drawing.annotated import LAYERS
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing import comparison
 from dockpose.app.web.panels.export import LAYER_WORDS, WHAT, ExportPanel
 from PIL import Image

@@ -5,7 +5,7 @@ import zipfile
 
 import pytest
 from dockpose import Camera
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing.comparison import compared
 from dockpose.app.state.camera import camera_file
 

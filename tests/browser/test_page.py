@@ -1,5 +1,5 @@
 import pytest
-from dockpose.app.inputs.samples import load_sample, sample_path
+from dockpose.app.inputs.pictures import load_sample, sample_path
 
 pytestmark = pytest.mark.browser
 

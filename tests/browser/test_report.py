@@ -6,7 +6,7 @@ from dockpose.app.drawing.figures import to_svg
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import session_files
-from dockpose.app.inputs.samples import load_sample
+from dockpose.app.inputs.pictures import load_sample
 
 from tests.support.rows import measured
 
@@ -45,7 +45,7 @@ def test_the_report_of_a_session_opens_offline_and_prints(reader, tmp_path: Path
     sample = load_sample("plain")
     found = estimate(sample.image, sample.camera, sample.dock)
     with Session.create(tmp_path / "tank", NASTY) as session:
-        session.take(sample.image, found, NASTY, measured(sample.truth), NASTY)
+        session.take(sample.image, found, NASTY, **measured(sample.truth), notes=NASTY)
         files = session_files(session.record)
     report = tmp_path / "report.html"
     report.write_bytes(files["report.html"]())

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from dockpose.app.inputs.samples import sample_path, samples_folder
+from dockpose.app.inputs.pictures import sample_path, samples_folder
 from dockpose.app.state.parameters import SCENE
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import NONE_CHOSEN, OWN_PICTURE, SourcePanel

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera
-from dockpose.app.inputs.samples import load_sample, sample_path, samples_folder
+from dockpose.app.inputs.pictures import load_sample, sample_path, samples_folder
 from dockpose.app.state.camera import camera_file
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.web.app import App

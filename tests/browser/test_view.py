@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.drawing import colours
-from dockpose.app.drawing.thresholded import kept_pixels
-from dockpose.app.inputs.samples import load_sample
+from dockpose.app.drawing.montage import kept_pixels
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_mask, with_method
+from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.camera.image import to_grey

@@ -5,10 +5,10 @@ import shutil
 import cv2
 import pytest
 from dockpose import Camera, Dock, estimate
-from dockpose.app.experiment import Measured, Session
+from dockpose.app.experiment import Session
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.dock_file import save_dock
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
+from dockpose.app.inputs.sidecar import save_dock
 from dockpose.camera.files import save_camera
 from dockpose.camera.image import read
 
@@ -38,5 +38,5 @@ def tank(tmp_path_factory):
     info = camera_info((700, 0, 319.5, 0, 700, 239.5, 0, 0, 1), (640, 480))
     write_mcap(folder / "run.mcap", [(INFO_TOPIC, CAMERA_INFO, START_NS, info), *frames([picture, picture])])
     with Session.create(folder / "dockpose-sessions" / "tank") as session:
-        session.take(picture, estimate(picture, CAMERA, DOCK), "tank", Measured(z_cm=110.0))
+        session.take(picture, estimate(picture, CAMERA, DOCK), "tank", measured_z_cm=110.0)
     return folder

@@ -24,7 +24,7 @@ import rosbags.typesys  # noqa: F401  # what commands import when they need it i
 from dockpose.app.cli import main
 from dockpose.app.experiment import Session
 from dockpose.app.export.parts import Plot
-from dockpose.app.inputs.samples import sample_source
+from dockpose.app.inputs.pictures import sample_source
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, render, save_sequence
 

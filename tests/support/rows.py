@@ -1,7 +1,8 @@
 """A row of an experiment, others like it, and what was measured."""
 
 import msgspec
-from dockpose.app.experiment import Measured, Row
+from dockpose.app.experiment import Row
+from dockpose.app.experiment.row import MEASURED_COLUMNS
 from dockpose.pose.known import KnownPose
 
 ROW = Row(
@@ -14,7 +15,7 @@ def changed(**fields) -> Row:
     return msgspec.structs.replace(ROW, **fields)
 
 
-def measured(known: KnownPose | None) -> Measured:
+def measured(known: KnownPose | None) -> dict[str, float]:
     assert known is not None
-    x, y, z = (100 * value for value in known.position_m)
-    return Measured(x, y, z, known.theta_x_deg, known.theta_y_deg)
+    numbers = (*(100 * value for value in known.position_m), known.theta_x_deg, known.theta_y_deg)
+    return dict(zip(MEASURED_COLUMNS, numbers, strict=False))

@@ -11,7 +11,7 @@ import numpy as np
 import pandas
 import yaml
 from dockpose import estimate
-from dockpose.app.experiment import Measured, Session
+from dockpose.app.experiment import Session
 from dockpose.app.experiment.row import row_to_csv
 from dockpose.simulate import render
 from PIL import Image
@@ -43,7 +43,7 @@ def take_until_killed(folder: str, confirmed: Connection) -> None:
     confirmed.send_bytes(b"0")
     session = Session.open(folder) if (Path(folder) / "session.yaml").exists() else Session.create(folder)
     while True:
-        row = session.take(PICTURE, FOUND, 'tank, "left"\n', Measured(z_cm=110.0), "kill")
+        row = session.take(PICTURE, FOUND, 'tank, "left"\n', measured_z_cm=110.0, notes="kill")
         confirmed.send_bytes(str(row.number).encode())
 
 

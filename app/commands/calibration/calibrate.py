@@ -10,7 +10,7 @@ import numpy as np
 from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, Terminated, put, say
 from dockpose.app.errors import UserError, blaming, check_place, writing
-from dockpose.app.export.calibration import MEDIA, camera_lines, outcome, port_lines
+from dockpose.app.export.words import MEDIA, camera_lines, outcome, port_lines
 from dockpose.app.inputs.pictures import expand
 from dockpose.app.processing.calibration import Looked, gather
 from dockpose.camera.board import Board

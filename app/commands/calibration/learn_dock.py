@@ -9,10 +9,9 @@ from dockpose.app.commands.arguments import Commands, add_options, camera_of, do
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, Terminated, put, say
 from dockpose.app.errors import UserError, check_place, writing
 from dockpose.app.export.parts import sentences
-from dockpose.app.inputs.dock_file import save_dock
 from dockpose.app.inputs.sequences import typed
-from dockpose.app.inputs.sidecar import known
-from dockpose.app.processing.learning import dock_views
+from dockpose.app.inputs.sidecar import known, save_dock
+from dockpose.app.processing.calibration import dock_views
 from dockpose.pose.learned.learning import LearnedDock, LearningError, learn_dock
 from dockpose.pose.learned.views import DockView
 from dockpose.sources import Kind, kind_of, list_pictures

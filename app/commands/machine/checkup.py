@@ -20,7 +20,7 @@ from av.codec import Codec
 from av.error import FFmpegError
 from dockpose import Settings, estimate
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.samples import FIRST_SAMPLE, load_sample
+from dockpose.app.inputs.pictures import FIRST_SAMPLE, load_sample
 from dockpose.app.state.preferences import config_folder
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
 from dockpose.checks import one_line
@@ -78,34 +78,32 @@ def _versions() -> Iterator[Finding]:
     yield Finding("python", OK, f"{platform.python_implementation()} {platform.python_version()}, {sys.prefix}")
     yield Finding("system", OK, f"{platform.platform()}, {os.cpu_count()} cores")
     for package in _NEEDED:
-        try:
-            yield Finding(package, OK, version(package))
-        except PackageNotFoundError:
-            # OpenCV has several distributions, of which one is enough.
-            found = package == "opencv-python-headless"
-            text = f"{cv2.__version__}, of another distribution" if found else "not installed"
-            yield Finding(package, WARNING if found else BROKEN, text)
+        # OpenCV has several distributions, of which one is enough.
+        other = f"{cv2.__version__}, of another distribution" if package == _OPENCV else None
+        state = OK if _installed(package) else WARNING if other else BROKEN
+        yield Finding(package, state, _installed(package) or other or "not installed")
     yield from _other_opencv()
     for package in _OPTIONAL:
-        try:
-            yield Finding(package, OK, version(package))
-        except PackageNotFoundError:
-            yield Finding(package, OK, "not installed (optional)")
+        yield Finding(package, OK, _installed(package) or "not installed (optional)")
+
+
+def _installed(package: str) -> str | None:
+    """The version of a package; None where it is not installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
 
 
 def _other_opencv() -> Iterator[Finding]:
     """A finding for each build of OpenCV beside ours, since both are the one folder cv2."""
     for package in _OTHER_OPENCV:
-        try:
-            version(package)
-            version(_OPENCV)
-        except PackageNotFoundError:
-            continue
-        text = (
-            f"{package} and {_OPENCV} overwrite each other's files, so that the one loses its windows or other parts; "
-            f"uninstall both, then install only the one that you need"
-        )
-        yield Finding(package, WARNING, text)
+        if _installed(package) and _installed(_OPENCV):
+            text = (
+                f"{package} and {_OPENCV} overwrite each other's files, so that the one loses its windows or other "
+                f"parts; uninstall both, then install only the one that you need"
+            )
+            yield Finding(package, WARNING, text)
 
 
 def _pictures() -> Iterator[Finding]:

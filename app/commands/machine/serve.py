@@ -2,14 +2,17 @@
 
 import argparse
 import threading
-from collections.abc import Callable
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, wishes_of
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
 from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
-from dockpose.app.web.server.options import DEFAULT_PORT, DEFAULTS, SESSIONS_FOLDER, Options
+from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
+
+if TYPE_CHECKING:
+    from dockpose.app.web.app import App
 
 _OPEN_WARNING = (
     "it listens on {host}, so every machine of that network can reach this page. Who has the address with its token "
@@ -25,14 +28,39 @@ def add_parser(commands: Commands) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run ``dockpose serve``; returns the exit status."""
+    """Run ``dockpose serve`` until it is interrupted; returns the exit status."""
     camera, dock = camera_of(arguments), dock_of(arguments)
     if not 0 <= arguments.port <= 65535:
         raise UserError(f"--port is {arguments.port}; it must be 0 to 65535")
     options = _options(arguments)
     with warned():
-        serve(arguments.source, camera, dock, host=arguments.host, port=arguments.port, options=options)
+        from dockpose.app.web.app import App  # viser takes a second to import, which other commands need not wait for
+
+        app = App.build(arguments.source, camera, dock, arguments.host, arguments.port, options)
+        try:
+            for line in _addresses(app, arguments.host, options):
+                say(line)
+            threading.Event().wait()
+        except Terminated:
+            raise
+        except KeyboardInterrupt:
+            say("stopped")
+        finally:
+            app.stop()
     return EXIT_ALL_READ
+
+
+def _addresses(app: "App", host: str, options: Options) -> Iterator[str]:
+    from dockpose.app.web.server.guard import LOOPBACK_NAMES
+
+    here, *elsewhere = app.addresses()
+    yield f"the page is at {here} (Ctrl+C stops it)"
+    for address in elsewhere:
+        yield f"from another machine: {address}"
+    if options.view_link:
+        yield f"for viewers, who can change nothing: {' or '.join(app.addresses(for_viewers=True))}"
+    if host not in LOOPBACK_NAMES:
+        yield _OPEN_WARNING.format(host=host)
 
 
 def _options(arguments: argparse.Namespace) -> Options:
@@ -55,35 +83,3 @@ def _options(arguments: argparse.Namespace) -> Options:
         wishes=wishes_of(arguments, [] if arguments.source is None else [arguments.source]),
         topic=arguments.topic,
     )
-
-
-def serve(
-    source: str | None,
-    camera: Camera | None,
-    dock: Dock | None,
-    host: str = "127.0.0.1",
-    port: int = DEFAULT_PORT,
-    options: Options = DEFAULTS,
-    report: Callable[[str], None] = say,
-) -> None:
-    """Serve the page until it is interrupted."""
-    from dockpose.app.web.app import App  # viser takes a second to import, which the other commands need not wait for
-    from dockpose.app.web.server.guard import LOOPBACK_NAMES
-
-    app = App.build(source, camera, dock, host=host, port=port, options=options)
-    try:
-        here, *elsewhere = app.addresses()
-        report(f"the page is at {here} (Ctrl+C stops it)")
-        for address in elsewhere:
-            report(f"from another machine: {address}")
-        if options.view_link:
-            report(f"for viewers, who can change nothing: {' or '.join(app.addresses(for_viewers=True))}")
-        if host not in LOOPBACK_NAMES:
-            report(_OPEN_WARNING.format(host=host))
-        threading.Event().wait()
-    except Terminated:
-        raise
-    except KeyboardInterrupt:
-        report("stopped")
-    finally:
-        app.stop()

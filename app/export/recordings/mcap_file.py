@@ -1,4 +1,4 @@
-"""An MCAP file of ROS 2 messages, for Foxglove and every reader of bags, written frame by frame."""
+"""An MCAP file with the poses of each frame; one of a program that was killed can be read up to there."""
 
 import contextlib
 import dataclasses

@@ -60,11 +60,7 @@ def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Mes
 
 
 def pose_message(pose: CirclePose, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
-    """Return a pose as the message's fields.
-
-    The rotation is Ry(theta_y) Rx(theta_x). Roll, about the dock's own axis, is unobservable where all lights look
-    alike; it gets the variance of a uniform distribution over a full turn, pi^2 / 3.
-    """
+    """Return a pose as fields, rotated by Ry(theta_y) Rx(theta_x); a roll not seen varies by a full turn."""
     x, y, z, w = pose.quaternion_xyzw
     return {
         "header": header(time_s, frame_id),
@@ -143,10 +139,7 @@ def header(time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
 
 
 def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -> str | None:
-    """Return the message of the chosen pose as YAML; None without a pose.
-
-    ``time_s`` is in seconds since 1970; where it is None the stamp is 0, and a comment says so.
-    """
+    """Return the chosen pose's message as YAML, None without one; without a ``time_s`` since 1970 the stamp is 0."""
     if found.selected is None:
         return None
     message = pose_message(found.selected, 0.0 if time_s is None else time_s, frame_id)
@@ -155,10 +148,7 @@ def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -
 
 
 def covariance(pose: CirclePose) -> np.ndarray:
-    """Return the covariance (6, 6) in square metres and square radians; see :func:`pose_message`.
-
-    Where the errors of a pose are not known, each of its numbers has the variance of one of which nothing is known.
-    """
+    """Return the covariance (6, 6) in m² and rad²; where it is unknown, that of knowing nothing."""
     found = pose.covariance
     if found is not None:
         return found

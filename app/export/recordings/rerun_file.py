@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from dockpose.app.drawing.colours import ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, bgr
+from dockpose.app.drawing.colours import ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, rgb
 from dockpose.app.errors import UserError, unwritable, writing
 from dockpose.app.export.recordings.messages import Seen, jpeg
 from dockpose.estimate import geometry
@@ -22,11 +22,7 @@ _RING_POINTS = 49
 
 
 class RerunFile(contextlib.AbstractContextManager["RerunFile"]):
-    """A recording, written frame by frame; as a context manager it finishes itself.
-
-    Its timelines are "frame", "time" where frames have times, and "time_of_day" where the source knows it. Positions
-    are in metres, in the camera's frame.
-    """
+    """A recording in metres and the camera's frame, with timelines frame, time and time_of_day where they are known."""
 
     def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:
         try:
@@ -63,9 +59,9 @@ class RerunFile(contextlib.AbstractContextManager["RerunFile"]):
         lights = np.zeros((0, 2)) if found.markers is None else found.markers.points_px[geometry.on_ring(found)]
         outline = geometry.outline(found)
         # Rerun counts pixels from the corner of the first one, we from its middle.
-        log("camera/image/lights", rerun.Points2D(lights + 0.5, radii=4.0, colors=[_rgb(LIGHT_COLOUR)]))
+        log("camera/image/lights", rerun.Points2D(lights + 0.5, radii=4.0, colors=[rgb(LIGHT_COLOUR)]))
         strips = [] if outline is None else [np.vstack([outline, outline[:1]]) + 0.5]
-        log("camera/image/ellipse", rerun.LineStrips2D(strips, colors=[_rgb(ELLIPSE_COLOUR)]))
+        log("camera/image/ellipse", rerun.LineStrips2D(strips, colors=[rgb(ELLIPSE_COLOUR)]))
         self._log_poses(seen)
         log("status", rerun.TextLog(f"{found.message} {seen.trust.sentence}", level=_LEVELS[seen.trust.colour]))
 
@@ -87,7 +83,7 @@ class RerunFile(contextlib.AbstractContextManager["RerunFile"]):
             log(f"camera/{name}", rerun.Transform3D(translation=pose.position_m, quaternion=[x, y, z, w]))
             ring, axis = _ring(found.dock.radius)
             width = 3.0 if pose is found.selected else 1.0
-            strips = rerun.LineStrips3D([ring, axis], colors=[_rgb(colour)], radii=rerun.Radius.ui_points(width))
+            strips = rerun.LineStrips3D([ring, axis], colors=[rgb(colour)], radii=rerun.Radius.ui_points(width))
             log(f"camera/{name}/ring", strips)
             if pose.probability is not None:
                 log(f"chance/{name}", rerun.Scalars(pose.probability))
@@ -96,10 +92,7 @@ class RerunFile(contextlib.AbstractContextManager["RerunFile"]):
 
 
 class _Relay:
-    """Writes a file in Rerun's place, which only logs that it cannot and may then wait for ever: it writes to a pipe.
-
-    Where there is no path to a pipe, as on Windows, Rerun writes the file itself.
-    """
+    """Writes a file in Rerun's place, by a pipe where there is one: Rerun only logs a fault, and may wait."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._file = path, GrowingFile(path)
@@ -148,8 +141,3 @@ def _ring(radius_m: float) -> tuple[np.ndarray, np.ndarray]:
     angles = np.linspace(0, 2 * math.pi, _RING_POINTS)
     ring = radius_m * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     return ring, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -radius_m]])
-
-
-def _rgb(colour: str) -> tuple[int, int, int]:
-    blue, green, red = bgr(colour)
-    return red, green, blue

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
-from dockpose.app.drawing.thresholded import kept_pixels
+from dockpose.app.drawing.montage import kept_pixels
 from dockpose.app.export.parts import Cell, Part, Rows, listed, words
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show

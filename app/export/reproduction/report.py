@@ -6,9 +6,9 @@ from concurrent.futures import as_completed
 from pathlib import Path
 
 from dockpose.app.errors import UserError, check_folder, writing
-from dockpose.app.experiment.versions import versions
 from dockpose.app.export.parts import Part, page
 from dockpose.app.processing.parallel import workers
+from dockpose.app.resources import versions
 from dockpose.files.durable_files import write_whole
 
 # Key of each part, in the order of the report, and the module here whose function of that name makes it.

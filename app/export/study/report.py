@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 from dockpose.app.errors import writing
-from dockpose.app.experiment.versions import versions
 from dockpose.app.export.parts import Cell, NumberTable, Part, Plot, Rows, page, words
 from dockpose.app.export.study import plots
 from dockpose.app.export.study.words import advice_text, calibration_text, claim_text, factor_text
 from dockpose.app.processing.study import COST_CSV, STUDY_CSV
+from dockpose.app.resources import versions
 from dockpose.files.durable_files import write_whole
 from dockpose.study.scenes import ELAPSED, HATS, METHODS, PRODUCT, RIVALS
 from dockpose.study.summary import Columns, columns_of, of_method, summary_of

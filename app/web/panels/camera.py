@@ -9,19 +9,8 @@ import viser
 from dockpose import Camera
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
-from dockpose.app.state.camera import (
-    OTHER_INDEX,
-    WATERS,
-    WINDOWS,
-    camera_file,
-    field_of_view_sentence,
-    index_name,
-    with_camera_file,
-    with_default_values,
-    with_given_values,
-    with_port,
-)
-from dockpose.app.state.dock import MAX_LIGHTS, angles_text, dropped_sentence, with_angles, with_lights
+from dockpose.app.state import camera as optics
+from dockpose.app.state.changes import MAX_LIGHTS, angles_text, dropped_sentence, with_angles, with_lights
 from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, Parameter, put
 from dockpose.app.state.view import View
 from dockpose.app.web.live import LivePage
@@ -42,7 +31,7 @@ from dockpose.camera.files import FORMATS
 
 _SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
 _SAID = read_toml("controls.toml")["camera"]
-_NAMED_INDICES = {"glass_index": WINDOWS, "water_index": WATERS}
+_NAMED_INDICES = {"glass_index": optics.WINDOWS, "water_index": optics.WATERS}
 
 
 def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
@@ -54,7 +43,7 @@ def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
 
 def field_of_view_html(camera: Camera) -> str:
     """How much the camera sees."""
-    return f'<div style="{_SMALL}">{escape(field_of_view_sentence(camera))}</div>'
+    return f'<div style="{_SMALL}">{escape(optics.field_of_view_sentence(camera))}</div>'
 
 
 class CameraPanel(Panel):
@@ -80,7 +69,7 @@ class CameraPanel(Panel):
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load a camera file."""
-        add_upload_button(self._area, client, uploads, loading(self._change, with_camera_file), **_SAID["load"])
+        add_upload_button(self._area, client, uploads, loading(self._change, optics.with_camera_file), **_SAID["load"])
 
     def load(self, view: View) -> None:
         """Set the sliders' ranges and values."""
@@ -125,10 +114,10 @@ class CameraPanel(Panel):
         self._port = gui.add_checkbox(**_SAID["port"])
         self._add_sliders(gui, PORT)
         self._names = {
-            name: gui.add_dropdown(**_SAID[name], options=(*named, OTHER_INDEX))
+            name: gui.add_dropdown(**_SAID[name], options=(*named, optics.OTHER_INDEX))
             for name, named in _NAMED_INDICES.items()
         }
-        on_change(self._port, self._change, lambda view: with_port(view, self._port.value), reload=True)
+        on_change(self._port, self._change, lambda view: optics.with_port(view, self._port.value), reload=True)
         for name, handle in self._names.items():
             on_change(handle, self._change, self._with_named_index(name), reload=True)
 
@@ -136,9 +125,9 @@ class CameraPanel(Panel):
         given, default = gui.add_button(**_SAID["given"]), gui.add_button(**_SAID["default"])
         self._format = gui.add_dropdown(**_SAID["format"], options=FORMATS)
         save = gui.add_button(**_SAID["save"])
-        on_click(given, lambda client: self._change(with_given_values, client, reload=True))
-        on_click(default, lambda client: self._change(with_default_values, client, reload=True))
-        on_download(save, self._change, "camera.yaml", lambda view: camera_file(view.camera, self._format.value))
+        on_click(given, lambda client: self._change(optics.with_given_values, client, reload=True))
+        on_click(default, lambda client: self._change(optics.with_default_values, client, reload=True))
+        on_download(save, self._change, "camera.yaml", lambda view: optics.camera_file(view.camera, self._format.value))
 
     def _load_lights(self, view: View) -> None:
         self._lights.value = view.dock.lights or 0
@@ -148,7 +137,7 @@ class CameraPanel(Panel):
         for handle in (*(self._sliders[name].handle for name in PORT), *self._names.values()):
             handle.disabled = not has_port
         for name, handle in self._names.items():
-            handle.value = index_name(_NAMED_INDICES[name], PORT[name].get(view))
+            handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
     def _with_lights(self, view: View, client: viser.ClientHandle) -> View:
         changed = with_lights(view, self._lights.value)

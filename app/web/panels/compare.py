@@ -9,20 +9,19 @@ import numpy as np
 import viser
 from dockpose import Estimate
 from dockpose.app.drawing import colours
-from dockpose.app.drawing.montage import around_ring
+from dockpose.app.drawing.montage import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
-from dockpose.app.drawing.thresholded import kept_pixels
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view, error_words, same_comparison, sweep_levels
 from dockpose.app.resources import read_toml
-from dockpose.app.state.detection import with_method
+from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import View
-from dockpose.app.web.charts.sweep import SweepChart
+from dockpose.app.web.charts import SweepChart
 from dockpose.app.web.html import help_link, small
 from dockpose.app.web.live import data_html
 from dockpose.app.web.panels.view import runs
-from dockpose.app.web.widgets import BackgroundWork, Change, Panel, on_click
+from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, on_click
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
@@ -103,14 +102,14 @@ def method_words(found: Estimate, view: View) -> dict[str, Any]:
 class ComparePanel(Panel):
     """The cards of the methods, which static/compare.js draws, and below them the sweep over the level."""
 
-    def __init__(self, gui: viser.GuiApi, change: Change, on_error: Callable[[Exception], None]) -> None:
-        self._change = change
+    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
+        self._change = parts.change
         self._analysis: Analysis | None = None
         self._compared: View | None = None
         self._swept: View | None = None
         self._state: dict[str, Any] = {}
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        self._task = BackgroundWork(gui, on_error, "Stop the work.")
+        self._task = BackgroundWork(gui, parts.fail, "Stop the work.")
         gui.add_html(f'<dockpose-compare style="{look}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Every fixed level", expand_by_default=False):

@@ -5,10 +5,9 @@ from typing import Any
 
 import viser
 from dockpose import Estimate
-from dockpose.app.drawing.thresholded import counts
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
-from dockpose.app.state.detection import mask_labels, with_centroid, with_mask, with_method, without_mask, without_masks
+from dockpose.app.state.changes import mask_labels, with_centroid, with_mask, with_method, without_mask, without_masks
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL
@@ -37,7 +36,8 @@ def thrown_out_sentence(found: Estimate) -> str:
     masks = len(found.settings.masks)
     if masks:
         parts.append(f"{masks} mask{'s hide' if masks > 1 else ' hides'} a part of the picture.")
-    _, thrown_out, small = counts(found)
+    thrown_out = 0 if found.markers is None else len(found.markers) - (found.lights_on_ring or 0)
+    small = 0 if found.markers is None else found.markers.dropped
     if small:
         parts.append(f"{small} group{'s' if small > 1 else ''} below {found.settings.min_area_px} px ignored.")
     if found.ring is not None:

@@ -1,6 +1,5 @@
 """The Export tab: one file of what was found, or all of them in a ZIP file."""
 
-from collections.abc import Callable
 from functools import partial
 
 import cv2
@@ -13,8 +12,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
-from dockpose.app.web.notifications import Notify
-from dockpose.app.web.widgets import Panel, Saver, on_click
+from dockpose.app.web.widgets import Panel, Parts, Saver, on_click
 
 _SAID = read_toml("controls.toml")["export"]
 WHAT, LAYER_WORDS = _SAID["files"], _SAID["layers"]
@@ -28,8 +26,8 @@ _WORDS = "Files go to this browser's downloads and hold the picture and the numb
 class ExportPanel(Panel):
     """A list of files, the layers of the annotated picture, and two buttons."""
 
-    def __init__(self, server: viser.ViserServer, notify: Notify, on_error: Callable[[Exception], None]) -> None:
-        self._server, self._notify = server, notify
+    def __init__(self, server: viser.ViserServer, parts: Parts) -> None:
+        self._server, self._notify = server, parts.notify
         self._analysis: Analysis | None = None
         gui = server.gui
         gui.add_html(small(_WORDS))
@@ -37,7 +35,7 @@ class ExportPanel(Panel):
         save = gui.add_button(**_SAID["save"])
         self._montage = gui.add_checkbox(**_SAID["montage"])
         save_all = gui.add_button(**_SAID["save_all"])
-        self._saver = Saver(gui, notify, on_error)
+        self._saver = Saver(gui, parts)
         with gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
             self._layers = {name: gui.add_checkbox(**LAYER_WORDS[name], initial_value=True) for name in LAYERS}
         on_click(save, self._save)

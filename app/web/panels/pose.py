@@ -11,8 +11,8 @@ from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, percent, p
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
+from dockpose.app.state.changes import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
-from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
 from dockpose.app.web.live import LivePage

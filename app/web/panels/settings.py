@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
-from dockpose.app.state.preferences import Memory, settings_file, with_settings_file
+from dockpose.app.state.preferences import settings_file, with_settings_file
 from dockpose.app.web.html import help_anchor, help_link
 from dockpose.app.web.server.pages import help_body
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.server.viser_private import Modal
-from dockpose.app.web.widgets import Act, Change, Panel, add_upload_button, loading, on_click, on_download, on_person
+from dockpose.app.web.widgets import Act, Panel, Parts, add_upload_button, loading, on_click, on_download, on_person
 
 _SAID = read_toml("controls.toml")["settings"]
 
@@ -18,27 +18,27 @@ _SAID = read_toml("controls.toml")["settings"]
 class SettingsPanel(Panel):
     """Buttons, and the same in the command palette (Ctrl+K) with their keys; ``acts`` are those of other panels."""
 
-    def __init__(self, server: viser.ViserServer, change: Change, memory: Memory, acts: Mapping[str, Act]) -> None:
-        self._server, self._change, self._memory = server, change, memory
+    def __init__(self, server: viser.ViserServer, parts: Parts, acts: Mapping[str, Act]) -> None:
+        self._server, self._change, self._memory = server, parts.change, parts.memory
         self._cards: dict[int, Modal] = {}
         gui = server.gui
         self._area = gui.add_folder(None)
         with self._area:
             back = gui.add_button_group(**_SAID["back"])
-            self._dark = gui.add_checkbox(**_SAID["dark"], initial_value=bool(memory.now.dark))
+            self._dark = gui.add_checkbox(**_SAID["dark"], initial_value=bool(self._memory.now.dark))
             save = gui.add_button(**_SAID["save"])
             gui.add_html(help_link("page"))
             help_button, card = gui.add_button(**_SAID["help"]), gui.add_button(**_SAID["card"])
         on_click(back, lambda client: acts[back.value.lower()](client))
-        on_download(save, change, "settings.yaml", settings_file)
+        on_download(save, self._change, "settings.yaml", settings_file)
         on_click(help_button, self.show_help)
         on_click(card, self.show_first_card)
         on_person(self._dark.on_update, lambda client: self._set_dark(self._dark.value))
         own = {"dark": lambda client: self._set_dark(not self._dark.value), "help": self.show_help}
         for name, act in {**acts, **own}.items():
             on_person(gui.add_command(**_SAID["commands"][name]).on_trigger, act)
-        if memory.now.dark is not None:  # else each browser has its own, which what all are sent could follow
-            _paint(server.gui, memory.now.dark)
+        if self._memory.now.dark is not None:  # else each browser has its own, which what all are sent could follow
+            _paint(server.gui, self._memory.now.dark)
 
     def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give one browser its button to load settings, and the first card if it is still to be seen."""

@@ -6,16 +6,13 @@ from typing import Any
 
 import viser
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
-from dockpose.app.inputs.received import UploadStore
-from dockpose.app.inputs.samples import sample_names
+from dockpose.app.inputs.pictures import sample_names
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
-from dockpose.app.state.preferences import Memory
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
-from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Change, Panel, add_upload_button, loading, offer, on_change, on_click
+from dockpose.app.web.widgets import Panel, Parts, add_upload_button, loading, offer, on_change, on_click
 
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
@@ -26,18 +23,10 @@ SAMPLE_WORDS = _SAID["samples"]
 class SourcePanel(Panel):
     """Samples, uploads, pictures below ``root`` or ``beside`` the given one, and buttons that turn their pages."""
 
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        change: Change,
-        uploads: UploadStore,
-        root: Path | None,
-        beside: Path | None,
-        sequence: SequenceController,
-        memory: Memory,
-    ) -> None:
-        self._change, self._uploads, self._root, self._beside = change, uploads, root, beside
-        self._sequence, self._memory = sequence, memory
+    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
+        change, root = parts.change, parts.root
+        self._change, self._uploads, self._root, self._beside = change, parts.uploads, root, parts.beside
+        self._sequence, self._memory = parts.sequence, parts.memory
         self._area = gui.add_folder(None)
         with self._area:
             self._sample = gui.add_dropdown(**_SAID["sample"], options=(*sample_names(), OWN_PICTURE))

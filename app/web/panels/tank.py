@@ -9,11 +9,10 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.chips import Chip, chips
 from dockpose.app.state.in_force import with_tank, with_these_as_mine
-from dockpose.app.state.tank import Tanks, tank_words
+from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, small, table
-from dockpose.app.web.notifications import Notify
-from dockpose.app.web.widgets import Change, Panel, offer, on_click, on_person
+from dockpose.app.web.widgets import Change, Panel, Parts, offer, on_click, on_person
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
@@ -83,20 +82,20 @@ class BudgetPanel(Panel):
 class TanksPanel(Panel):
     """Save My tank under a name, bring a saved one back, or take over what is in force."""
 
-    def __init__(self, gui: viser.GuiApi, tanks: Tanks, change: Change, notify: Notify) -> None:
-        self._tanks, self._change, self._notify = tanks, change, notify
+    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
+        self._tanks, self._change, self._notify = parts.tanks, parts.change, parts.notify
         with gui.add_folder("My tank"):
-            self._choice = gui.add_dropdown(**_SAID["choice"], options=(NOT_SAVED, *tanks.names()))
+            self._choice = gui.add_dropdown(**_SAID["choice"], options=(NOT_SAVED, *self._tanks.names()))
             self._name = gui.add_text(**_SAID["name"])
             save = gui.add_button(**_SAID["save"])
             self._back = gui.add_button(**_SAID["back"])
             self._take = gui.add_button(**_SAID["take"])
             self._forget = gui.add_button(**_SAID["forget"])
         on_person(self._choice.on_update, self._choose)
-        on_click(save, lambda client: change(self._saved, client, reload=True))
-        on_click(self._back, lambda client: change(self._restored, client, reload=True))
-        on_click(self._take, lambda client: change(with_these_as_mine, client, reload=True))
-        on_click(self._forget, lambda client: change(self._forgotten, client, reload=True))
+        on_click(save, lambda client: self._change(self._saved, client, reload=True))
+        on_click(self._back, lambda client: self._change(self._restored, client, reload=True))
+        on_click(self._take, lambda client: self._change(with_these_as_mine, client, reload=True))
+        on_click(self._forget, lambda client: self._change(self._forgotten, client, reload=True))
 
     def add_upload(self, client: viser.ClientHandle, uploads: object) -> None:
         """Tell a new browser where the saved tanks cannot be read."""

@@ -4,7 +4,6 @@ import base64
 import itertools
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import cv2
@@ -16,10 +15,8 @@ from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import length_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
-from dockpose.app.state.detection import with_mask, with_method
-from dockpose.app.state.view import View
-from dockpose.app.web.jobs import Acts, Wish, WishBox
-from dockpose.app.web.live import LivePage, data_html
+from dockpose.app.state.changes import with_mask, with_method
+from dockpose.app.web.live import Acts, LivePage, WishBox, data_html, wish_to
 from dockpose.app.web.widgets import Change, Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
@@ -46,27 +43,6 @@ _COLOURS = {
 }
 
 
-class Mask(Wish, tag="mask", frozen=True):
-    """Hide a part of the picture, in pixels."""
-
-    x: float
-    y: float
-    width: float
-    height: float
-
-
-class Level(Wish, tag="level", frozen=True):
-    """Drag the threshold to a level."""
-
-    level: int
-
-
-class Methods(Wish, tag="methods", frozen=True):
-    """Mark the level of every method, or no longer."""
-
-    shown: bool
-
-
 class PicturePanel(Panel):
     """The picture with its histogram; ``is_playing`` says whether frames follow each other by themselves."""
 
@@ -77,12 +53,8 @@ class PicturePanel(Panel):
         self._is_exact = False
         self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
         self._analysis: Analysis | None = None
-        acts: Acts = {
-            Mask: lambda wish, client: change(partial(fulfilled, wish=wish), client, reload=True),
-            Level: lambda wish, client: change(partial(fulfilled, wish=wish), client, reload=True),
-            Methods: lambda wish, client: self._show_methods(self._analysis if wish.shown else None),
-        }
-        wishes = WishBox(gui, "Done in the picture", acts)
+        show = {wish_to("methods", shown=bool): lambda wish, client: self._show_methods(wish.shown)}
+        wishes = WishBox(gui, "Done in the picture", {**acts_in_picture(change), **show})
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
         gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{look}"></dockpose-picture>')
         gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
@@ -104,22 +76,27 @@ class PicturePanel(Panel):
             self._histogram = histogram
             self._live.put(histogram=histogram | {"serial": next(self._serials)})
         if last is not None and _histogram_of(last) != _histogram_of(analysis):
-            self._show_methods(None)
+            self._show_methods(False)
 
-    def _show_methods(self, analysis: Analysis | None) -> None:
+    def _show_methods(self, are_shown: bool) -> None:
         """Mark the level of every method, or none."""
-        levels = None
-        if analysis is not None:
+        levels, analysis = None, self._analysis
+        if are_shown and analysis is not None:
             found = thresholds_by(histogram_in(analysis.view, analysis.estimate), analysis.estimate.settings)
             levels = [(METHODS.short(name), one.level) for name, one in found.items() if one.level < LEVELS]
         self._methods.content = data_html("methods", {"levels": levels})
 
 
-def fulfilled(view: View, wish: Mask | Level) -> View:
-    """Return the view with the mask that was drawn, or at the level to which the threshold was dragged."""
-    if isinstance(wish, Level):
-        return with_method(view, "fixed", wish.level)
-    return with_mask(view, wish.x, wish.y, wish.width, wish.height)
+def acts_in_picture(change: Change) -> Acts:
+    """What is done for a mask that was drawn, in pixels, and for a level to which the threshold was dragged."""
+
+    def mask(wish: Any, client: viser.ClientHandle) -> None:
+        change(lambda view: with_mask(view, wish.x, wish.y, wish.width, wish.height), client, reload=True)
+
+    def level(wish: Any, client: viser.ClientHandle) -> None:
+        change(lambda view: with_method(view, "fixed", wish.level), client, reload=True)
+
+    return {wish_to("mask", x=float, y=float, width=float, height=float): mask, wish_to("level", level=int): level}
 
 
 def picture_data(image: np.ndarray, serial: int, is_exact: bool) -> dict[str, Any]:

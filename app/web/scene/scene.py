@@ -12,10 +12,8 @@ from dockpose import Camera, Dock, Estimate
 from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLOURS, POSE_NAMES, TRUTH_COLOUR, rgb
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
-from dockpose.app.web.scene.following import Viewpoints
-from dockpose.app.web.scene.labels import Label, labels
-from dockpose.app.web.scene.surroundings import KnownDock, PortDisc, port_radius_m
-from dockpose.app.web.scene.viewpoints import Extent
+from dockpose.app.web.scene.surroundings import KnownDock, Label, PortDisc, labels, port_radius_m
+from dockpose.app.web.scene.viewpoints import Extent, Viewpoints
 from dockpose.estimate.canvas import to_bgr8
 from dockpose.pose.known import KnownPose
 from viser import transforms

@@ -1,10 +1,15 @@
-"""What the 3D scene shows beside the estimated docks: known ones, and the window in front of the camera."""
+"""What the 3D scene shows beside the estimated docks: known ones, the camera's window, and labels."""
 
 import math
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import viser
-from dockpose import Camera
+from dockpose import Camera, Estimate
+from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.state.view import View
+from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 from viser import transforms
 
@@ -12,6 +17,10 @@ _LEAST = 0.04  # of the way to the dock: a smaller disc would not be seen
 _BEYOND = 1.15  # how far the disc reaches beyond the camera's view
 _CORNERS = 48
 _COLOUR = (64, 160, 200)
+Anchor = Literal["top-center", "bottom-center", "center-left", "center-right", "center-center"]
+AXES_TO = 0.15  # of the way to the dock: where the letters of the camera's axes stand
+_CAMERA_AT = np.array([0.0, -0.08, -0.06])  # above and behind the camera, of the way to the dock
+_PORT_AT = np.array([0.0, 0.09, -0.03])  # beside and below it
 
 
 def cross_and_ring() -> np.ndarray:
@@ -82,3 +91,38 @@ class PortDisc:
         self._glass.position, self._glass.scale = (0.0, 0.0, sum(faces_m) / 2), radius
         for rim, face_m in zip(self._rims, faces_m, strict=True):
             rim.position, rim.scale = (0.0, 0.0, face_m), radius
+
+
+@dataclass(frozen=True)
+class Label:
+    """Words at a position (metres); the anchor is the part of the words that stands there."""
+
+    text: str
+    position: np.ndarray
+    anchor: Anchor
+
+
+def pose_label(name: str, pose: CirclePose) -> str:
+    """Label of a pose: its letter, and how likely it is."""
+    return name if pose.probability is None else f"{name} {100 * pose.probability:.0f} %"
+
+
+def labels(found: Estimate, view: View, depth_m: float, port_radius_m: float | None) -> dict[str, Label]:
+    """Return the labels by name; those of docks, which lie nearly in one place, have a side each to themselves."""
+    radius, axes = found.dock.radius, AXES_TO * depth_m * np.eye(3)
+    placed = {axis: Label(axis, axes[index], "center-center") for index, axis in enumerate("xyz")}
+    placed["camera"] = Label("camera", _CAMERA_AT * depth_m, "bottom-center")
+    if port_radius_m is not None:
+        placed["port"] = Label("port", _PORT_AT * depth_m - (port_radius_m, 0.0, 0.0), "center-right")
+    heights = [pose.position_m[1] for pose in found.candidates]
+    upper = int(np.argmin(heights)) if heights else 0
+    for index, pose in enumerate(found.candidates):
+        side, anchor = (-radius, "bottom-center") if index == upper else (radius, "top-center")
+        text = pose_label(POSE_NAMES[index], pose)
+        placed[POSE_NAMES[index]] = Label(text, np.asarray(pose.position_m) + (0.0, side, 0.0), anchor)
+    if view.truth is not None:
+        placed["truth"] = Label("truth", np.asarray(view.truth.position_m) + (radius, 0.0, 0.0), "center-left")
+    if view.measured_pose is not None:
+        position = np.asarray(view.measured_pose.position_m) - (radius, 0.0, 0.0)
+        placed["measured"] = Label("measured", position, "center-right")
+    return placed

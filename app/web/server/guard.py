@@ -1,7 +1,4 @@
-"""Access control: only requests of the page itself pass, from a browser that has shown the printed token.
-
-viser has no access control, so any web page open in the same browser could control it.
-"""
+"""Access control, which viser lacks: only requests of the page itself pass, from a browser that has shown the token."""
 
 import hmac
 import ipaddress
@@ -49,11 +46,7 @@ _HEADERS = {
 
 
 class Guard:
-    """Decides which requests pass.
-
-    Browsers may use the name of ``host``, which the server listens on, or one of ``more_names``, as a reverse proxy's,
-    and must show the token once, by default a new one. Who shows ``view_token`` instead may look, but change nothing.
-    """
+    """Decides which requests pass: by one of our names, with the token shown once; by ``view_token`` to look only."""
 
     def __init__(
         self, host: str, more_names: Iterable[str] = (), token: str | None = None, view_token: str | None = None

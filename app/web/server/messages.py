@@ -69,22 +69,11 @@ class GuiUpdateMessage(_Message, frozen=True):
     updates: _Value
 
 
-class GuiFormSubmitMessage(_Message, frozen=True):
-    """A form is sent off."""
-
-    uuid: _Id
-
-
-class GuiFormDirtyMessage(_Message, frozen=True):
-    """Something in a form was changed."""
-
-    uuid: _Id
-
-
-class CommandTriggerMessage(_Message, frozen=True):
-    """A command by its key."""
-
-    uuid: _Id
+# A form is sent off; something in it was changed; a command is given by its key.
+GuiFormSubmitMessage, GuiFormDirtyMessage, CommandTriggerMessage = (
+    msgspec.defstruct(name, [("uuid", _Id)], bases=(_Message,), tag=name, frozen=True)
+    for name in ("GuiFormSubmitMessage", "GuiFormDirtyMessage", "CommandTriggerMessage")
+)
 
 
 class FileTransferStartUpload(_Message, frozen=True):

@@ -1,8 +1,4 @@
-"""Checks that the installed viser has what the guard and the upload cap rely on; without it, nothing is served.
-
-viser offers no place for either, so both reach into its private parts, which any version may change; those, and what is
-asked of them, are in ``viser_private.py``.
-"""
+"""Checks that viser has what ``viser_private.py`` and the guard rely on; without it, nothing is served."""
 
 import contextlib
 import http.client

@@ -13,11 +13,7 @@ _BAD_FRAMES = (CloseCode.PROTOCOL_ERROR, CloseCode.INVALID_DATA, CloseCode.MESSA
 
 
 class Sockets:
-    """The connections of a server, of which those without a WebSocket, and those with one, are limited in number.
-
-    Of more than ``MOST_WAITING`` that have not shown a token yet, or had their answer and stay, the oldest is cut off,
-    so that the next one is still answered. ``journal`` records that, and also each connection closed for bad frames.
-    """
+    """The connections of a server: of too many without a WebSocket the oldest is cut off; the others are limited."""
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal

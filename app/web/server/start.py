@@ -9,7 +9,7 @@ import socket
 from pathlib import Path
 
 import viser
-from dockpose.app.state.tank import make_private
+from dockpose.app.state.tank import make_private, write_whole
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.guard import Guard, guarded
@@ -104,14 +104,8 @@ def token_for(folder: Path | None, name: str) -> str:
         pass
     with contextlib.suppress(OSError):
         make_private(folder)
-        path.unlink(missing_ok=True)
-        with open(path, "x", encoding="ascii", opener=_private) as file:
-            file.write(new + "\n")
+        write_whole(path, new + "\n")
     return new
-
-
-def _private(path: str, flags: int) -> int:
-    return os.open(path, flags, 0o600)
 
 
 def _is_private(path: Path) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import viser
-from dockpose.app.inputs.filenames import clean_name
+from dockpose.app.inputs.received import clean_name
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.journal import LOG, log_failure
 from dockpose.app.web.server.options import UPLOAD_LIMIT_BYTES
@@ -30,10 +30,7 @@ def too_large(name: str, size: int, limit: int) -> str:
 
 
 class Uploads:
-    """All files under way from browsers, each of which goes to its receiver and is forgotten.
-
-    ``limit_bytes`` caps them and those kept, together; ``make_room(at_most)`` must reduce the kept ones to that.
-    """
+    """All files under way; ``limit_bytes`` caps them with those kept, of which ``make_room(at_most)`` drops some."""
 
     def __init__(
         self, limit_bytes: int = UPLOAD_LIMIT_BYTES, make_room: Callable[[int], None] = lambda at_most: None

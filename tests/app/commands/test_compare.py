@@ -7,7 +7,7 @@ import pytest
 from dockpose import Settings, estimate
 from dockpose.app.cli import main
 from dockpose.app.commands.compare import table
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing.comparison import compare, compared
 from dockpose.camera.files import save_camera
 from dockpose.simulate import render, save_scene
@@ -17,6 +17,7 @@ from dockpose.thresholds import METHODS, fixed
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
 METHOD_KEYS = ["level", "groups", "on_ring", "status", "message", "candidates", "selected", "elapsed_ms"]
+DOCK_OPTIONS = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
 
 
 @pytest.fixture
@@ -30,17 +31,10 @@ def tank(tmp_path, monkeypatch):
     return tmp_path
 
 
-DOCK_OPTIONS = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
-
-
-def lines(text):
-    return [json.loads(line) for line in text.splitlines()]
-
-
-def test_every_method_but_fixed_is_compared_and_gives_what_estimate_gives(tank, capsys):
+def test_every_method_but_fixed_is_compared_and_gives_what_estimate_gives(tank, capfd):
     assert main(["compare", "s1.png", "--json", "-"]) == 0
-    captured = capsys.readouterr()
-    (line,) = lines(captured.out)
+    captured = capfd.readouterr()
+    line = json.loads(captured.out)
     assert captured.err == ""
     assert list(line) == ["source", "frame", "sha256", "methods"]
     assert (line["source"], line["frame"], len(line["sha256"])) == ("s1.png", 0, 64)
@@ -55,9 +49,8 @@ def test_every_method_but_fixed_is_compared_and_gives_what_estimate_gives(tank, 
         assert found["selected"] == alone["selected"]
 
 
-def test_unknown_values_are_null_and_no_key_is_left_out(tank, capsys):
-    assert main(["compare", "dark.png", *DOCK_OPTIONS, "--json", "-"]) == 0
-    (line,) = lines(capsys.readouterr().out)
+def test_unknown_values_are_null_and_no_key_is_left_out(tank, json_lines):
+    (line,) = json_lines("compare", "dark.png", *DOCK_OPTIONS)
     for method in line["methods"].values():
         assert list(method) == METHOD_KEYS
         assert method["status"] == "no_lights"
@@ -118,11 +111,10 @@ def test_a_damaged_yaml_beside_a_picture_does_not_matter_where_nothing_of_it_is_
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["compare", "estimate"])
-def test_masks_are_left_out_by_both_commands(tank, capsys, command):
+def test_masks_are_left_out_by_both_commands(tank, command, json_lines):
     scene = random_scene(1, position_m=(0.0, 0.0, 1.0))
     save_scene(msgspec.structs.replace(scene, texts=(Text(text="12:34", x_px=20, y_px=20),)), tank, "text")
-    assert main([command, "text.png", "--mask", "10,10,90,40", "--mask", "0,460,4.5,20", "--json", "-"]) == 0
-    (line,) = lines(capsys.readouterr().out)
+    (line,) = json_lines(command, "text.png", "--mask", "10,10,90,40", "--mask", "0,460,4.5,20")
     if command == "estimate":
         assert line["settings"]["masks"] == [[10, 10, 90, 40], [0, 460, 4.5, 20]]
         assert line["threshold"]["groups"] == 10
@@ -133,11 +125,9 @@ def test_masks_are_left_out_by_both_commands(tank, capsys, command):
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["compare", "estimate"])
 @pytest.mark.parametrize("mask", ["1,2,3", "1,2,3,x", "1,2,0,5", "nan,0,5,5", ""])
-def test_a_mask_that_is_none_ends_with_2_and_one_sentence(tank, capsys, command, mask):
-    assert main([command, "s1.png", f"--mask={mask}"]) == 2
-    captured = capsys.readouterr()
-    assert captured.err.startswith(f"dockpose: --mask {mask} must be left, top, width and height in pixels")
-    assert len(captured.err.splitlines()) == 1
+def test_a_mask_that_is_none_ends_with_2_and_one_sentence(tank, refusal, command, mask):
+    sentence = refusal(command, "s1.png", f"--mask={mask}")
+    assert sentence.startswith(f"dockpose: --mask {mask} must be left, top, width and height in pixels")
 
 
 def test_the_samples_with_text_and_haze_are_solved_by_hats_alone(capsys):

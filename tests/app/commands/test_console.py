@@ -6,8 +6,8 @@ import sys
 import threading
 
 import pytest
-from dockpose.app.commands.console import Interrupts
-from dockpose.app.inputs.samples import sample_source
+from dockpose.app.commands.console import Terminated, check_stopped, stopped_by_signals
+from dockpose.app.inputs.pictures import sample_source
 
 
 @pytest.fixture(autouse=True)
@@ -18,22 +18,24 @@ def obeyed():
     signal.signal(signal.SIGINT, before)
 
 
-def test_interrupt_that_was_swallowed_comes_again():
-    with Interrupts() as interrupts:
-        interrupts.check()
-        with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-        with pytest.raises(KeyboardInterrupt):
-            interrupts.check()
+@pytest.mark.parametrize(("number", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
+def test_interrupt_that_was_swallowed_comes_again(number, raised):
+    with stopped_by_signals():
+        check_stopped()
+        for again in (lambda: signal.raise_signal(number), check_stopped):
+            with pytest.raises(KeyboardInterrupt) as error:
+                again()
+            assert error.type is raised
+    check_stopped()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_another_meaning_of_it_is_left():
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        with Interrupts() as interrupts:
+        with stopped_by_signals():
             signal.raise_signal(signal.SIGINT)
-            interrupts.check()
+            check_stopped()
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
@@ -43,7 +45,7 @@ def test_other_threads_are_left_alone():
     seen = []
 
     def work():
-        with Interrupts():
+        with stopped_by_signals():
             seen.append(signal.getsignal(signal.SIGINT))
 
     thread = threading.Thread(target=work)

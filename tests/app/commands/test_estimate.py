@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from dockpose.app.cli import main
 from dockpose.app.drawing.colours import MASK_COLOUR, bgr
-from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
+from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
 from dockpose.camera.files import save_camera
 from dockpose.lights.masks import hidden_pixels
 from dockpose.simulate import save_scene
@@ -22,6 +22,8 @@ from dockpose.simulate.parts import Text
 from PIL import ExifTags, Image
 
 from tests.support.scenes import CAMERA, random_scene
+
+KNOWN = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
 
 
 @pytest.fixture
@@ -41,11 +43,10 @@ def lines(text):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sample_names())
-def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, capsys):
+def test_every_sample_scene_has_the_truth_among_its_two_candidates(name, json_lines):
     truth = load_sample(name).truth
     assert truth is not None
-    assert main(["estimate", str(sample_path(name)), "--json", "-"]) == 0
-    (line,) = lines(capsys.readouterr().out)
+    (line,) = json_lines("estimate", str(sample_path(name)))
     assert line["status"] == "ok"
 
     def angle_error(pose):
@@ -67,8 +68,7 @@ def test_json_lines_come_in_order_and_alone(tank, capsys):
 
 @pytest.mark.parametrize("command", ["estimate", "compare"])
 def test_a_broken_picture_is_told_and_the_others_are_done(tank, capsys, command):
-    arguments = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
-    assert main([command, "words.png", "s1.png", "gone.png", *arguments, "--json", "-"]) == 1
+    assert main([command, "words.png", "s1.png", "gone.png", *KNOWN, "--json", "-"]) == 1
     captured = capsys.readouterr()
     assert [line["source"] for line in lines(captured.out)] == ["s1.png"]
     assert "words.png: is not a picture" in captured.err
@@ -80,18 +80,16 @@ def test_a_line_break_in_a_name_begins_no_line(command, tank, capsys):
     """A name might pretend to be another picture's result, or hide the escape sequence that clears the screen."""
     name = "a\nb.png: Dock found.\x1b[2J.png"
     Path("s1.png").rename(name)
-    arguments = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
-    assert main([command, name, *arguments]) == 0
+    assert main([command, name, *KNOWN]) == 0
     told = capsys.readouterr().out
     assert told.startswith(r"a\nb.png: Dock found.\x1b[2J.png")
     assert "\x1b" not in told
     assert not any(line.startswith("b.png") for line in told.splitlines())
 
 
-def test_a_frame_without_a_dock_is_a_result(tank, capsys):
+def test_a_frame_without_a_dock_is_a_result(tank, json_lines):
     cv2.imwrite("dark.png", np.zeros((480, 640), np.uint8))
-    assert main(["estimate", "dark.png", "--camera", "camera.yaml", "--dock-diameter", "0.3", "--json", "-"]) == 0
-    (line,) = lines(capsys.readouterr().out)
+    (line,) = json_lines("estimate", "dark.png", "--camera", "camera.yaml", "--dock-diameter", "0.3")
     assert line["status"] == "no_lights"
     assert line["candidates"] == []
 
@@ -124,17 +122,14 @@ def test_annotated_copies_never_overwrite_a_picture_or_each_other(tank):
     assert (tank / "s1-3.png").exists()
 
 
-def test_camera_of_another_size_is_refused_by_name(tank, capsys):
+def test_camera_of_another_size_is_refused_by_name(tank, refusal):
     cv2.imwrite("wide.png", np.zeros((400, 640), np.uint8))
-    assert main(["estimate", "wide.png", "--camera", "camera.yaml", "--dock-diameter", "0.3"]) == 1
-    assert (
-        "wide.png: the image is 640 x 400 pixels, but the camera was calibrated at 640 x 480" in capsys.readouterr().err
-    )
+    told = refusal("estimate", "wide.png", *KNOWN, status=1)
+    assert "wide.png: the image is 640 x 400 pixels, but the camera was calibrated at 640 x 480" in told
 
 
-def test_a_minimum_area_leaves_out_smaller_groups(tank, capsys):
-    assert main(["estimate", "s1.png", "--min-area", "100000", "--json", "-"]) == 0
-    (line,) = lines(capsys.readouterr().out)
+def test_a_minimum_area_leaves_out_smaller_groups(tank, json_lines):
+    (line,) = json_lines("estimate", "s1.png", "--min-area", "100000")
     assert line["settings"]["min_area_px"] == 100000
     assert line["status"] == "no_lights"
 
@@ -153,9 +148,8 @@ def test_where_the_number_of_lights_would_help_it_is_asked_for(tank, capsys):
     assert "Give --lights" not in capsys.readouterr().out
 
 
-def test_a_fixed_level_is_used(tank, capsys):
-    assert main(["estimate", "s1.png", "--level", "60", "--json", "-"]) == 0
-    (line,) = lines(capsys.readouterr().out)
+def test_a_fixed_level_is_used(tank, json_lines):
+    (line,) = json_lines("estimate", "s1.png", "--level", "60")
     assert line["threshold"]["method"] == "fixed"
     assert line["threshold"]["level"] == 60
 
@@ -185,12 +179,8 @@ def test_a_fixed_level_is_used(tank, capsys):
         (["compare", "s1.png", "--montage", "words.png"], "cannot be made"),
     ],
 )
-def test_bad_arguments_end_with_2_and_one_sentence(tank, capsys, arguments, message):
-    assert main(arguments if arguments[0] == "compare" else ["estimate", *arguments]) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert len(captured.err.splitlines()) == 1
-    assert captured.out == ""
+def test_bad_arguments_end_with_2_and_one_sentence(tank, refusal, arguments, message):
+    assert message in refusal(*([] if arguments[0] == "compare" else ["estimate"]), *arguments)
 
 
 @pytest.mark.slow
@@ -250,42 +240,35 @@ def test_text_that_stays_put_over_pictures_of_one_size_is_masked_told_once_and_s
     assert (shown[y, x : x + width] == bgr(MASK_COLOUR)).all()
 
 
-def test_rotate_turns_picture_and_camera_and_a_tag_is_named_once(tank, capsys):
+def test_rotate_turns_picture_and_camera_and_a_tag_is_named_once(tank, capfd, json_lines):
     with Image.open("s1.png") as picture:
         exif = Image.Exif()
         exif[ExifTags.Base.Orientation] = 6
         for name in ("a.png", "b.png"):
             picture.save(name, exif=exif)
-    more = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10", "--json", "-"]
-    assert main(["estimate", "a.png", "b.png", *more]) == 0
-    captured = capsys.readouterr()
+    assert main(["estimate", "a.png", "b.png", *KNOWN, "--json", "-"]) == 0
+    captured = capfd.readouterr()
     plain = lines(captured.out)[0]
     assert captured.err.count("orientation tag 6") == 1
     assert "a.png: its orientation tag 6 says" in captured.err
     assert "--rotate 90" in captured.err
-    assert main(["estimate", "a.png", *more, "--rotate", "90"]) == 0
-    (turned,) = lines(capsys.readouterr().out)
+    (turned,) = json_lines("estimate", "a.png", *KNOWN, "--rotate", "90")
     (x, y, z), (image, camera) = plain["chosen"]["position_m"], (turned["image"], turned["camera"])
     np.testing.assert_allclose(turned["chosen"]["position_m"], (-y, x, z), atol=1e-5)
     assert (image["width"], image["height"], camera["width_px"], turned["rotate_deg"]) == (480, 640, 480, 90)
-    assert main(["estimate", "s1.png", "--rate", "10", *more, "--rotate", "90"]) == 0
-    (followed,) = lines(capsys.readouterr().out)
+    (followed,) = json_lines("estimate", "s1.png", "--rate", "10", *KNOWN, "--rotate", "90")
     np.testing.assert_allclose(followed["chosen"]["position_m"], (-y, x, z), atol=1e-5)
-    assert main(["compare", "s1.png", *more, "--rotate", "90"]) == 0
-    (compared,) = lines(capsys.readouterr().out)
+    (compared,) = json_lines("compare", "s1.png", *KNOWN, "--rotate", "90")
     found = compared["methods"]["hats"]
     np.testing.assert_allclose(found["candidates"][found["selected"]]["position_m"], (-y, x, z), atol=1e-5)
 
 
-def test_the_pages_of_a_tiff_are_frames(tank, capsys):
+def test_the_pages_of_a_tiff_are_frames(tank, json_lines):
     pages = [Image.open(f"s{number}.png") for number in (1, 2)]
     pages[0].save("stack.tif", save_all=True, append_images=pages[1:])
-    more = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10", "--json", "-"]
-    assert main(["estimate", "stack.tif", "--rate", "5", *more]) == 0
-    found = lines(capsys.readouterr().out)
+    found = json_lines("estimate", "stack.tif", "--rate", "5", *KNOWN)
     assert [(line["source"], line["frame"], line["time_s"]) for line in found] == [
         ("stack.tif", 0, 0),
         ("stack.tif", 1, 0.2),
     ]
-    assert main(["compare", "stack.tif", *more]) == 0
-    assert [line["frame"] for line in lines(capsys.readouterr().out)] == [0, 1]
+    assert [line["frame"] for line in json_lines("compare", "stack.tif", *KNOWN)] == [0, 1]

@@ -3,10 +3,8 @@
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import av
@@ -15,7 +13,7 @@ import pytest
 from dockpose.app.cli import main
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.samples import sample_source
+from dockpose.app.inputs.pictures import sample_source
 from dockpose.files.durable_files import write_whole
 
 from tests.support.forked import run_on_full_disk
@@ -174,20 +172,6 @@ def test_device_is_written_to_and_not_replaced(tmp_path):
     write_whole(link, b"x")
     assert link.is_symlink()
     assert not os.path.isfile("/dev/null")
-
-
-@pytest.mark.slow
-def test_sigterm_ends_cleanly(tmp_path):
-    command = [sys.executable, "-m", "dockpose.app.cli", "simulate", "--out", "sim", "--frames", "5000"]
-    program = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-    end_s = time.monotonic() + 60
-    while not (tmp_path / "sim" / "frame_0002.png").exists() and time.monotonic() < end_s:
-        time.sleep(0.02)
-    program.send_signal(signal.SIGTERM)
-    _, said = program.communicate(timeout=120)
-    assert program.returncode == 143
-    assert said == "dockpose: ended by SIGTERM\n"
-    assert not list((tmp_path / "sim").glob(".*"))
 
 
 def test_files_written_at_once_by_many_are_whole_and_only_dead_programs_are_tidied(tmp_path):

@@ -6,8 +6,8 @@ import shutil
 import pytest
 from dockpose.app import cli
 from dockpose.app.cli import main
-from dockpose.app.inputs.dock_file import save_dock
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
+from dockpose.app.inputs.sidecar import save_dock
 from dockpose.camera.files import save_camera
 from dockpose.simulate import FilmPlan, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS
@@ -103,16 +103,13 @@ def contents(folder):
 
 
 @pytest.mark.parametrize(("words", "named", "why"), REFUSED)
-def test_an_output_that_would_overwrite_is_refused_and_nothing_changes(made, monkeypatch, capsys, words, named, why):
+def test_an_output_that_would_overwrite_is_refused_and_nothing_changes(made, monkeypatch, refusal, words, named, why):
     monkeypatch.chdir(made)
     before = contents(made)
-    assert main(words.split()) == 2
-    told = capsys.readouterr()
+    sentence = refusal(*words.split())
     assert contents(made) == before
-    (sentence,) = told.err.splitlines()
     assert sentence.startswith(f"dockpose: {named}")
     assert why in sentence
-    assert told.out == ""
 
 
 def test_every_command_that_writes_is_tried():
@@ -157,7 +154,7 @@ def test_pictures_of_one_name_from_several_sources_are_all_kept(made, tmp_path, 
     ]
 
 
-def test_what_another_program_writes_is_refused_until_it_is_done(made, tmp_path, monkeypatch, capsys):
+def test_what_another_program_writes_is_refused_until_it_is_done(made, tmp_path, monkeypatch, refusal):
     monkeypatch.chdir(tmp_path)
     for name in ("log", "table"):
         os.mkfifo(name)
@@ -169,8 +166,7 @@ def test_what_another_program_writes_is_refused_until_it_is_done(made, tmp_path,
     program.start()
     try:
         with open("log", "rb") as log:  # which waits until the other program has come so far
-            assert main(["estimate", picture, "--json", "./a.jsonl"]) == 2
-            (sentence,) = capsys.readouterr().err.splitlines()
+            sentence = refusal("estimate", picture, "--json", "./a.jsonl")
             assert sentence.startswith("dockpose: --json ./a.jsonl: another program is writing it")
             assert main(["estimate", picture, "--json", "b.jsonl"]) == 0
             with open("table", "rb") as table:  # for which the other program waits

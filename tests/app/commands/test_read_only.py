@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from dockpose.app.cli import main
-from dockpose.app.inputs.samples import sample_path, sample_source
+from dockpose.app.inputs.pictures import sample_path, sample_source
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, save_sequence
 
@@ -44,6 +43,8 @@ COMMANDS = [
     "reproduce --only table_3 --jobs 1 --out ro/r",
     "reproduce --only table_3 --jobs 1 --out ro",
 ]
+_IS_READ_ONLY = [False]
+_TO_WRITE = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
 
 @pytest.fixture(scope="module")
@@ -57,10 +58,6 @@ def folder(tmp_path_factory):
     shutil.copy(sample_path("plain"), folder / "boards" / "plain.png")
     (folder / "ro").mkdir()
     return folder
-
-
-_IS_READ_ONLY = [False]
-_TO_WRITE = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
 
 def refuse(event, arguments):
@@ -102,12 +99,11 @@ def begun(*arguments, **more):
 
 
 @pytest.mark.parametrize("words", COMMANDS)
-def test_a_folder_that_is_read_only_is_named_before_work_begins(folder, read_only, monkeypatch, capsys, words):
+def test_a_folder_that_is_read_only_is_named_before_work_begins(folder, read_only, monkeypatch, refusal, words):
     monkeypatch.chdir(folder)
     for name in WORK:
         monkeypatch.setattr(f"dockpose.app.{name}", begun)
-    assert main(words.split()) == 2
-    (told,) = capsys.readouterr().err.splitlines()
+    told = refusal(*words.split())
     assert " ro" in told
     assert "read-only" in told
     assert list((folder / "ro").iterdir()) == []

@@ -13,7 +13,7 @@ import pytest
 from dockpose.app.cli import main
 from dockpose.app.commands.console import Terminated
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 
 from tests.support.left_files import faults
@@ -25,6 +25,7 @@ FILM = ["estimate", "film.mkv", "--json", "out/a.jsonl"]
 COMMANDS = {
     "video": ([*FILM, "--csv", "out/a.csv", "--annotate", "out/a.mkv", "--out", "out/b.mcap"], "out/b.mcap"),
     "folder": (["estimate", "pictures", "--json", "out/a.jsonl", "--annotate", "out"], "out/002.png"),
+    "simulate": (["simulate", "--out", "out", "--frames", "5000"], "out/frame_0002.png"),
     "two jobs": ([*FILM, "--jobs", "2"], "out/a.jsonl"),
     "study": (
         ["study", "--scenes", "500", "--seed", "1", "--jobs", "2", "--out", "out"],
@@ -118,7 +119,7 @@ def ends_cleanly(inputs, tmp_path, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["video", "two jobs"])
+@pytest.mark.parametrize("name", ["video", "simulate", "two jobs"])
 def test_sigterm_ends_it_cleanly(inputs, tmp_path, name):
     """The others are in tests/bench/bench_sigterm.py: each starts Python several times."""
     ends_cleanly(inputs, tmp_path, name)

@@ -2,7 +2,6 @@
 # pyright: reportOptionalMemberAccess=false, reportOptionalSubscript=false
 
 import csv
-import json
 
 import cv2
 import msgspec
@@ -11,7 +10,7 @@ import pytest
 from dockpose import Camera
 from dockpose.app.cli import main
 from dockpose.app.commands import simulate as simulate_command
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
 from dockpose.files.yaml_file import to_yaml
 from dockpose.simulate import ClosedLoop, FilmPlan, Hover, Lights, Pose, Scene, Sensor, load_sequence, save_sequence
 
@@ -52,11 +51,10 @@ def test_numbered_pictures_with_their_truth(desk, capsys):
     assert "3 pictures in" in captured.err
 
 
-def test_what_it_writes_can_be_estimated_as_it_lies(desk, capsys):
+def test_what_it_writes_can_be_estimated_as_it_lies(desk, json_lines):
     save_sequence(FilmPlan(scene=msgspec.structs.replace(SCENE, camera=CAMERA, lights=Lights(level=900.0))), "s.yaml")
     assert main(["simulate", "--scene", "s.yaml", "--out", "o", "--frames", "2"]) == 0
-    assert main(["estimate", "o", "--json", "-"]) == 0
-    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    found = json_lines("estimate", "o")
     for line, truth in zip(found, rows(desk / "o/truth.csv"), strict=True):
         x_m, _, z_m = line["candidates"][line["selected"]]["position_m"]
         assert (x_m, z_m) == pytest.approx((float(truth["x_m"]), float(truth["z_m"])), abs=0.01)
@@ -151,13 +149,9 @@ def test_interrupted_it_leaves_what_was_done(desk, capsys, monkeypatch):
         ({"motion": {"kind": "hover", "drift_m": 50.0}}, "position_m z is -"),
     ],
 )
-def test_a_wrong_scene_ends_with_2_and_one_sentence(desk, capsys, change, message):
+def test_a_wrong_scene_ends_with_2_and_one_sentence(desk, refusal, change, message):
     (desk / "wrong.yaml").write_text(to_yaml(msgspec.to_builtins(SCENE) | change))
-    assert main(["simulate", "--scene", "wrong.yaml", "--out", "o"]) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert len(captured.err.splitlines()) == 1
-    assert captured.out == ""
+    assert message in refusal("simulate", "--scene", "wrong.yaml", "--out", "o")
 
 
 @pytest.mark.parametrize(
@@ -175,14 +169,11 @@ def test_a_wrong_scene_ends_with_2_and_one_sentence(desk, capsys, change, messag
         (["--scene", "odd.yaml", "--out", "v.mp4"], "even width and height, the camera has 161 x 120 pixels"),
     ],
 )
-def test_bad_arguments_end_with_2_and_one_sentence(desk, capsys, arguments, message):
+def test_bad_arguments_end_with_2_and_one_sentence(desk, refusal, arguments, message):
     save_sequence(FilmPlan(scene=msgspec.structs.replace(SCENE, sensor=Sensor(bits=12))), "deep.yaml")
     odd = Camera(175.0, 175.0, 79.5, 59.5, 161, 120)
     save_sequence(FilmPlan(scene=msgspec.structs.replace(SCENE, camera=odd)), "odd.yaml")
-    assert main(["simulate", *arguments]) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert len(captured.err.splitlines()) == 1
+    assert message in refusal("simulate", *arguments)
 
 
 def test_a_shorter_run_does_not_mix_with_a_longer_one(desk, capsys):

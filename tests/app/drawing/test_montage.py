@@ -4,7 +4,11 @@ import pytest
 from dockpose import Estimate, Settings, estimate
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.drawing.colours import MASK_COLOUR, bgr
-from dockpose.app.drawing.montage import WIDTH_PX, around_ring, caption, montage
+from dockpose.app.drawing.montage import WIDTH_PX, around_ring, caption, kept_pixels, montage
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.changes import with_mask, with_method
+from dockpose.app.state.parameters import put
+from dockpose.app.state.view import with_sample
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
 
@@ -114,3 +118,38 @@ def test_a_part_around_the_ring_fills_the_tiles(scene):
         annotate(image, hats, words=False)[top:bottom, left:right], (1584, height), interpolation=cv2.INTER_LINEAR
     )
     np.testing.assert_array_equal(sheet[8 : 8 + height, 8 : 8 + 1584], expected)
+
+
+def test_lights_are_kept(view):
+    found = analyse(view).estimate
+    kept = kept_pixels(view.image, found)
+    assert kept.shape == (480, 640)
+    assert found.markers is not None
+    for x, y in found.markers.points_px:
+        assert kept[round(y), round(x)]
+
+
+def test_masks_keep_nothing(view):
+    text = with_sample(view, "burnt_in_text")
+    rows, columns = text.image.shape[:2]
+    masked = with_mask(text, 0, 0, columns, rows / 2)
+    assert not kept_pixels(text.image, analyse(masked).estimate)[: rows // 2].any()
+
+
+def test_nothing_is_kept_above_every_pixel_and_all_at_level_0(view):
+    nothing = analyse(put(with_method(view, "fixed", 255), "level", 255)).estimate
+    everything = analyse(with_method(view, "fixed", 0)).estimate
+    assert not kept_pixels(view.image, nothing).any()
+    assert kept_pixels(view.image, everything).all()
+
+
+def test_levels_of_their_own_keep_the_pixels_they_list(view):
+    found = analyse(with_method(view, "hats_local", 0)).estimate
+    assert found.threshold is not None
+    assert found.threshold.kept is not None
+    assert kept_pixels(view.image, found).sum() == len(found.threshold.kept[0].index)
+
+
+def test_16_bit_picture(view):
+    deep = view.image.astype(np.uint16) * 256
+    assert (kept_pixels(deep, analyse(view).estimate) == kept_pixels(view.image, analyse(view).estimate)).all()

@@ -1,6 +1,3 @@
-# A None where a value is expected fails the test, which is what it should do.
-# pyright: reportOptionalMemberAccess=false, reportOptionalOperand=false, reportOptionalSubscript=false
-
 import csv
 import io
 import json
@@ -13,7 +10,10 @@ import pandas
 import pytest
 import yaml
 from dockpose import Camera, Settings, estimate
-from dockpose.app.experiment import Measured, Row, Session, SessionError, read_session
+from dockpose.app.cli import main
+from dockpose.app.errors import UserError
+from dockpose.app.experiment import Row, Session, SessionError, read_session
+from dockpose.app.experiment.session import SessionFolder
 from dockpose.files.yaml_file import FileError
 from dockpose.simulate import render
 from hypothesis import HealthCheck, given, settings
@@ -36,7 +36,8 @@ def on_disk(session):
 
 
 def test_a_row_says_what_was_estimated_and_measured(session):
-    row = session.take(PICTURE, FOUND, "tank.png", Measured(z_cm=110.5, distance_cm=111.0), "lamp off", "ab" * 32)
+    measured = {"measured_z_cm": 110.5, "distance_cm": 111.0}
+    row = session.take(PICTURE, FOUND, "tank.png", "ab" * 32, **measured, notes="lamp off")
     assert (row.number, row.file, row.status, row.lights) == (1, "frames/0001.png", "ok", 10)
     assert row.estimated == pytest.approx((6, -4, 110, 6, -12), abs=0.2)  # the simulated truth
     assert row.errors[:2] == (None, None)
@@ -77,7 +78,7 @@ def test_every_kind_of_picture_is_kept_losslessly(session, kind):
 
 def test_a_picture_without_a_dock_is_a_row_too(session):
     image = np.full((480, 640), 10, np.uint8)
-    row = session.take(image, estimate(image, CAMERA, DOCK), "dark", Measured(z_cm=100.0))
+    row = session.take(image, estimate(image, CAMERA, DOCK), "dark", measured_z_cm=100.0)
     assert (row.status, row.pose, row.z_cm, row.errors) == ("no_lights", None, None, (None,) * 5)
 
 
@@ -99,7 +100,7 @@ def test_session_yaml_tells_when_and_with_what(session):
 
 
 def test_measured_values_and_notes_can_be_changed_and_nothing_else(session):
-    session.take(PICTURE, FOUND, "a", Measured(x_cm=1.0))
+    session.take(PICTURE, FOUND, "a", measured_x_cm=1.0)
     session.take(PICTURE, FOUND, "b")
     changed = session.edit(1, measured_x_cm=None, measured_theta_y_deg=-11.5, notes="second try")
     assert (changed.measured_x_cm, changed.measured_theta_y_deg, changed.notes) == (None, -11.5, "second try")
@@ -225,3 +226,27 @@ def test_folders_that_are_no_sessions(tmp_path):
     (tmp_path / "session.yaml").write_text("schema: 2\n")
     with pytest.raises(FileError, match="schema is 2"):
         Session.open(tmp_path)
+
+
+def test_sessions_stay_below_their_folder(tmp_path):
+    shelf = SessionFolder(tmp_path / "sessions")
+    assert shelf.names() == []
+    assert not shelf.root.exists()
+    for typed, name in (("../../up", "up"), ("/etc/passwd", "etc_passwd"), ("", None), ("up", "up-2"), ("CON", "CON_")):
+        with shelf.start(typed) as session:
+            assert session.folder.parent == shelf.root
+            assert name is None or session.folder.name == name
+    assert len(shelf.names()) == 5
+    Session.create(tmp_path / "outside").close()
+    (shelf.root / "link").symlink_to(tmp_path / "outside")
+    for name in ("../outside", "link", str(tmp_path / "outside"), "none"):
+        with pytest.raises(UserError):
+            shelf.take_up(name)
+    shelf.take_up("up").close()
+
+
+def test_folder_that_is_a_file_is_said(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SessionError, match="file"):
+        SessionFolder(tmp_path / "file").start("a")
+    assert main(["serve", "--port", "0", "--sessions", str(tmp_path / "file")]) == 2

@@ -13,8 +13,8 @@ from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.export.bundle import picture_files, read_lines, to_zip
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import CancelledError, Progress
+from dockpose.app.state.changes import MEASURED_LIMITS, with_measured
 from dockpose.app.state.parameters import put
-from dockpose.app.state.poses import MEASURED_LIMITS, with_measured
 from dockpose.app.state.view import open_source
 from dockpose.files.yaml_file import FileError
 

@@ -1,6 +1,15 @@
+import unicodedata
+
 import pytest
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.received import UploadStore
+from dockpose.app.export.bundle import bundle_name
+from dockpose.app.inputs.received import LONGEST_BYTES, UploadStore, safe_name
+from hypothesis import given
+from hypothesis import strategies as st
+
+# What the three systems refuse or change, from their own documentation.
+FORBIDDEN = set('<>:"/\\|?*') | {chr(code) for code in range(32)} | {"\x7f"}
+DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{digit}" for port in ("COM", "LPT") for digit in "0123456789¹²³")}
 
 
 def test_oldest_uploads_make_room():
@@ -16,3 +25,64 @@ def test_oldest_uploads_make_room():
         uploads.get("b")
     uploads.make_room(0)
     assert uploads.kept_bytes == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("tank 7", "tank_7.png"),
+        ("Becken Köln", "Becken_Köln.png"),
+        ("水槽", "水槽.png"),
+        ("con", "con_.png"),
+        ("LPT1", "LPT1_.png"),
+        ("COM¹", "COM¹_.png"),
+        ("nul.tar.gz", "nul_tar_gz.png"),
+        ("..", "picture.png"),
+        ("", "picture.png"),
+        ("a. . ", "a.png"),
+        ("../../etc/passwd", "etc_passwd.png"),
+        ("a\x00b\nc", "a_b_c.png"),
+        ("-rf", "rf.png"),
+        ("e\u0301", "é.png"),
+        ("ü" * 100, "ü" * 30 + ".png"),
+        ("\ud800", "picture.png"),
+    ],
+)
+def test_known_names(text, name):
+    assert safe_name(text, ".png") == unicodedata.normalize("NFC", name)
+
+
+@given(st.text(), st.lists(st.text(max_size=3), max_size=3))
+def test_any_text_gives_a_name_that_every_system_takes(text, others):
+    taken = [safe_name(other, ".png") for other in others]
+    name = safe_name(text, ".png", taken=taken)
+    stem = name.removesuffix(".png")
+    assert name.endswith(".png")
+    assert stem
+    assert not set(name) & FORBIDDEN
+    assert stem.split(".")[0].upper() not in DEVICES
+    assert not name.startswith((".", "-", " "))
+    assert not stem.endswith((".", " "))
+    assert len(stem.encode("utf-8")) <= LONGEST_BYTES + 1  # a device's name gets one more
+    assert unicodedata.normalize("NFC", name) == name
+    assert name.lower() not in {other.lower() for other in taken}
+
+
+def test_names_that_differ_in_case_only_do_not_collide():
+    assert safe_name("Tank", ".png", taken=["tank.PNG"]) == "Tank-2.png"
+    assert safe_name("x" * 99, ".png", taken=["x" * 60 + ".png"]) == "x" * 58 + "-2.png"
+
+
+@pytest.mark.parametrize(
+    ("source", "name"),
+    [
+        ("plain", "dockpose_plain.zip"),
+        ("tank 7.png", "dockpose_tank_7.zip"),
+        ("../../etc/passwd", "dockpose_passwd.zip"),
+        ("C:\\Users\\me\\tank.png", "dockpose_tank.zip"),
+        ("<img>.png", "dockpose_img.zip"),
+        ("", "dockpose_picture.zip"),
+    ],
+)
+def test_a_bundle_is_called_after_its_picture(source, name):
+    assert bundle_name(source) == name

@@ -1,15 +1,20 @@
 """Sequences that the page can play: which there are, opening them, and reading their frames."""
 
+import importlib
 import math
+import shutil
+import sys
 from pathlib import Path
+from unittest import mock
 
 import cv2
+import dockpose
 import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.sequences import SIMULATED, choices, choose, given, is_sequence, sent, simulated
+from dockpose.app.inputs.sequences import SIMULATED, choices, choose, given, is_sequence, sent, simulated, wishes_from
 from dockpose.app.processing.following import FrameFollower, chosen_by_track
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import DEFAULT_DOCK, with_first_frame, with_frame
@@ -17,10 +22,11 @@ from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, Pose, Scene
 from dockpose.simulate.optics.water import preset
 from dockpose.simulate.parts import Text
-from dockpose.sources import Simulated, SourceError
+from dockpose.sources import Simulated, SourceError, Wishes
 from PIL import Image
 
 from tests.support import bags
+from tests.support.layout import ROOT
 
 CAMERA = Camera(350, 350, 159.5, 119.5, 320, 240)
 SCENE = Scene(
@@ -29,6 +35,8 @@ SCENE = Scene(
     pose=Pose(position_m=(0.05, 0.02, 1.2), theta_x_deg=15, theta_y_deg=20),
     water=preset("tank"),
 )
+FILES = ["notes.txt", "../tank.avi", "/etc/passwd", "rtsp://127.0.0.1/x", "0", "", None, 3, "x.avi"]
+NAMES = {"exposure": "Exposure", "gain": "Gain", "rate_hz": "Frames a second", "format": "Format"}
 
 
 @pytest.fixture
@@ -64,9 +72,6 @@ def test_video_comes_with_the_camera_beside_it(folder):
 def test_pictures_of_a_folder_come_in_order(folder):
     frames = choose("pictures in shots", None, folder, SCENE).open(refuse)
     assert [int(frame.image.max()) for frame in frames] == [0, 255]
-
-
-FILES = ["notes.txt", "../tank.avi", "/etc/passwd", "rtsp://127.0.0.1/x", "0", "", None, 3, "x.avi"]
 
 
 @pytest.mark.parametrize("name", [*FILES, "pictures in ..", "pictures in /etc", "pictures in nowhere"])
@@ -229,3 +234,97 @@ def test_the_page_may_play_the_bags_of_its_folder(tmp_path):
     assert choose("a.mcap", None, tmp_path, SCENE).source == str(path)
     given_bag = given(str(path), None, None, bags.TOPIC)
     assert (given_bag.name, given_bag.topic) == ("a.mcap", bags.TOPIC)
+
+
+def asked(**values):
+    return {"exposure": None, "gain": "", "rate_hz": " ", "format": None} | values
+
+
+def test_what_is_left_blank_is_left_to_the_camera():
+    assert wishes_from(asked(), NAMES) == Wishes()
+
+
+def test_text_and_numbers_are_taken():
+    typed = asked(exposure="120", gain=2.5, rate_hz="30", format=" mjpg ")
+    assert wishes_from(typed, NAMES) == Wishes(exposure=120, gain=2.5, rate_hz=30, format="MJPG")
+
+
+def test_what_is_no_number_is_refused_by_its_name():
+    """What else is refused is tried in tests/app/commands/test_arguments.py."""
+    with pytest.raises(UserError, match="Exposure is 'long'; it must be a number"):
+        wishes_from(asked(exposure="long"), NAMES)
+
+
+# The files that the recipe names: the source itself, by which text it is known, and where it is opened.
+SOURCE = '''
+from pathlib import Path
+
+import numpy as np
+
+from dockpose.sources.frames import Frame, Frames, SourceError
+
+
+class Levels(Frames):
+    """Grey pictures of the levels that a text file has, ten a second; what is no level is left out."""
+
+    def __iter__(self):
+        words = Path(self.source).read_text().split()
+        if not words:
+            raise SourceError(f"{self.source}: has no levels")
+        for index, word in enumerate(words):
+            if word.isdecimal():
+                yield self._turned(Frame(np.full((4, 6), int(word), np.uint8), index, index / 10, self.source))
+            else:
+                self._skip(f"{self.source}: frame {index} is {word!r}; it must be a level")
+'''
+EDITS = {
+    "names.py": [
+        ('    SIMULATED = "simulated"\n', '    LEVELS = "levels"\n'),
+        ("    ending = path.suffix.lower()\n", '    if ending == ".levels":\n        return Kind.LEVELS\n'),
+    ],
+    "opening.py": [
+        ("from dockpose.sources.frames import Frames, SourceError, Tell\n", "from .levels import Levels\n"),
+        ("        check_regular(source)\n", "    if kind is Kind.LEVELS:\n        return Levels(source, tell)\n"),
+    ],
+}
+
+
+@pytest.fixture
+def with_levels(tmp_path, monkeypatch):
+    """The sources with one more, and what opens them for the command line and the page, all imported anew."""
+    folder = tmp_path / "sources"
+    shutil.copytree(ROOT / "pipeline" / "sources", folder, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "levels.py").write_text(SOURCE)
+    for name, edits in EDITS.items():
+        text = (folder / name).read_text()
+        for after, line in edits:
+            assert text.count(after) == 1
+            text = text.replace(after, after + line)
+        (folder / name).write_text(text)
+    monkeypatch.setattr(dockpose, "__path__", [str(tmp_path), *dockpose.__path__])
+    anew = ("dockpose.sources", "dockpose.app.inputs")
+    known = {name: module for name, module in sys.modules.items() if name.startswith(anew)}
+    with mock.patch.dict(sys.modules):
+        for name in known:
+            del sys.modules[name]
+        yield importlib.import_module("dockpose.app.inputs.sequences")
+    for name, module in known.items():  # an import also sets the name in the package above
+        above, _, last = name.rpartition(".")
+        setattr(sys.modules[above], last, module)
+
+
+def test_a_source_that_is_added_in_three_files_opens_by_name_everywhere(with_levels, tmp_path):
+    path, told = tmp_path / "dive.levels", []
+    path.write_text("10 20 dark 40")
+    (typed,) = with_levels.resolve([str(path)], CAMERA, SCENE.dock, told.append)
+    for source in (typed, with_levels.given(str(path), CAMERA, SCENE.dock)):
+        told.clear()
+        with source.open(told.append) as frames:
+            found = list(frames)
+        levels = [(frame.index, frame.time_s, int(frame.image[0, 0])) for frame in found]
+        assert levels == [(0, 0.0, 10), (1, 0.1, 20), (3, 0.3, 40)]
+        assert (frames.skipped, frames.camera, frames.dock) == (1, CAMERA, SCENE.dock)
+        assert told == [f"{path}: frame 2 is 'dark'; it must be a level"]
+    path.write_text("")
+    with pytest.raises(ValueError, match=r"dive\.levels: has no levels"), typed.open(told.append) as frames:
+        list(frames)

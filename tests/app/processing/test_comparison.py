@@ -1,16 +1,17 @@
-import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from dockpose.app.inputs.samples import load_sample
+from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.processing.background import CancelledError, Progress, Task
+from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.processing.comparison import compare, compare_view, compared, sweep_levels
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.app.web.panels.source import SAMPLE_WORDS
 from dockpose.pose.known import pose_error
+
+FOUR = ("otsu", "kapur", "kittler", "sezan")
 
 
 @pytest.fixture(scope="module")
@@ -83,46 +84,6 @@ def test_progress_stops_at_the_next_step():
     progress.stop()
     with pytest.raises(CancelledError):
         next(steps)
-
-
-class Ends:
-    def __init__(self):
-        self.told, self.errors, self.ended = [], [], threading.Event()
-        self.task = Task(self.told.append, self.ended.set, self.errors.append)
-
-
-def test_task_turns_others_away_and_can_be_cancelled():
-    ends, may_go = Ends(), threading.Event()
-
-    def work(progress):
-        for _ in progress.over([1, 2]):
-            may_go.wait(60)
-
-    assert ends.task.start(work)
-    assert not ends.task.start(work)
-    ends.task.cancel()
-    may_go.set()
-    assert ends.ended.wait(60)
-    assert ends.errors == []
-    assert ends.told == [0.0]
-    ends.task.close()
-
-
-def test_task_reports_an_error_and_goes_on():
-    ends = Ends()
-
-    def fail(progress):
-        raise ValueError("broke")
-
-    assert ends.task.start(fail)
-    assert ends.ended.wait(60)
-    assert [str(error) for error in ends.errors] == ["broke"]
-    ends.ended.clear()
-    assert ends.task.start(lambda progress: None)
-    assert ends.ended.wait(60)
-
-
-FOUR = ("otsu", "kapur", "kittler", "sezan")
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from tests.support.scenes import CAMERA, random_scene
 
 FRAMES = 40
 SMALL = CAMERA.for_size(320, 240)
+KNOWN = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +34,6 @@ def tank(tmp_path_factory):
     writer.release()
     (folder / "pictures" / "p30.png").write_text("not a picture")
     return folder
-
-
-KNOWN = ["--camera", "camera.yaml", "--dock-diameter", "0.3", "--lights", "10"]
 
 
 def run(arguments, capsys):

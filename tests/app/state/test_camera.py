@@ -4,7 +4,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.state import camera as optics
 from dockpose.app.state import view as state
 from dockpose.app.state.camera import with_camera_file, with_given_values, with_port
-from dockpose.app.state.dock import with_lights
+from dockpose.app.state.changes import with_lights
 from dockpose.app.state.parameters import put
 from dockpose.camera.files import FORMATS
 from dockpose.camera.port import SEA_WATER, FlatPort

@@ -3,11 +3,10 @@ from dataclasses import replace
 import pytest
 from dockpose import Dock, Settings
 from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.changes import with_centroid, with_mask, with_method, with_pose_by_hand
 from dockpose.app.state.chips import chips
-from dockpose.app.state.detection import with_centroid, with_mask, with_method
 from dockpose.app.state.in_force import with_these_as_mine
 from dockpose.app.state.parameters import put
-from dockpose.app.state.poses import with_pose_by_hand
 from dockpose.app.state.view import with_sample
 
 

@@ -16,7 +16,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import preferences as memory
 from dockpose.app.state import view as state
-from dockpose.app.state.detection import with_method
+from dockpose.app.state.changes import with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.preferences import Memory, Remembered, settings_file, with_last_settings, with_settings_file
 from dockpose.app.state.tank import Tanks

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.poses import with_pose_by_hand
+from dockpose.app.state.changes import with_pose_by_hand
 from dockpose.app.state.trust import NO_POSE, VERDICTS, trust_in
 from dockpose.lights.ring import tolerance_px
 
@@ -32,14 +32,10 @@ def test_probability_of_the_pose(found, probability, colour):
     assert (f"{100 * probability:.0f} %" if probability else "Nothing tells") in trust.sentence or colour == "green"
 
 
-def test_toss_up_does_not_matter_where_both_poses_are_the_same(found):
+def test_toss_up_does_not_matter_where_both_poses_are_the_same_and_is_red_where_nothing_tells(found):
     assert trust_in(with_choice(found, probability=0.5, coincide=True)).colour == "green"
-
-
-def test_lights_that_do_not_tell_the_poses_apart_are_red(found):
-    assert trust_in(with_choice(found, probability=0.5, by="none")).reasons == (
-        "Nothing tells which of the two poses is right.",
-    )
+    untold = trust_in(with_choice(found, probability=0.5, by="none"))
+    assert untold.reasons == ("Nothing tells which of the two poses is right.",)
 
 
 @pytest.mark.parametrize(("probability", "colour"), [(0.5, "red"), (0.9, "amber"), (0.99, "green")])

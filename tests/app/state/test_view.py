@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.samples import load_sample, sample_names, sample_path
+from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
 from dockpose.app.state import view as state
 from dockpose.app.state.in_force import with_these_as_mine
 from dockpose.app.state.parameters import put

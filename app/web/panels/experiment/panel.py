@@ -1,30 +1,17 @@
 """The tab Log: a session on the disk, to which frames are added with what was measured."""
 
 import threading
-from collections.abc import Callable
 
 import viser
 from dockpose.app.experiment import Row, Session
-from dockpose.app.experiment.folder import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.state.measured import MeasuredPose
-from dockpose.app.web.charts.errors import ErrorCharts
-from dockpose.app.web.notifications import Notify, attempt
-from dockpose.app.web.panels.experiment.measured import (
-    BLANK,
-    MeasuredFields,
-    Texts,
-    after_change,
-    measured_of,
-    texts_of,
-    texts_of_pose,
-    values_of,
-)
-from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
-from dockpose.app.web.widgets import Act, Panel, Saver, on_click, on_person
+from dockpose.app.web.charts import ErrorCharts
+from dockpose.app.web.panels.experiment import rows as log_rows
+from dockpose.app.web.widgets import Act, Panel, Parts, Saver, on_click, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
 _SAID = read_toml("controls.toml")["log"]
@@ -34,19 +21,13 @@ WHAT = _SAID["files"]
 class ExperimentPanel(Panel):
     """Session, button to take a frame, boxes for measured values, running table, charts and downloads."""
 
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        sessions: SessionFolder,
-        notify: Notify,
-        on_error: Callable[[Exception], None],
-    ) -> None:
-        self._sessions, self._notify, self._on_error = sessions, notify, on_error
+    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
+        self._parts, self._sessions, self._notify = parts, parts.sessions, parts.notify
         self._lock = threading.RLock()
         self._analysis: Analysis | None = None
         self._session: Session | None = None
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
-        self._drafts: dict[int | None, Texts] = {}
+        self._drafts: dict[int | None, log_rows.Texts] = {}
         self._known_pose: MeasuredPose | None = None
         self._page_number, self._said = 1, ""
         self._add_session(gui)
@@ -61,7 +42,7 @@ class ExperimentPanel(Panel):
         if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
             return
         with self._lock:
-            self._next_texts = after_change(self._next_texts, self._known_pose, known)
+            self._next_texts = log_rows.after_change(self._next_texts, self._known_pose, known)
             self._known_pose = known
 
     def close(self) -> None:
@@ -89,7 +70,7 @@ class ExperimentPanel(Panel):
     def _add_fields(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Measured by hand", expand_by_default=True):
             self._target = gui.add_dropdown(**_SAID["target"], options=(target_name(None),))
-            self._fields = MeasuredFields(gui)
+            self._fields = log_rows.MeasuredFields(gui)
             self._save_row, self._keep = gui.add_button(**_SAID["save_row"]), gui.add_checkbox(**_SAID["keep"])
         on_person(self._target.on_update, self._trying(self._choose_row))
         on_click(self._save_row, self._trying(self._save_chosen))
@@ -100,17 +81,17 @@ class ExperimentPanel(Panel):
         self._charts = ErrorCharts(gui)
         self._what = gui.add_dropdown(**_SAID["what"], options=tuple(WHAT))
         self._save = gui.add_button(**_SAID["save"])
-        self._saver = Saver(gui, self._notify, self._on_error)
+        self._saver = Saver(gui, self._parts)
         on_person(self._page.on_update, self._trying(self._turn_page))
         on_click(self._save, self._trying(self._download))
 
     @property
-    def _next_texts(self) -> Texts:
+    def _next_texts(self) -> log_rows.Texts:
         """The draft for the next frame."""
-        return self._fields.texts if self._chosen_row is None else self._drafts.get(None, BLANK)
+        return self._fields.texts if self._chosen_row is None else self._drafts.get(None, log_rows.BLANK)
 
     @_next_texts.setter
-    def _next_texts(self, texts: Texts) -> None:
+    def _next_texts(self, texts: log_rows.Texts) -> None:
         if self._chosen_row is None:
             self._fields.texts = texts
         else:
@@ -149,19 +130,20 @@ class ExperimentPanel(Panel):
             analysis, texts = self._analysis, self._next_texts
             if analysis is None:
                 return
-            values = values_of(texts)
+            values = log_rows.values_of(texts)
             if self._session is None:  # the first row starts one
                 self._session = self._sessions.start(str(self._name.value))
                 self._name.value = ""
                 self._show_session("Started.")
             session = self._session
         view = analysis.view
-        measured, notes = measured_of(values), values["notes"]
-        row = session.take(view.image, analysis.estimate, view.source, measured, notes, view.sha256)
-        said = taken_words(row)
+        row = session.take(view.image, analysis.estimate, view.source, view.sha256, **values)
+        said = log_rows.taken_words(row)
         with self._lock:
             if not self._keep.value and self._next_texts == texts:
-                self._next_texts = BLANK if self._known_pose is None else texts_of_pose(self._known_pose)
+                self._next_texts = (
+                    log_rows.BLANK if self._known_pose is None else log_rows.texts_of_pose(self._known_pose)
+                )
             if session is self._session:
                 self._show_rows(said)
         self._notify("Taken", said, "green", client)
@@ -176,7 +158,7 @@ class ExperimentPanel(Panel):
         self._drafts[self._chosen_row] = self._fields.texts
         row = next((row for row in self._rows() if row.number == number), None)
         self._chosen_row = None if row is None else row.number
-        stored = BLANK if row is None else texts_of(row)
+        stored = log_rows.BLANK if row is None else log_rows.texts_of(row)
         self._fields.texts = self._drafts.pop(self._chosen_row, stored)
         self._keep.visible, self._save_row.visible = row is None, row is not None
         self._save_row.label = "Save the row" if row is None else f"Save row {row.number}"
@@ -186,7 +168,7 @@ class ExperimentPanel(Panel):
         with self._lock:
             if self._session is None or self._chosen_row is None:
                 return
-            row = self._session.edit(self._chosen_row, **values_of(self._fields.texts))
+            row = self._session.edit(self._chosen_row, **log_rows.values_of(self._fields.texts))
             said = f"Row {row.number} is on disk as changed."
             self._show_rows(said)
         self._notify("Saved", said, "green", client)
@@ -214,17 +196,19 @@ class ExperimentPanel(Panel):
     def _show_rows(self, said: str) -> None:
         """Show a page of the table, its summary, and the charts."""
         self._said, rows = said, self._rows()
-        last = pages(len(rows))
+        last = log_rows.pages(len(rows))
         self._page_number = min(max(self._page_number, 1), last)
         self._page.visible, self._page.max = last > 1, max(2, last)
         self._page.value = self._page_number
-        numbers = [row.number for row in rows_on_page(rows, self._page_number)]
+        numbers = [row.number for row in log_rows.rows_on_page(rows, self._page_number)]
         if self._chosen_row is not None and self._chosen_row not in numbers:
             numbers.insert(0, self._chosen_row)
         self._target.options = [target_name(number) for number in (None, *numbers)]
-        self._table.content = "" if self._session is None else session_table(rows, self._page_number)
+        self._table.content = "" if self._session is None else log_rows.session_table(rows, self._page_number)
         self._charts.show(rows)
-        self._words.content = state_html(None if self._session is None else self._session.folder, len(rows), said)
+        self._words.content = log_rows.state_html(
+            None if self._session is None else self._session.folder, len(rows), said
+        )
 
     def _download(self, client: viser.ClientHandle) -> None:
         session, name = self._session, WHAT.get(str(self._what.value))
@@ -240,7 +224,7 @@ class ExperimentPanel(Panel):
 
     def _trying(self, act: Act) -> Act:
         """Do what a person asked for; if that fails, say so and keep everything typed."""
-        return lambda client: attempt(lambda: act(client), self._notify, self._on_error, client)
+        return lambda client: self._parts.attempt(lambda: act(client), client)
 
 
 def target_name(number: int | None) -> str:

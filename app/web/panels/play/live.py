@@ -12,13 +12,12 @@ from typing import Any
 import viser
 from dockpose.app.errors import UserError
 from dockpose.app.export.recording import ENDING, Recording
-from dockpose.app.inputs.filenames import safe_name
-from dockpose.app.inputs.wishes import wishes_from
+from dockpose.app.inputs.received import safe_name
+from dockpose.app.inputs.sequences import wishes_from
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
-from dockpose.app.web.notifications import Notify, attempt
-from dockpose.app.web.widgets import on_click
+from dockpose.app.web.widgets import Parts, on_click
 from dockpose.sources import ExposureWatch, Live
 
 _SAID = read_toml("controls.toml")["live"]
@@ -32,15 +31,8 @@ _TOLD_EVERY_S = 0.5
 class LiveControls:
     """Controls of the live source that is open; hidden while none is."""
 
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        source: Callable[[], Live | None],
-        folder: Path,
-        notify: Notify,
-        fail: Callable[[Exception], None],
-    ) -> None:
-        self._source, self._folder, self._notify, self._fail = source, folder, notify, fail
+    def __init__(self, gui: viser.GuiApi, source: Callable[[], Live | None], parts: Parts) -> None:
+        self._source, self._folder, self._notify = source, parts.recordings, parts.notify
         self._recording: Recording | None = None
         self._recorded: Path | None = None
         self._summary = ""
@@ -53,10 +45,10 @@ class LiveControls:
             name: gui.add_text(**box, initial_value="", visible=False) for name, box in _SAID["boxes"].items()
         }
         self._ask = gui.add_button(**_SAID["ask"])
-        on_click(self._record, lambda client: self._try(self.record, client))
+        on_click(self._record, lambda client: parts.attempt(self.record, client))
         on_click(self._stop, lambda client: self.stop())
-        on_click(self._download, lambda client: self._try(lambda: self._send(client), client))
-        on_click(self._ask, lambda client: self._try(self.ask, client))
+        on_click(self._download, lambda client: parts.attempt(lambda: self._send(client), client))
+        on_click(self._ask, lambda client: parts.attempt(self.ask, client))
 
     def reset(self) -> None:
         """Show the controls of what is open now, and finish the recording of what was open before."""
@@ -150,9 +142,6 @@ class LiveControls:
         except OSError as error:
             raise UserError(f"{self._recorded}: cannot be read ({error.strerror or error})") from error
         client.send_file_download(self._recorded.name, content, save_immediately=True)
-
-    def _try(self, act: Callable[[], object], client: viser.ClientHandle) -> None:
-        attempt(act, self._notify, self._fail, client)
 
 
 def recording_path(folder: Path, source: str, now: datetime | None = None) -> Path:

@@ -2,19 +2,15 @@
 
 import itertools
 import math
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import viser
-from dockpose.app.processing.analysis import Analysis, TrackedFrame
-from dockpose.app.processing.trajectory import COLUMNS, Trajectory
+from dockpose.app.processing.analysis import COLUMNS, Analysis, TrackedFrame, Trajectory
 from dockpose.app.resources import read_toml
 from dockpose.app.web.live import LivePage
-from dockpose.app.web.notifications import Notify
 from dockpose.app.web.panels.play.live import LiveControls
-from dockpose.app.web.sequence import NONE_CHOSEN, SequenceController
-from dockpose.app.web.widgets import Panel, on_click, on_person
+from dockpose.app.web.sequence import NONE_CHOSEN
+from dockpose.app.web.widgets import Panel, Parts, on_click, on_person
 from dockpose.sources import Frames, Live
 
 SURE = 0.999  # beyond it no more digits are shown
@@ -29,25 +25,17 @@ _TIME, _Z, _CHANCE, _IS_LOST = (COLUMNS.index(name) for name in ("time_s", "z_m"
 class SequencePanel(Panel):
     """Choice of the sequence, its speed, and words; the time line is sent the rest."""
 
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        live: LivePage,
-        controller: SequenceController,
-        recordings: Path,
-        notify: Notify,
-        fail: Callable[[Exception], None],
-    ) -> None:
-        self._live, self._controller = live, controller
+    def __init__(self, gui: viser.GuiApi, live: LivePage, parts: Parts) -> None:
+        self._live, self._controller = live, parts.sequence
         self._courses = itertools.count(1)
         self._course, self._newest = 0, None
-        self._choice = gui.add_dropdown(**_SAID["choice"], options=(NONE_CHOSEN, *controller.names()))
+        self._choice = gui.add_dropdown(**_SAID["choice"], options=(NONE_CHOSEN, *self._controller.names()))
         self._start = gui.add_button(**_SAID["start"])
         self._speed = gui.add_dropdown(**_SAID["speed"], options=tuple(SPEEDS))
         gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
-        self._camera = LiveControls(gui, self._open_live, recordings, notify, fail)
+        self._camera = LiveControls(gui, self._open_live, parts)
         on_click(self._start, lambda client: self._open_first(client))
-        on_person(self._choice.on_update, lambda client: controller.choose(self._choice.value, client))
+        on_person(self._choice.on_update, lambda client: self._controller.choose(self._choice.value, client))
         on_person(self._speed.on_update, lambda client: self.set_speed(self._speed.value))
         self._live.put(timeline=self._numbers())
         self._show_choice(None)

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.cli import main
-from dockpose.app.inputs.dock_file import load_dock
+from dockpose.app.inputs.sidecar import load_dock
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Pose, Scene, render
 

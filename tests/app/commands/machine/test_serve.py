@@ -5,23 +5,21 @@ import shutil
 import pytest
 from dockpose.app.cli import main
 from dockpose.app.commands.machine import serve as command
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import SourcePanel
-from dockpose.app.web.server.options import Options
 from dockpose.app.web.server.start import reachable_hosts
 
 
 @pytest.fixture
-def told_by(monkeypatch):
+def told_by(monkeypatch, capsys):
     """What is told by a service that is interrupted at once."""
     monkeypatch.setattr(command.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
     monkeypatch.setattr(App, "build", lambda *_, **__: FakeApp())
 
-    def told_by(**how):
-        told = []
-        command.serve(None, None, None, report=told.append, **how)
-        return told
+    def told_by(*words):
+        assert main(["serve", *words]) == 0
+        return [line.removeprefix("dockpose: ") for line in capsys.readouterr().err.splitlines()]
 
     return told_by
 
@@ -29,17 +27,18 @@ def told_by(monkeypatch):
 def test_serve_tells_the_address_and_stops_on_interrupt(told_by):
     told = told_by()
     assert "http://127.0.0.1:1234" in told[0]
+    assert told[-1] == "stopped"
     assert FakeApp.stopped
 
 
 def test_serving_to_others_says_what_that_means(told_by):
-    told = told_by(host="0.0.0.0")
+    told = told_by("--host", "0.0.0.0")
     assert told[1] == "from another machine: http://192.0.2.7:1234/?token=steering"
     assert "every machine of that network" in told[2]
 
 
 def test_viewers_have_an_address_of_their_own(told_by):
-    told = told_by(options=Options(view_link=True))
+    told = told_by("--view-token")
     assert [line for line in told if "viewers" in line and "token=viewing" in line]
     assert not [line for line in told if "steering" in line and "viewing" in line]
 
@@ -90,7 +89,6 @@ def test_pages_of_a_picture_that_is_served_turn_in_its_folder_and_have_checksums
     assert seen[1].truth is not None
 
 
-def test_what_cannot_be_served_is_said(tmp_path, capsys):
+def test_what_cannot_be_served_is_said(tmp_path, refusal):
     for words in (["gone.png"], ["serve", "--folder", str(tmp_path / "none")], ["serve", "--port", "70000"]):
-        assert main(words) == 2
-        assert len(capsys.readouterr().err.splitlines()) == 1
+        assert refusal(*words)

@@ -7,7 +7,7 @@ import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view, compared, error_words, same_comparison
-from dockpose.app.state.detection import with_mask, with_method
+from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.web.panels.compare import comparison_numbers, method_words
 

@@ -1,7 +1,8 @@
 from unittest.mock import MagicMock
 
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_mask, with_method
+from dockpose.app.state.changes import with_mask, with_method
+from dockpose.app.state.parameters import put
 from dockpose.app.state.view import with_sample
 from dockpose.app.web.panels.detect import DetectPanel, threshold_sentence, thrown_out_sentence
 from dockpose.thresholds import METHODS
@@ -19,6 +20,8 @@ def test_what_was_thrown_out_is_said(analysis):
     words = thrown_out_sentence(analyse(masked).estimate)
     assert words.startswith("1 mask hides a part of the picture.")
     assert "do not" in words
+    small = analyse(put(with_method(analysis.view, "fixed", 150), "min_area_px", 900)).estimate
+    assert "groups below 900 px ignored." in thrown_out_sentence(small)
 
 
 class Controls:

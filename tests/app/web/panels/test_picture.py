@@ -3,8 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_method
-from dockpose.app.state.dock import with_lights
+from dockpose.app.state.changes import with_lights, with_method
 from dockpose.app.web.html import result_cells, sigma_cells
 from dockpose.app.web.panels.picture import COLUMNS, status_html, table_html
 

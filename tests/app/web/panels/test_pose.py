@@ -3,9 +3,8 @@ from dataclasses import replace
 import pytest
 from dockpose.app.export.words import advice, status_line, why_this_one
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_method
+from dockpose.app.state.changes import MEASURED_LIMITS, with_measured, with_method, with_pose_by_hand
 from dockpose.app.state.parameters import put
-from dockpose.app.state.poses import MEASURED_LIMITS, with_measured, with_pose_by_hand
 from dockpose.app.state.view import with_sample
 from dockpose.app.web.panels.pose import coloured_peers, details_html, error_cells, errors_html, peers_html
 from dockpose.pose.known import KnownPose

@@ -7,21 +7,17 @@ from html import unescape
 import cv2
 import numpy as np
 import pytest
-from dockpose.app.drawing.thresholded import kept_pixels
+from dockpose.app.drawing.montage import kept_pixels
 from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_mask, with_method
+from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
-from dockpose.app.web.jobs import decoder
-from dockpose.app.web.live import data_html
+from dockpose.app.web.live import data_html, decoder
 from dockpose.app.web.panels.detect import threshold_sentence
 from dockpose.app.web.panels.view import (
     HistogramNumbers,
-    Level,
-    Mask,
-    Methods,
-    fulfilled,
+    acts_in_picture,
     groups_top,
     histogram_numbers,
     lights_numbers,
@@ -33,7 +29,13 @@ from dockpose.estimate import geometry
 from dockpose.thresholds import Threshold
 from msgspec import DecodeError
 
-WISHES = decoder((Mask, Level, Methods))
+
+def fulfilled(view, text):
+    views = []
+    acts = acts_in_picture(lambda function, client, reload: views.append(function(view)))
+    wish = decoder(acts).decode(text)
+    acts[type(wish)](wish, None)
+    return views[0]
 
 
 @pytest.fixture(scope="module")
@@ -126,10 +128,9 @@ def test_outside_text_is_escaped(tilted):
 
 
 def test_wishes_are_carried_out(tilted):
-    level = WISHES.decode('{"do":"level","number":1,"level":77}')
-    settings = fulfilled(tilted.view, level).settings
+    settings = fulfilled(tilted.view, '{"do":"level","number":1,"level":77}').settings
     assert (settings.method, settings.level) == ("fixed", 77)
-    mask = WISHES.decode('{"do":"mask","number":2,"x":-5,"y":10,"width":25,"height":30}')
+    mask = '{"do":"mask","number":2,"x":-5,"y":10,"width":25,"height":30}'
     assert fulfilled(tilted.view, mask).settings.masks == with_mask(tilted.view, -5, 10, 25, 30).settings.masks
 
 
@@ -146,15 +147,15 @@ def test_wishes_are_carried_out(tilted):
         '{"do":"level","number":1,"level":77,"more":1}',
     ],
 )
-def test_other_wishes_are_refused(text):
+def test_other_wishes_are_refused(tilted, text):
     with pytest.raises(DecodeError):
-        WISHES.decode(text)
+        fulfilled(tilted.view, text)
 
 
 def test_mask_off_the_picture_and_level_out_of_range_are_refused_or_clamped(tilted):
     with pytest.raises(UserError, match="covers nothing"):
-        fulfilled(tilted.view, WISHES.decode('{"do":"mask","number":1,"x":900,"y":0,"width":5,"height":5}'))
-    assert fulfilled(tilted.view, WISHES.decode('{"do":"level","number":1,"level":9999}')).settings.level == 255
+        fulfilled(tilted.view, '{"do":"mask","number":1,"x":900,"y":0,"width":5,"height":5}')
+    assert fulfilled(tilted.view, '{"do":"level","number":1,"level":9999}').settings.level == 255
 
 
 def numbers_of(analysis):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.detection import with_method
-from dockpose.app.web.scene.labels import pose_label
+from dockpose.app.state.changes import with_method
 from dockpose.app.web.scene.scene import (
     docks_of,
     extent_of,
@@ -15,13 +14,14 @@ from dockpose.app.web.scene.scene import (
     rays_to_lights,
     ring_segments,
 )
+from dockpose.app.web.scene.surroundings import pose_label
 from dockpose.app.web.scene.viewpoints import NAMES, OVERVIEW, Extent, viewpoint
 from dockpose.camera.port import FlatPort
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Pose, Scene, render
 from dockpose.simulate.optics.water import preset
 
-from tests.app.web.scene.test_labels import on_screen
+from tests.app.web.scene.test_surroundings import on_screen
 
 
 def test_image_plane_puts_the_corner_pixels_on_their_rays():

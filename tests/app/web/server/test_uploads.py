@@ -1,7 +1,7 @@
 import tracemalloc
 
 import pytest
-from dockpose.app.inputs.samples import sample_path
+from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.web.app import App
 from dockpose.app.web.server import uploads
 from dockpose.app.web.server.options import Options

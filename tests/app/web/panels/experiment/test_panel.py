@@ -1,19 +1,21 @@
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import cv2
 import numpy as np
 import pytest
 import viser
-from dockpose.app.experiment.folder import SessionFolder
+from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.view import open_source
-from dockpose.app.web.panels.experiment.measured import BLANK
+from dockpose.app.web.notifications import attempt
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
-from dockpose.app.web.panels.experiment.table import pages, rows_on_page, session_table, state_html, taken_words
+from dockpose.app.web.panels.experiment.rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.start import silence
+from dockpose.app.web.widgets import Parts
 
 from tests.support.rows import changed
 
@@ -57,12 +59,15 @@ def panel(tmp_path):
     with silence():
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     told = []
-    made = ExperimentPanel(
-        server.gui,
-        SessionFolder(tmp_path),
-        lambda title, sentence, colour, client: told.append((title, sentence)),
-        lambda error: told.append(("failed", error)),
-    )
+
+    def notify(title, sentence, colour, client):
+        told.append((title, sentence))
+
+    def attempt_(act, client):
+        return attempt(act, notify, lambda error: told.append(("failed", error)), client)
+
+    parts = SimpleNamespace(sessions=SessionFolder(tmp_path), notify=notify, fail=None, attempt=attempt_)
+    made = ExperimentPanel(server.gui, cast("Parts", parts))
     yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=tmp_path)
     made.close()
     with silence():

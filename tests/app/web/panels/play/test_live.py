@@ -9,6 +9,7 @@ import pytest
 from dockpose import Dock
 from dockpose.app.export.recording import Recording
 from dockpose.app.web.app import App
+from dockpose.app.web.notifications import attempt
 from dockpose.app.web.panels.play.live import recording_path, recording_words
 from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
 from dockpose.simulate import render
@@ -83,8 +84,7 @@ def test_a_folder_that_cannot_be_made_is_said_and_the_camera_goes_on(app, tmp_pa
     (tmp_path / RECORDINGS_FOLDER).write_text("a file in its place")
     told = []
     live = controls(app)
-    live._notify = lambda title, sentence, colour, client: told.append(sentence)
-    live._try(live.record, None)
+    attempt(live.record, lambda title, sentence, colour, client: told.append(sentence), app.fail, None)
     assert len(told) == 1
     assert "cannot be made" in told[0]
     index = app._sequence.player.index

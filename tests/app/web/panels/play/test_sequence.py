@@ -1,9 +1,9 @@
 from dataclasses import replace
 
-from dockpose.app.processing.trajectory import Trajectory
+from dockpose.app.processing.analysis import Trajectory
 from dockpose.app.web.panels.play.sequence import course_points
 
-from tests.app.processing.test_trajectory import LOST, frame, seen
+from tests.app.processing.test_analysis import LOST, frame, seen
 
 
 def test_points_of_a_course_tell_what_was_seen_predicted_or_lost():

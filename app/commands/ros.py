@@ -1,0 +1,275 @@
+"""``dockpose ros``: a lifecycle node of ROS 2 that publishes where the dock is; its logic knows no ROS."""
+
+import argparse
+import importlib
+from array import array
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from dockpose import Camera, Dock, Settings
+from dockpose.app.commands.arguments import METHOD, Commands, add_options, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ, say
+from dockpose.app.drawing.annotated import annotate
+from dockpose.app.errors import UserError
+from dockpose.app.export.recordings.messages import TOPICS, Message, Seen, header, messages_of
+from dockpose.app.inputs.sidecar import load_dock
+from dockpose.app.processing.analysis import headline_of
+from dockpose.app.processing.following import Following
+from dockpose.camera.files import load_camera
+from dockpose.camera.image import ImageError
+from dockpose.sources import Frame
+from dockpose.sources.bags.messages import camera_in, picture_in
+
+_ERROR = 2  # of diagnostic_msgs/DiagnosticStatus
+NAME = "dockpose"
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the node is configured with."""
+
+    dock: Dock  # the dock to look for
+    settings: Settings = field(default_factory=Settings)  # how to search for it
+    camera: Camera | None = None  # the camera
+    image_topic: str = "/camera/image_raw"  # topic of the pictures
+
+    @property
+    def is_compressed(self) -> bool:
+        """Whether the pictures are compressed, by the name of their topic."""
+        return self.image_topic.endswith("/compressed")
+
+    @property
+    def info_topic(self) -> str:
+        """Topic of the camera_info that belongs to the pictures."""
+        return f"{self.image_topic.removesuffix('/compressed').rsplit('/', 1)[0]}/camera_info"
+
+
+class NodeLogic:
+    """Finds and tracks the dock in pictures as they are published."""
+
+    def __init__(self, options: Options, tell: Callable[[str], None]) -> None:
+        self._options, self._tell = options, tell
+        self._camera = options.camera
+        self._told: set[str] = set()
+        self._frames = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the track, as after a pause."""
+        self._following: Following | None = None
+
+    def take_camera_info(self, message: Any) -> None:
+        """Take the camera from a ``sensor_msgs/CameraInfo``; one that was configured has precedence."""
+        if self._options.camera is not None:
+            return
+        name = self._options.image_topic.removesuffix("/compressed").rsplit("/", 1)[-1]
+        try:
+            camera = camera_in(message, "rect" in name)
+        except ValueError as error:
+            self._tell_once(f"{self._options.info_topic} cannot be used: {error}")
+            return
+        if camera is None:
+            self._tell_once(f"{self._options.info_topic} is of a camera that was not calibrated")
+        elif camera != self._camera:
+            self._camera = camera
+            self.restart()
+
+    def take_image(self, message: Any, now_s: float) -> list[Message]:
+        """Search a picture."""
+        stamp = message.header.stamp
+        time_s = stamp.sec + 1e-9 * stamp.nanosec
+        if time_s == 0:
+            self._tell_once("pictures have no time stamps; the time at which they arrive is taken")
+            time_s = now_s
+        frame_id, number = message.header.frame_id or "camera_optical_frame", self._frames
+        self._frames += 1
+        try:
+            return self._searched(message, time_s, frame_id, number)
+        except (ImageError, UserError, ValueError) as error:
+            self._tell_once(str(error))
+            return [("/diagnostics", self._trouble(str(error), time_s, frame_id))]
+
+    def _searched(self, message: Any, time_s: float, frame_id: str, number: int) -> list[Message]:
+        options, camera = self._options, self._camera
+        if camera is None:
+            raise UserError(f"no camera is known yet: {options.info_topic} is silent, and no camera file is given")
+        picture = picture_in(message, options.image_topic)
+        if self._following is None:
+            self._following = Following(camera, options.dock, options.settings, self._tell)
+        followed = self._following.see(Frame(picture, number, time_s, options.image_topic))
+        found, trust = followed.estimate, followed.trust
+        drawn = annotate(picture, found, headline=headline_of(trust))
+        seen = Seen(options.image_topic, number, found, trust, followed.tracked.track, drawn)
+        return messages_of(seen, time_s, frame_id)
+
+    def _trouble(self, sentence: str, time_s: float, frame_id: str) -> dict[str, Any]:
+        status = {"level": _ERROR, "name": "dockpose: dock", "message": sentence}
+        status |= {"hardware_id": self._options.image_topic, "values": []}
+        return {"header": header(time_s, frame_id), "status": [status]}
+
+    def _tell_once(self, sentence: str) -> None:
+        if sentence not in self._told:
+            self._told.add(sentence)
+            self._tell(sentence)
+
+
+def add_parser(commands: Commands) -> None:
+    """Add the command ``ros``."""
+    parser = commands.add_parser("ros", help="publish the dock's pose as a node of ROS 2 (where rclpy is there)")
+    add_options(parser, "ros_topic", "camera_and_dock", "method", "ros", method=METHOD | {"default": "hats"})
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose ros`` until it is stopped; returns the exit status."""
+    try:
+        import rclpy  # pyright: ignore[reportMissingImports]  # comes with ROS
+    except ImportError as error:
+        raise UserError("ros: needs ROS 2 with rclpy, which is not there; source its setup.bash first") from error
+    dock = dock_of(arguments)
+    defaults = {
+        "camera_file": arguments.camera or "",
+        "dock_file": arguments.dock or "",
+        "dock_diameter_m": 0.0 if dock is None else dock.diameter,
+        "lights": 0 if dock is None or dock.lights is None else dock.lights,
+        "method": arguments.method,
+        "image_topic": arguments.topic,
+    }
+    if dock is not None:
+        options_of(defaults)  # what is wrong is reported here rather than in a log
+    elif not arguments.managed and not any("dock_" in word for word in arguments.ros_args):
+        raise UserError("ros: how large is the dock? Give --dock-diameter in metres")
+    rclpy.init(args=["--ros-args", *arguments.ros_args] if arguments.ros_args else [])
+    node = make_node(defaults)
+    try:
+        if not arguments.managed:
+            node.trigger_configure()
+            node.trigger_activate()
+        say(f"node {node.get_name()} listens on {arguments.topic} (Ctrl+C stops it)")
+        rclpy.spin(node)
+    except KeyboardInterrupt:
+        say("stopped")
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return EXIT_ALL_READ
+
+
+def make_node(defaults: dict[str, Any]) -> Any:
+    """Return the node, not yet configured."""
+    lifecycle, qos = importlib.import_module("rclpy.lifecycle"), importlib.import_module("rclpy.qos")
+    done = lifecycle.TransitionCallbackReturn
+
+    class DockNode(lifecycle.Node):
+        """Subscribes to pictures while it is active, and publishes what they show."""
+
+        def __init__(self) -> None:
+            super().__init__(NAME)
+            for name, value in defaults.items():
+                self.declare_parameter(name, value)
+            self._logic: NodeLogic | None = None
+            self._options: Options | None = None
+            self._outputs: dict[str, Any] = {}
+            self._inputs: list[Any] = []
+
+        def on_configure(self, state: Any) -> Any:
+            """Read the parameters, and offer the topics; a wrong parameter leaves the node as it was."""
+            values = {name: self.get_parameter(name).value for name in defaults}
+            try:
+                self._options = options_of(values)
+            except ValueError as error:
+                self.get_logger().error(str(error))
+                return done.FAILURE
+            self._logic = NodeLogic(self._options, self.get_logger().warning)
+            reliable = qos.QoSProfile(depth=10, reliability=qos.ReliabilityPolicy.RELIABLE)
+            for topic, kind in TOPICS.items():
+                self._outputs[topic] = self.create_lifecycle_publisher(message_class(kind), topic, reliable)
+            return done.SUCCESS
+
+        def on_activate(self, state: Any) -> Any:
+            """Listen to the camera."""
+            assert self._options is not None
+            kind = "CompressedImage" if self._options.is_compressed else "Image"
+            best_effort = qos.qos_profile_sensor_data
+            for name, topic, take in (
+                ("CameraInfo", self._options.info_topic, self._take_info),
+                (kind, self._options.image_topic, self._take_image),
+            ):
+                of_kind = message_class(f"sensor_msgs/msg/{name}")
+                self._inputs.append(self.create_subscription(of_kind, topic, take, best_effort))
+            return super().on_activate(state)
+
+        def on_deactivate(self, state: Any) -> Any:
+            """Stop listening, and forget the track."""
+            for subscription in self._inputs:
+                self.destroy_subscription(subscription)
+            self._inputs.clear()
+            if self._logic is not None:
+                self._logic.restart()
+            return super().on_deactivate(state)
+
+        def on_cleanup(self, state: Any) -> Any:
+            """Take the topics back."""
+            for publisher in self._outputs.values():
+                self.destroy_lifecycle_publisher(publisher)
+            self._outputs.clear()
+            self._logic = self._options = None
+            return done.SUCCESS
+
+        def on_shutdown(self, state: Any) -> Any:
+            """End, from whichever state."""
+            self.on_deactivate(state)
+            return self.on_cleanup(state)
+
+        def _take_info(self, message: Any) -> None:
+            if self._logic is not None:
+                self._logic.take_camera_info(message)
+
+        def _take_image(self, message: Any) -> None:
+            if self._logic is None:
+                return
+            now_s = 1e-9 * self.get_clock().now().nanoseconds
+            for topic, fields in self._logic.take_image(message, now_s):
+                self._outputs[topic].publish(filled(message_class(TOPICS[topic])(), fields))
+
+    return DockNode()
+
+
+def options_of(values: dict[str, Any]) -> Options:
+    """Return the options by the values of the node's parameters. Raises ValueError that names a wrong one."""
+    if values["dock_file"]:
+        dock = load_dock(values["dock_file"])
+    elif values["dock_diameter_m"] > 0:
+        dock = Dock(float(values["dock_diameter_m"]), values["lights"] or None)
+    else:
+        raise UserError(f"dock_diameter_m is {values['dock_diameter_m']}; it must be the dock's diameter in metres")
+    camera = load_camera(values["camera_file"]) if values["camera_file"] else None
+    return Options(dock, Settings(method=values["method"]), camera, values["image_topic"])
+
+
+def message_class(kind: str) -> Any:
+    """Return the class of messages of a type, as "sensor_msgs/msg/Image"."""
+    package, _, name = kind.replace("/msg/", "/").partition("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def filled(message: Any, fields: dict[str, Any]) -> Any:
+    """Fill in a message's fields from plain values, and return it."""
+    kinds = message.get_fields_and_field_types()
+    for name, value in fields.items():
+        kind = kinds[name]
+        if isinstance(value, dict):
+            filled(getattr(message, name), value)
+        elif isinstance(value, list) and kind.startswith("sequence<"):
+            inner = message_class(kind.removeprefix("sequence<").removesuffix(">"))
+            setattr(message, name, [filled(inner(), one) for one in value])
+        else:
+            setattr(message, name, _plain(kind, value))
+    return message
+
+
+def _plain(kind: str, value: Any) -> Any:
+    """A value as rclpy takes it: bytes as an array, a byte as bytes."""
+    if isinstance(value, bytes):
+        return array("B", value)
+    return bytes([value]) if kind == "octet" else value

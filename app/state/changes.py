@@ -1,0 +1,163 @@
+"""Changes of what is searched for and how: the dock's lights, the threshold, masks; and poses that people give."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from dockpose import Dock
+from dockpose.app.errors import UserError
+from dockpose.app.state.measured import MeasuredPose
+from dockpose.app.state.parameters import checked_number, put
+from dockpose.app.state.view import View
+from dockpose.lights.markers import CENTROIDS
+from dockpose.lights.masks import Mask
+from dockpose.pose.circle import CirclePose
+from dockpose.thresholds import METHODS
+from msgspec.structs import replace as changed
+
+MAX_LIGHTS = 60
+_MIN_LIGHTS = 3
+_LONGEST = 1000  # letters of the angles
+MAX_MASKS = 40
+# Name and unit of a measured pose's numbers, and how far to either side they may be.
+MEASURED_LIMITS = {
+    "x (cm)": 5000.0,
+    "y (cm)": 5000.0,
+    "z (cm)": 5000.0,
+    "θx (°)": 90.0,
+    "θy (°)": 90.0,
+}
+
+
+def with_lights(view: View, value: Any) -> View:
+    """Set the number of lights, 0 for unknown; angles and colours that were given light by light are dropped."""
+    number = round(checked_number("The number of lights", value))
+    lights = None if number <= 0 else min(max(number, _MIN_LIGHTS), MAX_LIGHTS)
+    return view if lights == view.dock.lights else replace(view, dock=Dock(view.dock.diameter, lights))
+
+
+def with_angles(view: View, text: Any) -> View:
+    """Set the angle of each light around the ring, in degrees; the number of lights follows."""
+    angles = _numbers(text)
+    dock = view.dock
+    if not angles:
+        return replace(view, dock=changed(dock, angles_deg=()))
+    if not _MIN_LIGHTS <= len(angles) <= MAX_LIGHTS:
+        raise UserError(
+            f"There {'is 1 light angle' if len(angles) == 1 else f'are {len(angles)} light angles'}; a dock has "
+            f"{_MIN_LIGHTS} to {MAX_LIGHTS} lights."
+        )
+    colours = dock.colours if len(dock.colours) == len(angles) else ()
+    return replace(view, dock=changed(dock, lights=len(angles), angles_deg=angles, colours=colours))
+
+
+def angles_text(dock: Dock) -> str:
+    """Return the angles as :func:`with_angles` reads them; blank for evenly spaced lights."""
+    return ", ".join(f"{angle:.10g}" for angle in dock.angles_deg)
+
+
+def dropped_sentence(before: Dock, after: Dock) -> str:
+    """Say which angles and colours were dropped with a new number of lights; empty if none were."""
+    parts = []
+    if before.angles_deg and not after.angles_deg:
+        parts.append(f"the {len(before.angles_deg)} angles, so the lights are taken to be evenly spaced")
+    if before.colours and not after.colours:
+        parts.append(f"the {len(before.colours)} colours, so the lights are taken to be all alike")
+    if not parts:
+        return ""
+    return f"With another number of lights these no longer fit: {'; '.join(parts)}. Undo (Ctrl+Z) brings them back."
+
+
+def _numbers(text: Any) -> tuple[float, ...]:
+    if not isinstance(text, str) or len(text) > _LONGEST:
+        raise UserError(f"The light angles are not text of at most {_LONGEST} letters.")
+    return tuple(_number(word) for word in re.split(r"[,;\s°]+", text) if word)
+
+
+def _number(word: str) -> float:
+    try:
+        return checked_number("A light angle", float(word))
+    except ValueError as error:
+        raise UserError(f"A light angle is {word[:20]!r}; it must be a number of degrees, as in 0, 36, 72.") from error
+
+
+def with_method(view: View, method: Any, level: Any = None) -> View:
+    """Set the threshold method, and the level of the method "fixed"; None keeps the level. Other methods have none."""
+    if not isinstance(method, str) or method not in METHODS:
+        raise UserError(f"There is no threshold method called {method!r}.")
+    if method != "fixed":
+        return _with_settings(view, method=method, level=None)
+    return _with_settings(view if level is None else put(view, "level", level), method=method)
+
+
+def with_centroid(view: View, centroid: Any) -> View:
+    """Set how a light's centre is found: "grey" or "binary"."""
+    if centroid not in CENTROIDS:
+        raise UserError(f"There is no way to find a light's centre called {centroid!r}.")
+    return _with_settings(view, centroid=centroid)
+
+
+def with_mask(view: View, left: Any, top: Any, width: Any, height: Any) -> View:
+    """Hide a rectangle of the picture, in pixels; what reaches beyond the picture is cut off."""
+    if len(view.settings.masks) >= MAX_MASKS:
+        raise UserError(f"There are {MAX_MASKS} masks already; remove one first.")
+    x, y = checked_number("The mask's left edge", left), checked_number("The mask's top edge", top)
+    wide, high = checked_number("The mask's width", width), checked_number("The mask's height", height)
+    rows, columns = view.image.shape[:2]
+    right, bottom = min(x + wide, columns), min(y + high, rows)
+    x, y = max(x, 0.0), max(y, 0.0)
+    if right <= x or bottom <= y:
+        raise UserError(
+            f"A mask of {wide:g} x {high:g} px at ({left:g}, {top:g}) covers nothing of a picture of "
+            f"{columns} x {rows} px."
+        )
+    return _with_settings(view, masks=(*view.settings.masks, (x, y, right - x, bottom - y)))
+
+
+def without_mask(view: View, label: Any) -> View:
+    """Remove the mask of that label, see :func:`mask_labels`."""
+    labels = mask_labels(view.settings.masks)
+    if label not in labels:
+        raise UserError("There is no such mask any more.")
+    index = labels.index(label)
+    return _with_settings(view, masks=view.settings.masks[:index] + view.settings.masks[index + 1 :])
+
+
+def without_masks(view: View) -> View:
+    """Remove all masks."""
+    return _with_settings(view, masks=())
+
+
+def mask_labels(masks: Sequence[Mask]) -> list[str]:
+    """What each mask is called: its number, size and upper left corner, in pixels."""
+    return [
+        f"{number}: {width:g} × {height:g} px at ({x:g}, {y:g})"
+        for number, (x, y, width, height) in enumerate(masks, start=1)
+    ]
+
+
+def _with_settings(view: View, **changes: Any) -> View:
+    return replace(view, settings=changed(view.settings, **changes))
+
+
+def with_pose_by_hand(view: View, pose: CirclePose | None) -> View:
+    """Use this pose, whichever is the likelier; None leaves the choice to the program."""
+    if pose is None:
+        return replace(view, by_hand=None)
+    x, y, z = (float(value) for value in pose.normal)
+    return replace(view, by_hand=(x, y, z))
+
+
+def with_measured(view: View, values: Mapping[str, Any] | None) -> View:
+    """Compare with a pose measured by hand: centimetres and degrees by the names in ``MEASURED_LIMITS``, or None."""
+    if values is None:
+        return replace(view, measured=None)
+    numbers = []
+    for name, limit in MEASURED_LIMITS.items():
+        value = values.get(name)
+        number = None if value is None else checked_number(f"The measured {name}", value)
+        if number is not None and abs(number) > limit:
+            raise UserError(f"The measured {name} is {number:g}; it must be from {-limit:g} to {limit:g}.")
+        numbers.append(number)
+    return replace(view, measured=MeasuredPose(*numbers))

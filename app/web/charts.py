@@ -1,0 +1,217 @@
+"""Charts of the page, drawn by uPlot: an experiment's errors against range, and a sweep over the level."""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+import numpy as np
+import viser
+from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, VERMILLION
+from dockpose.app.experiment import Row
+from dockpose.app.processing.comparison import CENTRES, SWEPT_LEVELS, LevelSweep
+from dockpose.app.web.html import small
+from dockpose.thresholds import LEVELS
+from viser import uplot
+
+Ends = tuple[float, float]
+_FONT = "11px sans-serif"
+_ERRORS_PX = 150
+_LEAST = 0.1  # cm or degrees
+_SIZES_PX = (4.0, 7.0, 10.0)  # so that points at the same place are all seen
+_LOOKS = ((VERMILLION, (8.0, 4.0)), (ORANGE, (2.0, 3.0)), (BLUE, ()))
+_SWEEP_PX = 190
+_EVERY_S = 0.2
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line of a chart, or a row of marks."""
+
+    label: str  # name in the legend
+    colour: str
+    dash: tuple[float, ...] = ()  # pixels on and off
+    marks_px: float | None = None  # draw rings of this size in place of a line
+
+    def series(self) -> uplot.Series:
+        """Return the curve as uPlot has it."""
+        if self.marks_px is not None:
+            look: Any = {"size": self.marks_px, "stroke": self.colour, "width": 1.5, "fill": "transparent"}
+            points = uplot.Series_Points(show=True, **look)
+            return uplot.Series(label=self.label, stroke="transparent", width=0, points=points, scale="y")
+        look = {"stroke": self.colour, "width": 2.0, "dash": self.dash, "fill": "transparent"}
+        return uplot.Series(label=self.label, points=uplot.Series_Points(show=False), scale="y", **look)
+
+
+def axis(label: str = "", size: int = 32, label_size: int = 14, **more: Any) -> uplot.Axis:
+    """Return an axis ``size`` pixels wide with a label; ``more`` are uPlot's own options."""
+    named: Any = {"label": label, "labelSize": label_size, "labelFont": _FONT} if label else {}
+    return uplot.Axis(font=_FONT, size=size, **named, **more)
+
+
+class Chart:
+    """A chart of curves over one axis."""
+
+    def __init__(
+        self, gui: viser.GuiApi, across: str, curves: Sequence[Curve], axes: Sequence[uplot.Axis], height: int
+    ) -> None:
+        self._ends: dict[str, Ends] = {"x": (0.0, 1.0), "y": (0.0, 1.0)}
+        self._handle = gui.add_uplot(
+            data=(np.array([0.0, 1.0]), *([np.zeros(2)] * len(curves))),
+            series=(uplot.Series(label=across), *(curve.series() for curve in curves)),
+            scales=_scales(self._ends),
+            axes=tuple(axes),
+            legend=uplot.Legend(show=True),
+            height=height,
+            padding=(10, 8, 0, 0),
+            visible=False,  # until its first data
+        )
+
+    def show(self, data: Sequence[np.ndarray], **ends: Ends) -> None:
+        """Draw the curves."""
+        if ends != self._ends:  # with other scales the browser rebuilds the chart
+            self._ends = ends
+            self._handle.scales = _scales(ends)
+        across, *values = data
+        twice = 2 if len(across) == 1 else 1  # the browser draws nothing of a single point
+        curves = [without_gaps(line, ends["y"]) for line in values]
+        self._handle.data = tuple(np.repeat(line, twice) for line in (across, *curves))
+        self._handle.visible = True
+
+    def hide(self) -> None:
+        """Take the chart away until it is shown again."""
+        self._handle.visible = False
+
+
+def without_gaps(values: np.ndarray, ends: Ends) -> np.ndarray:
+    """Replace NaN, which would blank the whole chart, with a number out of sight below the axis."""
+    low, high = ends
+    return np.where(np.isnan(values), low - (high - low), values)
+
+
+def fitting_ends(numbers: np.ndarray, least: float) -> Ends:
+    """Return ends of an axis around all numbers but NaN, in whole steps, so that they seldom move."""
+    known = numbers[~np.isnan(numbers)]
+    if len(known) == 0:
+        return 0.0, 1.0
+    low, high = float(known.min()), float(known.max())
+    step = 10.0 ** math.floor(math.log10(max(high - low, least)))
+    return step * math.floor(low / step - 0.1), step * math.ceil(high / step + 0.1)
+
+
+def round_above(number: float) -> float:
+    """Return 1, 2 or 5 times a power of ten: the least that is not below ``number``, and at least 1."""
+    power = 10.0 ** math.floor(math.log10(max(number, 1.0)))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= number)
+
+
+def _scales(ends: dict[str, Ends]) -> dict[str, uplot.Scale]:
+    return {name: uplot.Scale(time=False, range=pair) for name, pair in ends.items()}
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What one chart shows; ``which`` are indices into :attr:`dockpose.app.experiment.Row.errors`."""
+
+    title: str
+    which: tuple[int, ...]
+    names: tuple[str, ...]
+    colours: tuple[str, ...]
+
+
+CHARTS = (
+    Marks("off by (cm)", (0, 1, 2), ("x", "y", "z"), (VERMILLION, GREEN, BLUE)),
+    Marks("off by (°)", (3, 4), ("θx", "θy"), (VERMILLION, BLUE)),
+)
+
+
+def error_points(rows: Sequence[Row], marks: Marks) -> np.ndarray:
+    """Return range in metres and errors, (n, 1 + quantities), nearest first; NaN for what is unknown."""
+    numbers = [(row.range_cm, *(row.errors[index] for index in marks.which)) for row in rows]
+    table = np.array(numbers, dtype=float).reshape(-1, 1 + len(marks.which))  # None becomes NaN
+    table[:, 0] /= 100
+    known = ~np.isnan(table[:, 0]) & ~np.isnan(table[:, 1:]).all(axis=1)
+    return table[known][np.argsort(table[known, 0], kind="stable")]
+
+
+class ErrorCharts:
+    """Draws the errors of a session; hidden until one is known."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._charts = [(marks, _chart(gui, marks)) for marks in CHARTS]
+
+    def show(self, rows: Sequence[Row]) -> None:
+        """Draw the errors of all rows that have some."""
+        for marks, chart in self._charts:
+            points = error_points(rows, marks)
+            if len(points):
+                ends = fitting_ends(np.append(points[:, 1:], 0.0), _LEAST)
+                chart.show(tuple(points.T), x=fitting_ends(points[:, 0], _LEAST), y=ends)
+            else:
+                chart.hide()
+
+
+def _chart(gui: viser.GuiApi, marks: Marks) -> Chart:
+    curves = [
+        Curve(name, colour, marks_px=size)
+        for name, colour, size in zip(marks.names, marks.colours, _SIZES_PX, strict=False)
+    ]
+    return Chart(gui, "range (m)", curves, (axis(), axis(marks.title, 40, space=20)), _ERRORS_PX)
+
+
+def sweep_data(sweep: LevelSweep) -> tuple[np.ndarray, ...]:
+    """Return levels, and the error of each guess in pixels; NaN where a level shows no dock."""
+    return (sweep.levels.astype(float), *sweep.errors_px.T)
+
+
+def sweep_top_px(sweep: LevelSweep) -> float:
+    """Return the end of the vertical axis: a round number with nearly all errors below."""
+    known = sweep.errors_px[~np.isnan(sweep.errors_px)]
+    return round_above(1.1 * float(np.quantile(known, 0.97)) if len(known) else 1.0)
+
+
+def sweep_sentence(sweep: LevelSweep) -> str:
+    """Say over which levels a dock was found, and the median error of each guess."""
+    found = ~np.isnan(sweep.errors_px[:, 0])
+    if not found.any():
+        return f"No level shows a dock (measured against {sweep.reference})."
+    medians = np.median(sweep.errors_px[found], axis=0)
+    guesses = "; ".join(f"{name} {error:.2f} px" for name, error in zip(CENTRES, medians, strict=True))
+    levels = sweep.levels[found]
+    return (
+        f"A dock at {len(levels)} of {len(sweep.levels)} levels, from {levels[0]} to {levels[-1]}. Median distance "
+        f"from {sweep.reference}: {guesses}."
+    )
+
+
+def swept_so_far(sweep: LevelSweep) -> str:
+    """Describe an unfinished sweep."""
+    last = f"{sweep.levels[-1]}" if len(sweep.levels) else "none"
+    return f"Levels up to {last} of {SWEPT_LEVELS[-1]} are drawn. {sweep_sentence(sweep)}"
+
+
+class SweepChart:
+    """Draws a sweep; hidden until the first. ``clock`` returns seconds."""
+
+    def __init__(self, gui: viser.GuiApi, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock, self._drawn_s = clock, -math.inf
+        curves = [Curve(name, colour, dash) for name, (colour, dash) in zip(CENTRES, _LOOKS, strict=True)]
+        axes = axis("fixed level (0-255)", 26, 16), axis("centre off by (px)", 34, 16)
+        self._chart = Chart(gui, "level", curves, axes, _SWEEP_PX)
+        self._sentence = gui.add_html("")
+
+    def grow(self, sweep: LevelSweep) -> None:
+        """Draw what was swept so far, a few times a second."""
+        if self._clock() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
+            self._draw(sweep, swept_so_far(sweep))
+            self._drawn_s = self._clock()
+
+    def show(self, sweep: LevelSweep) -> None:
+        """Draw a finished sweep."""
+        self._draw(sweep, sweep_sentence(sweep))
+
+    def _draw(self, sweep: LevelSweep, sentence: str) -> None:
+        self._chart.show(sweep_data(sweep), x=(0.0, LEVELS - 1.0), y=(0.0, sweep_top_px(sweep)))
+        self._sentence.content = small(escape(sentence), 'id="sweep"')

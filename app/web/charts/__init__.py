@@ -1,1 +1,0 @@
-"""Charts of the page: each turns data into the series of one uplot."""

@@ -1,0 +1,312 @@
+"""Calibrate on the page: gather boards from what is shown or uploaded, fit the camera, and use it."""
+
+import re
+import tempfile
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import viser
+from dockpose import Camera
+from dockpose.app.drawing.colours import BLUE, bgr
+from dockpose.app.errors import UserError
+from dockpose.app.export.words import MEDIA, camera_lines, outcome
+from dockpose.app.processing.analysis import Analysis
+from dockpose.app.processing.background import LatestWorker, Progress
+from dockpose.app.processing.calibration import Looked, gather
+from dockpose.app.resources import read_toml
+from dockpose.app.state.camera import camera_file
+from dockpose.app.state.in_force import with_own_camera
+from dockpose.app.state.view import View
+from dockpose.app.web.html import row, table
+from dockpose.app.web.notifications import tell_refusal
+from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, add_upload_button, on_click, on_download, on_person
+from dockpose.camera.board import Board, Sighting
+from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
+from dockpose.camera.coverage import Coverage, coverage_of
+from dockpose.camera.image import decode, to_grey, to_levels
+from dockpose.sources import VIDEO_ENDINGS, Video
+
+_BY_HAND = "you dropped it"
+_NONE = "(none)"
+_SAID = read_toml("controls.toml")["calibration"]
+_MOST = 200  # pictures, after which the oldest that were left out are forgotten
+_UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
+SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
+WIDTH_PX = 340
+_SEEN_BGR = bgr(BLUE)
+_CELL = "width: 2.2em; height: 1.6em; text-align: center; border: 1px solid rgba(128,128,128,0.5)"
+
+
+def board_of(squares: str, side_mm: float) -> Board:
+    """The board that was typed, as "10x7" and the side of a square in mm. Raises UserError where it is not a board."""
+    match = re.fullmatch(r"\s*(\d{1,2})\s*[xX×*]\s*(\d{1,2})\s*", squares)
+    if match is None:
+        raise UserError(f"The board is {squares[:20]!r}; it must be columns x rows, as 10x7.")
+    return Board(int(match[1]), int(match[2]), side_mm / 1000)
+
+
+class CalibrationPanel(Panel):
+    """A folder in which boards are gathered and the camera is fitted."""
+
+    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
+        self._change, self._notify, self._try = parts.change, parts.notify, parts.attempt
+        self._lock = threading.RLock()
+        self._gathering = Gathering(Board(10, 7, 0.024), distinct=True)
+        self._dropped: dict[str, Sighting] = {}
+        self._done: Calibration | None = None
+        self._image: np.ndarray | None = None
+        self._count = 0
+        self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, parts.fail)
+        self._area = gui.add_folder("Calibrate the camera", expand_by_default=False)
+        with self._area:
+            self._add_controls(gui)
+            self._work = BackgroundWork(gui, parts.fail, "Do not go on with it.")
+
+    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+        """Give one browser its button for pictures and videos of the board."""
+        add_upload_button(self._area, client, uploads, self._take, **_SAID["add"], mime_type=_UPLOADS)
+
+    def show(self, analysis: Analysis) -> None:
+        """Keep what is shown, and look for the board in it while watching."""
+        self._image = analysis.view.image
+        if self._watch.value and not analysis.view.is_stale:
+            self._worker.submit(analysis.view.image)
+
+    def close(self) -> None:
+        """Stop whatever runs."""
+        self._worker.close()
+        self._work.close()
+
+    def _add_controls(self, gui: viser.GuiApi) -> None:
+        self._squares, self._side = gui.add_text(**_SAID["squares"]), gui.add_number(**_SAID["side"])
+        self._medium = gui.add_dropdown(**_SAID["medium"], options=MEDIA)
+        self._watch, now = gui.add_checkbox(**_SAID["watch"]), gui.add_button(**_SAID["now"])
+        self._seen = gui.add_html("", order=4)
+        blank = np.zeros((1, WIDTH_PX, 3), np.uint8)
+        self._shown = gui.add_image(blank, format="jpeg", visible=False, order=4.1)
+        self._covered = gui.add_html("", order=5)
+        fit = gui.add_button(**_SAID["fit"])
+        self._result, self._table = gui.add_html("", order=8), gui.add_html("", order=9)
+        self._which: Any = gui.add_dropdown(**_SAID["which"], options=(_NONE,))
+        self._drop = gui.add_button(**_SAID["drop"])
+        self._use, self._save = gui.add_button(**_SAID["use"]), gui.add_button(**_SAID["save"])
+        again = gui.add_button(**_SAID["again"])
+        on_click(now, lambda client: self._try(self._add_shown, client))
+        on_click(fit, self._fit)
+        on_click(self._drop, lambda client: self._try(self._drop_or_keep, client))
+        on_click(self._use, lambda client: self._change(self._with_camera, client, reload=True))
+        on_download(self._save, self._change, "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
+        on_click(again, lambda client: self._try(self._clear, client))
+        for handle in (self._squares, self._side):
+            on_person(handle.on_update, lambda client: self._forget_quietly())
+
+    def _board(self) -> Board:
+        return board_of(self._squares.value, float(self._side.value))
+
+    def _ready(self) -> Gathering:
+        """What is gathered; begun anew where the board that is typed has changed."""
+        board = self._board()
+        if board != self._gathering.board:
+            self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
+        return self._gathering
+
+    def _add_shown(self) -> None:
+        if self._image is None:
+            raise UserError("There is no picture yet.")
+        self._look(self._image, f"shown {self._next()}", thorough=True)
+
+    def _next(self) -> int:
+        self._count += 1
+        return self._count
+
+    def _watch_one(self, image: np.ndarray) -> None:
+        try:
+            self._look(image, f"frame {self._next()}", thorough=False)
+        except ValueError:  # the board is being typed
+            return
+
+    def _look(self, image: np.ndarray, name: str, *, thorough: bool) -> None:
+        grey = to_levels(to_grey(image))[0]
+        with self._lock:
+            gathering = self._ready()
+            found = gathering.add(name, grey, thorough=thorough)
+            dropped = gathering.views[name].dropped
+            if dropped and not thorough:
+                del gathering.views[name]
+            for old in [each for each, view in gathering.views.items() if view.dropped][: -_MOST or None]:
+                del gathering.views[old]
+            self._seen.content = seen_html(name, found, dropped)
+            self._shown.image = picture_with_board(grey, found, gathering.board, gathering.counted_as)
+            self._shown.visible = True
+            if found is not None and not dropped:
+                self._show_gathered()
+
+    def _show_gathered(self) -> None:
+        gathering = self._gathering
+        if gathering.size is not None:
+            self._covered.content = coverage_html(coverage_of(gathering.sightings, gathering.size))
+        names = [*(each.name for each in gathering.sightings), *self._dropped]
+        chosen = self._which.value
+        self._which.options = tuple(names) or (_NONE,)
+        if chosen in names:
+            self._which.value = chosen
+        self._which.visible = self._drop.visible = bool(names)
+
+    def _take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
+        """Look for the board in a file that a browser sent."""
+        if Path(name).suffix.lower() in VIDEO_ENDINGS:
+            self._begin(lambda progress: self._take_video(data, name, client, progress), client)
+            return
+        self._try(lambda: self._look(decode(data, name), name, thorough=True), client)
+
+    def _take_video(self, data: bytes, name: str, client: viser.ClientHandle, progress: Progress) -> None:
+        def take() -> None:
+            with tempfile.TemporaryDirectory(prefix="dockpose-") as folder:
+                path = Path(folder) / f"sent{Path(name).suffix.lower()}"
+                path.write_bytes(data)
+                with self._lock:
+                    gathering = self._ready()
+                with Video(str(path), None, grey=True) as video:
+                    looked = gather(video, gathering, self._show_progress, f"{name} ")
+            self._notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
+
+        self._try(take, client)
+
+    def _show_progress(self, looked: Looked, covered: Coverage | None) -> None:
+        if covered is not None:
+            with self._lock:
+                self._show_gathered()
+
+    def _fit(self, client: viser.ClientHandle) -> None:
+        def work(progress: Progress) -> None:
+            try:
+                with self._lock:
+                    gathering = self._ready()
+                    copy = replace(gathering, sightings=list(gathering.sightings), views=dict(gathering.views))
+                done = calibrate_gathered(copy)
+            except ValueError as error:
+                tell_refusal(error, self._notify, client)
+                return
+            self._done = done
+            self._result.content = result_html(list(camera_lines(done, str(self._medium.value), is_on_page=True)))
+            self._table.content = pictures_html(done.views)
+            self._use.visible = self._save.visible = True
+
+        self._begin(work, client)
+
+    def _begin(self, work: Callable[[Progress], None], client: viser.ClientHandle) -> None:
+        if not self._work.start(work):
+            self._notify("Please wait", "Another piece of work is running; wait, or stop it.", "yellow", client)
+
+    def _drop_or_keep(self) -> None:
+        with self._lock:
+            name, gathering = str(self._which.value), self._gathering
+            if name in self._dropped:
+                sighting = self._dropped.pop(name)
+                gathering.sightings.append(sighting)
+                gathering.views[name] = BoardView(name, None, len(sighting.picture_px))
+            else:
+                kept = [each for each in gathering.sightings if each.name == name]
+                if not kept:
+                    raise UserError(f"There is no picture called {name!r}.")
+                self._dropped[name] = kept[0]
+                gathering.drop(name, _BY_HAND)
+            self._show_gathered()
+            self._done = None  # it was of other pictures
+            self._result.content = ""
+            self._use.visible = self._save.visible = False
+            self._table.content = pictures_html(list(gathering.views.values()))
+
+    def _camera(self) -> Camera:
+        if self._done is None:
+            raise UserError("There is no camera yet; work it out first.")
+        return self._done.camera
+
+    def _with_camera(self, view: View) -> View:
+        return with_own_camera(view, self._camera(), "the calibration")
+
+    def _forget_quietly(self) -> None:
+        """Begin anew with another board, as soon as one is typed that can be."""
+        try:
+            self._board()
+        except ValueError:
+            return
+        if self._board() != self._gathering.board:
+            self._clear()
+
+    def _clear(self) -> None:
+        with self._lock:
+            self._gathering, self._dropped, self._done = Gathering(self._board(), distinct=True), {}, None
+            for handle in (self._seen, self._covered, self._result, self._table):
+                handle.content = ""
+            for handle in (self._shown, self._use, self._save):
+                handle.visible = False
+            self._show_gathered()
+
+
+def picture_with_board(grey: np.ndarray, found: Sighting | None, board: Board, counted_as: str) -> np.ndarray:
+    """A small RGB copy of a grey picture (H, W), with the board's corners where one was found."""
+    scale = WIDTH_PX / grey.shape[1]
+    small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    shown = cv2.cvtColor(small, cv2.COLOR_GRAY2BGR)
+    if found is not None:
+        corners = ((found.picture_px + 0.5) * scale - 0.5).astype(np.float32)
+        across, down = board.inner(counted_as)
+        if len(corners) == across * down:
+            grid = corners.reshape(down, across, 2)
+            for line in [*grid, *grid.transpose(1, 0, 2)]:
+                cv2.polylines(shown, [np.rint(line * 8).astype(np.int32)], False, _SEEN_BGR, 1, cv2.LINE_AA, 3)
+        for x, y in corners.tolist():
+            cv2.circle(shown, (round(x), round(y)), 2, _SEEN_BGR, -1, cv2.LINE_AA)
+    return cv2.cvtColor(shown, cv2.COLOR_BGR2RGB)
+
+
+def seen_html(name: str, found: Sighting | None, dropped: str) -> str:
+    """Whether the board was seen in the newest picture, and whether that counts."""
+    if found is None:
+        text = f"{escape(name)}: {escape(dropped)}."
+    elif dropped:
+        text = f"{escape(name)}: board seen, not taken: {escape(dropped)}."
+    else:
+        text = f"{escape(name)}: <b>board seen and taken</b>, {len(found.picture_px)} corners."
+    return f'<div id="calibration-seen" style="{SMALL}">{text}</div>'
+
+
+def coverage_html(covered: Coverage) -> str:
+    """The parts of the picture that boards reached and how often, tilts, distances, and what to add."""
+    rows = "".join(
+        "<tr>" + "".join(f'<td style="{_CELL}; {_shade(count)}">{count}</td>' for count in cells) + "</tr>"
+        for cells in covered.cells.tolist()
+    )
+    parts = [f"{covered.pictures} {'view' if covered.pictures == 1 else 'views'}"]
+    if covered.pictures:
+        (left, top), (right, bottom) = covered.tilts_deg.min(axis=0), covered.tilts_deg.max(axis=0)
+        parts.append(f"tilts {left:.0f}° to {right:.0f}° sideways, {top:.0f}° to {bottom:.0f}° up and down")
+        parts.append(f"farthest {covered.distances.max():.1f} times the nearest")
+    words = "That is enough." if covered.is_enough else f"Still wanted: {escape('; '.join(covered.wanted))}."
+    return (
+        f'<div id="calibration-covered" style="{SMALL}"><table style="border-collapse: collapse; margin: 0.3em 0">'
+        f"{rows}</table>{escape(', '.join(parts))}. {words}</div>"
+    )
+
+
+def _shade(count: int) -> str:
+    return f"background: rgba(0,114,178,{min(count, 4) / 8:.2f})"
+
+
+def pictures_html(views: Sequence[BoardView]) -> str:
+    """A table of the pictures: the error of each, or why it was dropped."""
+    rows = [row(escape(view.name), [escape(outcome(view))]) for view in views]
+    return table("calibration-pictures", ["error"], rows)
+
+
+def result_html(lines: Sequence[str]) -> str:
+    """The camera in sentences."""
+    return "".join(f'<div class="calibration-line" style="{SMALL}">{escape(line)}</div>' for line in lines)

@@ -1,0 +1,145 @@
+"""Rows of the log: boxes for what was measured by hand, and the table "estimated (measured)" as HTML, by pages."""
+
+import math
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import viser
+from dockpose.app.drawing.numbers import status_words
+from dockpose.app.experiment import Row
+from dockpose.app.experiment.row import EDITABLE, MEASURED_COLUMNS, QUANTITIES, summaries, table
+from dockpose.app.resources import read_toml
+from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
+from dockpose.app.web.html import SMALL
+from dockpose.app.web.html import table as html_table
+
+LABELS = dict(zip(MEASURED_COLUMNS, ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "Distance (cm)"), strict=True))
+_SAID = read_toml("controls.toml")["measured"]
+
+# Contents of the boxes, by column of results.csv, "notes" included.
+Texts = dict[str, str]
+BLANK: Texts = dict.fromkeys(EDITABLE, "")
+ROWS_A_PAGE = 10
+_CELL = "padding: 0.1em 0.25em; text-align: right; font-variant-numeric: tabular-nums; vertical-align: top"
+_LINE = "border-top: 1px solid rgba(128,128,128,0.35)"
+_LONGEST_NOTE = 200
+_NOTE = (
+    "Each row: estimated, (measured), and by how much the estimate is off. Mean and RMS are over all rows, also those "
+    "on other pages."
+)
+_TO_BEGIN = "To begin, take a frame: that starts a session called after the day. Or name one, or choose one, below."
+_NO_ROWS = "No frame was taken yet."
+
+
+def texts_of(row: Row) -> Texts:
+    """Contents of the boxes for a stored row."""
+    return measured_texts([getattr(row, name) for name in MEASURED_COLUMNS]) | {"notes": row.notes}
+
+
+def texts_of_pose(pose: MeasuredPose) -> Texts:
+    """Contents of the boxes for a measured pose; distance and notes are blank."""
+    return measured_texts([*pose.values, None]) | {"notes": ""}
+
+
+def after_change(texts: Texts, before: MeasuredPose | None, now: MeasuredPose | None) -> Texts:
+    """Contents after the measured pose has changed: what stood there only from before, and is not typed over, goes."""
+    old, new = (BLANK if pose is None else texts_of_pose(pose) for pose in (before, now))
+    return texts | {
+        name: new[name] or ("" if texts[name] == old[name] else texts[name])
+        for name in MEASURED_COLUMNS
+        if name != "distance_cm"
+    }
+
+
+def measured_texts(numbers: list[float | None]) -> Texts:
+    """Numbers, in the order of the columns, as people type them."""
+    return dict(zip(MEASURED_COLUMNS, map(number_text, numbers), strict=True))
+
+
+def values_of(texts: Texts) -> dict[str, Any]:
+    """Values of a row, by column: a number or None, and the notes."""
+    numbers = {name: typed_number(f"Measured {LABELS[name]}", texts[name]) for name in MEASURED_COLUMNS}
+    return numbers | {"notes": texts["notes"]}
+
+
+class MeasuredFields:
+    """The boxes themselves."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        kinds = [*["place"] * 3, *["turn"] * 2, "distance"]
+        self._boxes = {
+            name: gui.add_text(label, "", hint=_SAID[kind])
+            for (name, label), kind in zip(LABELS.items(), kinds, strict=True)
+        }
+        self._boxes["notes"] = gui.add_text(**_SAID["notes"])
+
+    @property
+    def texts(self) -> Texts:
+        """Their contents; a browser may send anything, and what is not text is blank."""
+        values = {name: box.value for name, box in self._boxes.items()}
+        return {name: value if isinstance(value, str) else "" for name, value in values.items()}
+
+    @texts.setter
+    def texts(self, texts: Texts) -> None:
+        for name, box in self._boxes.items():
+            if box.value != texts[name]:
+                box.value = texts[name]
+
+
+def pages(number: int) -> int:
+    """How many pages so many rows have."""
+    return max(1, math.ceil(number / ROWS_A_PAGE))
+
+
+def rows_on_page(rows: Sequence[Row], page: int) -> list[Row]:
+    """The rows of a page, from 1, the newest first."""
+    last = len(rows) - (page - 1) * ROWS_A_PAGE
+    return list(reversed(rows[max(0, last - ROWS_A_PAGE) : max(0, last)]))
+
+
+def session_table(rows: Sequence[Row], page: int) -> str:
+    """The table, with the number of rows shown and in all."""
+    if not rows:
+        return f'<div style="{SMALL}">{_NO_ROWS}</div>'
+    shown = rows_on_page(rows, page)
+    lines = [_summary_line(name, cells) for name, cells in summaries(rows).items()]
+    lines += [_row_lines(row) for row in shown]
+    words = f"{len(shown)} of {len(rows)} row{'' if len(rows) == 1 else 's'}, newest first. {_NOTE}"
+    return html_table("experiment-rows", QUANTITIES, lines, words)
+
+
+def _summary_line(name: str, cells: Sequence[str]) -> str:
+    columns = "".join(f'<td style="{_CELL}">{cell}</td>' for cell in cells)
+    short = name.replace(" error", "")
+    return f'<tr data-summary="{short}" style="{_LINE}; font-weight: 600"><td>{short}</td>{columns}</tr>'
+
+
+def _row_lines(row: Row) -> str:
+    """A row of the table: estimated, measured and error below each other."""
+    first, *cells = table([row]).body[0]
+    count, notes = len(QUANTITIES), row.notes
+    columns = ""
+    for pair, error in zip(cells[:count], cells[count : 2 * count], strict=True):
+        estimated, _, measured = pair.partition(" ")
+        below = f"<br>{measured}<br><b>{error}</b>" if measured else ""
+        columns += f'<td style="{_CELL}; white-space: nowrap">{estimated}{below}</td>'
+    if row.status != "ok":
+        notes = f"No pose: {status_words(row.status)}. {notes}"
+    short = notes if len(notes) <= _LONGEST_NOTE else f"{notes[:_LONGEST_NOTE]}…"
+    under = f'<tr data-notes="{first}"><td colspan="{count + 1}">{escape(short)}</td></tr>' if short else ""
+    return f'<tr data-row="{first}" style="{_LINE}"><td style="vertical-align: top">{first}</td>{columns}</tr>{under}'
+
+
+def taken_words(row: Row) -> str:
+    """A sentence about a frame that was taken."""
+    distance = "without a pose" if row.z_cm is None else f"z {row.z_cm:.1f} cm"
+    measured = any(number is not None for number in (*row.measured, row.distance_cm))
+    return f"Frame {row.number} is on disk: {row.source}, {distance}, {'' if measured else 'not yet '}measured."
+
+
+def state_html(folder: Path | None, rows: int, said: str) -> str:
+    """Which session is open, where it is on the disk, and what was done last."""
+    where = _TO_BEGIN if folder is None else f"{rows} frame{'' if rows == 1 else 's'} in {folder}."
+    return f'<div id="experiment" style="{SMALL}"><b>{escape(said)}</b> {escape(where)}</div>'

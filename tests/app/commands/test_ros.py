@@ -1,0 +1,230 @@
+"""The node's logic, with messages of a bag and without ROS."""
+
+import sys
+
+import msgspec
+import pytest
+from dockpose import Dock
+from dockpose.app.cli import main
+from dockpose.app.commands.ros import NodeLogic, Options, make_node, options_of
+from dockpose.app.export.recordings.messages import TOPICS
+from dockpose.app.inputs.sidecar import save_dock
+from dockpose.simulate import render
+from dockpose.simulate.parts import Text
+
+from tests.support import bags, fake_rclpy
+from tests.support.fake_rclpy import Return
+from tests.support.scenes import CAMERA, DOCK, random_scene
+
+PICTURE, TRUTH = render(random_scene(3))
+INFO = bags.camera_info(CAMERA.matrix.ravel(), (640, 480))
+
+
+@pytest.fixture
+def told():
+    return []
+
+
+@pytest.fixture
+def logic(told):
+    return NodeLogic(Options(DOCK), told.append)
+
+
+def status_of(messages):
+    (status,) = dict(messages)["/diagnostics"]["status"]
+    return status
+
+
+def test_a_picture_gives_all_messages_with_its_own_time_and_frame(logic):
+    logic.take_camera_info(INFO)
+    messages = dict(logic.take_image(bags.image(PICTURE, "mono8"), 0.0))
+    assert set(messages) == set(TOPICS)
+    stamp = {"sec": bags.START_NS // 10**9, "nanosec": bags.START_NS % 10**9}
+    header = messages["/dock/pose"]["header"]
+    assert header["frame_id"] == "camera"
+    assert header["stamp"]["sec"] == stamp["sec"]
+    assert abs(header["stamp"]["nanosec"] - stamp["nanosec"]) < 1000
+    position = messages["/dock/pose"]["pose"]["pose"]["position"]
+    assert [position[axis] for axis in "xyz"] == pytest.approx(TRUTH.position_m, abs=0.02)
+
+
+def test_without_a_camera_it_says_so_and_no_pose_is_made_up(logic, told):
+    for _ in range(3):
+        messages = logic.take_image(bags.image(PICTURE, "mono8"), 0.0)
+        assert [topic for topic, _ in messages] == ["/diagnostics"]
+        assert status_of(messages)["level"] == 2
+        assert "no camera is known yet: /camera/camera_info is silent" in status_of(messages)["message"]
+    assert len(told) == 1
+
+
+def test_a_dark_picture_gives_diagnostics_alone(logic):
+    logic.take_camera_info(INFO)
+    messages = logic.take_image(bags.image(0 * PICTURE + 10, "mono8"), 0.0)
+    assert [topic for topic, _ in messages] == ["/diagnostics"]
+    assert status_of(messages)["message"].startswith("No lights")
+
+
+def test_frames_are_tracked_until_it_is_restarted(logic):
+    logic.take_camera_info(INFO)
+    ages = []
+    for number in range(4):
+        if number == 3:
+            logic.restart()
+        message = bags.image(PICTURE, "mono8", stamp_ns=bags.START_NS + number * bags.PERIOD_NS)
+        values = {each["key"]: each["value"] for each in status_of(logic.take_image(message, 0.0))["values"]}
+        ages.append(values["track_age"])
+    assert ages == ["1", "2", "3", "1"]
+
+
+def test_text_that_stays_put_is_masked(logic, told):
+    logic.take_camera_info(INFO)
+    text = Text(text="REC 7", x_px=20, y_px=430, height_px=20)
+    for number in range(10):
+        scene = random_scene(4, position_m=(0.01 * number, 0.05, 1.0))
+        picture, _ = render(msgspec.structs.replace(scene, texts=(text,)))
+        stamp_ns = bags.START_NS + number * bags.PERIOD_NS
+        logic.take_image(bags.image(picture, "mono8", stamp_ns=stamp_ns), 0.0)
+    (sentence,) = told
+    assert sentence.startswith("/camera/image_raw frame 7: something bright stays put")
+
+
+def test_a_picture_without_a_stamp_has_the_time_at_which_it_came(logic, told):
+    logic.take_camera_info(INFO)
+    messages = dict(logic.take_image(bags.image(PICTURE, "mono8", stamp_ns=0), 1_760_000_000.5))
+    assert messages["/dock/pose"]["header"]["stamp"] == {"sec": 1_760_000_000, "nanosec": 500_000_000}
+    assert told == ["pictures have no time stamps; the time at which they arrive is taken"]
+
+
+def test_a_camera_file_has_precedence_and_a_camera_of_another_shape_is_told(told):
+    logic = NodeLogic(Options(DOCK, camera=CAMERA), told.append)
+    logic.take_camera_info(bags.camera_info((99.0, 0, 1, 0, 99.0, 1, 0, 0, 1), (640, 480)))
+    assert len(logic.take_image(bags.image(PICTURE, "mono8"), 0.0)) == len(TOPICS)
+    messages = logic.take_image(bags.image(PICTURE[:, :480].copy(), "mono8"), 0.0)
+    assert "not the same picture rescaled" in status_of(messages)["message"]
+    messages = logic.take_image(bags.image(PICTURE, "32FC1"), 0.0)
+    assert "has the encoding '32FC1'" in status_of(messages)["message"]
+
+
+def test_compressed_pictures_have_their_camera_beside_the_others():
+    options = Options(DOCK, image_topic="/left/image_raw/compressed")
+    assert (options.is_compressed, options.info_topic) == (True, "/left/camera_info")
+    logic = NodeLogic(options, print)
+    logic.take_camera_info(INFO)
+    assert len(logic.take_image(bags.compressed(PICTURE, "png"), 0.0)) == len(TOPICS)
+
+
+DEFAULTS = {
+    "camera_file": "",
+    "dock_file": "",
+    "dock_diameter_m": 0.30,
+    "lights": 10,
+    "method": "hats",
+    "image_topic": "/camera/image_raw",
+}
+
+
+@pytest.fixture
+def node(monkeypatch):
+    fake_rclpy.install(monkeypatch)
+    return make_node(DEFAULTS)
+
+
+def show(node):
+    node.subscriptions_["/camera/camera_info"].take(INFO)
+    node.subscriptions_["/camera/image_raw"].take(bags.image(PICTURE, "mono8"))
+
+
+def test_its_life(node):
+    assert node.trigger_configure() is Return.SUCCESS
+    assert set(node.publishers_) == set(TOPICS)
+    assert {publisher.qos.reliability for publisher in node.publishers_.values()} == {"reliable"}
+    assert node.subscriptions_ == {}
+    node.trigger_activate()
+    assert set(node.subscriptions_) == {"/camera/image_raw", "/camera/camera_info"}
+    assert {one.qos.reliability for one in node.subscriptions_.values()} == {"best effort"}
+    show(node)
+    assert {topic for topic, _ in node.published} == set(TOPICS)
+    node.trigger_deactivate()
+    assert node.subscriptions_ == {}
+    node.trigger_activate()
+    show(node)
+    ages = [values_of(message)["track_age"] for topic, message in node.published if topic == "/diagnostics"]
+    assert ages == ["1", "1"]
+    node.trigger_deactivate()
+    node.trigger_cleanup()
+    assert node.publishers_ == {}
+    assert node.trigger_configure() is Return.SUCCESS
+
+
+def values_of(message):
+    return {each.key: each.value for each in message.status[0].values}
+
+
+def test_messages_are_filled_in_as_rclpy_takes_them(node):
+    node.trigger_configure()
+    node.trigger_activate()
+    show(node)
+    found = dict(node.published)
+    assert found["/diagnostics"].status[0].level in (b"\x00", b"\x01")
+    assert len(found["/dock/pose"].pose.covariance) == 36
+    assert found["/tf"].transforms[0].child_frame_id == "dock"
+    assert found["/dock/image/compressed"].data[:2].tobytes() == b"\xff\xd8"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("dock_diameter_m", 0.0, "dock_diameter_m is 0.0"),
+        ("camera_file", "nowhere.yaml", "nowhere.yaml: cannot be read"),
+        ("method", "best", "best"),
+        ("lights", 1, "lights"),
+    ],
+)
+def test_a_wrong_parameter_leaves_it_unconfigured(node, name, value, sentence):
+    node.parameters[name] = value
+    assert node.trigger_configure() is Return.FAILURE
+    assert node.state == "unconfigured"
+    assert sentence in node.said[0]
+    node.parameters[name] = DEFAULTS[name]
+    assert node.trigger_configure() is Return.SUCCESS
+
+
+def test_the_command_runs_the_node_until_it_is_stopped(monkeypatch, capsys):
+    def spin(node):
+        assert node.state == "active"
+        show(node)
+        raise KeyboardInterrupt
+
+    nodes = fake_rclpy.install(monkeypatch, spin)
+    assert main(["ros", "--dock-diameter", "30cm", "--lights", "10", "--ros-args", "-r", "__ns:=/auv"]) == 0
+    (node,) = nodes
+    assert {topic for topic, _ in node.published} == set(TOPICS)
+    assert node.state == "gone"
+    assert "listens on /camera/image_raw" in capsys.readouterr().err
+
+
+def test_a_dock_file_has_precedence(node, tmp_path):
+    path = tmp_path / "dock.yaml"
+    save_dock(Dock(0.25, 5, angles_deg=(0, 50, 100, 180, 270)), path)
+    node.parameters |= {"dock_file": str(path), "dock_diameter_m": 0.0}
+    assert node.trigger_configure() is Return.SUCCESS
+    assert options_of(node.parameters).dock.angles_deg == (0, 50, 100, 180, 270)
+
+
+def test_a_managed_node_waits(monkeypatch):
+    states = []
+    fake_rclpy.install(monkeypatch, lambda node: states.append(node.state))
+    assert main(["ros", "--managed"]) == 0
+    assert states == ["unconfigured"]
+
+
+def test_what_is_missing_is_said_in_one_sentence(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "rclpy", None)
+    assert main(["ros", "--dock-diameter", "0.3"]) == 2
+    assert (
+        capsys.readouterr().err
+        == "dockpose: ros: needs ROS 2 with rclpy, which is not there; source its setup.bash first\n"
+    )
+    fake_rclpy.install(monkeypatch)
+    assert main(["ros"]) == 2
+    assert "how large is the dock?" in capsys.readouterr().err

@@ -1,0 +1,65 @@
+"""The course over the frames: what is noted, thinned and drawn."""
+
+import math
+
+import numpy as np
+import pytest
+from dockpose import Camera, Dock, Estimate, Settings, Track, Tracked
+from dockpose.app.processing.analysis import COLUMNS, MOST_POINTS, Trajectory
+from dockpose.pose.circle import CirclePose
+from dockpose.sources import Frame
+
+CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
+BLANK = np.zeros((2, 2), np.uint8)
+NOTHING = Estimate("no_lights", "nothing", 640, 480, 8, CAMERA, Dock(0.3), Settings())
+LOST = Tracked(NOTHING, Track())
+
+
+def frame(index, time_s=None):
+    return Frame(BLANK, index, time_s, "x")
+
+
+def seen(x_m, chance=0.9):
+    pose = CirclePose(np.array([x_m, 0.2, 1.5]), np.array([0, 0, -1.0]), np.zeros(2))
+    return Tracked(NOTHING, Track(chance, 3, False, False), None, None, pose, pose, 0)
+
+
+def test_a_frame_is_noted_with_its_place_angles_and_probability():
+    trajectory = Trajectory()
+    trajectory.note(frame(4, 0.8), seen(0.1))
+    row = dict(zip(COLUMNS, trajectory.table(10)[0], strict=True))
+    assert (row["time_s"], row["x_m"], row["z_m"], row["probability"], row["lost"]) == (0.8, 0.1, 1.5, 0.9, 0)
+    assert row["theta_x_deg"] == row["theta_y_deg"] == 0
+    assert math.isnan(row["eccentricity"])
+
+
+def test_lost_frames_are_marked_and_are_not_on_the_path():
+    trajectory = Trajectory()
+    for index, tracked in enumerate((seen(0.1), LOST, seen(0.3))):
+        trajectory.note(frame(index), tracked)
+    assert trajectory.table(10)[:, COLUMNS.index("lost")].tolist() == [0, 1, 0]
+    np.testing.assert_array_equal(trajectory.path_m(10), [[0.1, 0.2, 1.5], [0.3, 0.2, 1.5]])
+
+
+def test_rows_are_in_the_order_of_frames_whatever_was_seen_first():
+    trajectory = Trajectory()
+    for index in (5, 1, 3, 1):
+        trajectory.note(frame(index), seen(index / 10))
+    np.testing.assert_allclose(trajectory.table(10)[:, 1], [0.1, 0.3, 0.5])
+
+
+def test_thinning_keeps_the_frames_without_a_dock():
+    trajectory = Trajectory()
+    for index in range(1000):
+        trajectory.note(frame(index), LOST if index == 777 else seen(0.1))
+    table = trajectory.table(100)
+    assert len(table) == 100
+    assert table[:, COLUMNS.index("lost")].sum() == 1
+
+
+def test_oldest_frames_go():
+    trajectory = Trajectory()
+    for index in range(MOST_POINTS + 5):
+        trajectory.note(frame(index), LOST)
+    assert len(trajectory) == MOST_POINTS
+    assert trajectory.table(MOST_POINTS)[0, 0] == pytest.approx(0.5)  # frame 5 at ten a second

@@ -1,0 +1,189 @@
+import math
+from dataclasses import replace
+
+import pytest
+from dockpose import Dock
+from dockpose.app.errors import UserError
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state import changes as choices
+from dockpose.app.state.changes import (
+    MEASURED_LIMITS,
+    angles_text,
+    dropped_sentence,
+    with_angles,
+    with_lights,
+    with_measured,
+    with_pose_by_hand,
+)
+from dockpose.app.state.measured import MeasuredPose
+from dockpose.pose.known import KnownPose
+
+UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
+
+
+@pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])
+def test_number_of_lights_that_is_no_number_is_refused(view, value):
+    with pytest.raises(UserError, match="must be a number"):
+        with_lights(view, value)
+
+
+def with_dock(view, **values):
+    return replace(view, dock=Dock(0.3, **values))
+
+
+@pytest.mark.parametrize("text", ["0, 36, 72", "0 36 72", "0;36;72;", " 0°, 36° , 72°", "0\n36,,72.0"])
+def test_angles_are_read_and_the_number_of_lights_follows(view, text):
+    dock = with_angles(view, text).dock
+    assert (dock.angles_deg, dock.lights, dock.diameter) == ((0, 36, 72), 3, view.dock.diameter)
+    assert angles_text(dock) == "0, 36, 72"
+
+
+def test_text_of_angles_is_read_back(view):
+    text = angles_text(Dock(0.3, angles_deg=UNEVEN))
+    assert text == "0, 30, 75, 120, 180, 250.5, 300"
+    assert with_angles(view, text).dock.angles_deg == UNEVEN
+
+
+@pytest.mark.parametrize("text", ["", "  ", " , "])
+def test_blank_is_evenly_spaced_with_as_many_lights(view, text):
+    dock = with_angles(with_dock(view, angles_deg=UNEVEN), text).dock
+    assert dock == Dock(0.3, 7)
+    assert angles_text(dock) == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("0, 36, top", "A light angle is 'top'; it must be a number of degrees"),
+        ("0, nan, 3", "A light angle is 'nan'"),
+        ("0, 1e999, 3", "A light angle is '1e999'"),
+        ("90", "There is 1 light angle; a dock has 3 to 60"),
+        ("0, 90", "There are 2 light angles; a dock has 3 to 60"),
+        (", ".join(map(str, range(0, 305, 5))), "There are 61 light angles"),
+        ("0, 90, 360", "two lights at 0 degrees"),
+        ("1" * 1001, "at most 1000"),
+        (None, "at most 1000"),
+        (36, "at most 1000"),
+    ],
+)
+def test_angles_that_cannot_be_are_refused_in_a_sentence(view, text, words):
+    with pytest.raises(ValueError, match=words) as refused:
+        with_angles(view, text)
+    assert str(refused.value).count("\n") == 0
+
+
+def test_colours_stay_as_long_as_there_are_as_many(view):
+    coloured = with_dock(view, colours=("red", "green", "blue"))
+    assert with_angles(coloured, "0, 100, 200").dock.colours == ("red", "green", "blue")
+    assert with_angles(coloured, "0, 100, 200, 300").dock.colours == ()
+
+
+@pytest.mark.parametrize("number", [4, 8, 0])
+def test_another_number_of_lights_drops_what_no_longer_fits_and_says_so(view, number):
+    for values, word in (({"angles_deg": UNEVEN}, "7 angles"), ({"colours": ("red", "green", "blue")}, "3 colours")):
+        before = with_dock(view, **values)
+        after = with_lights(before, number)
+        assert after.dock == Dock(0.3, number or None)
+        assert word in dropped_sentence(before.dock, after.dock)
+
+
+def test_same_number_of_lights_keeps_everything(view):
+    before = with_dock(view, angles_deg=UNEVEN)
+    assert with_lights(before, 7) is before
+    assert dropped_sentence(before.dock, before.dock) == ""
+    assert dropped_sentence(Dock(0.3, 8), Dock(0.3, 10)) == ""
+
+
+def test_even_spacing_written_out_gives_the_same_pose(view):
+    typed = ", ".join(f"{angle:g}" for angle in range(0, 360, 36))
+    even, given = analyse(view).estimate, analyse(with_angles(view, typed)).estimate
+    assert even.selected is not None
+    assert given.selected is not None
+    assert given.selected.position_m == pytest.approx(even.selected.position_m, abs=1e-4)
+
+
+@pytest.mark.parametrize(("value", "lights"), [(0, None), (-2, None), (1, 3), (8, 8), (8.4, 8), (1000, 60)])
+def test_number_of_lights(view, value, lights):
+    assert with_lights(view, value).dock.lights == lights
+
+
+def test_centroid(view):
+    assert choices.with_centroid(view, "binary").settings.centroid == "binary"
+    with pytest.raises(UserError, match="'round'"):
+        choices.with_centroid(view, "round")
+
+
+def test_mask_is_cut_to_the_picture_and_can_be_removed(view):
+    masked = choices.with_mask(choices.with_mask(view, 10, 20, 30, 40), 600, -10, 500, 20)
+    assert masked.settings.masks == ((10, 20, 30, 40), (600, 0, 40, 10))
+    first, second = choices.mask_labels(masked.settings.masks)
+    assert "30 × 40 px at (10, 20)" in first
+    assert choices.without_mask(masked, second).settings.masks == ((10, 20, 30, 40),)
+    assert choices.without_masks(masked).settings.masks == ()
+    with pytest.raises(UserError, match="no such mask"):
+        choices.without_mask(view, first)
+
+
+@pytest.mark.parametrize("mask", [(700, 0, 10, 10), (0, 0, 0, 10), (0, 0, -5, 10), (0, 480, 10, 10)])
+def test_mask_that_covers_nothing_is_refused(view, mask):
+    with pytest.raises(UserError, match="covers nothing"):
+        choices.with_mask(view, *mask)
+
+
+@pytest.mark.parametrize("value", [math.nan, None, "10", True])
+def test_mask_that_is_no_number_is_refused(view, value):
+    with pytest.raises(UserError, match="must be a number"):
+        choices.with_mask(view, value, 0, 10, 10)
+
+
+def test_number_of_masks_is_limited(view):
+    for _ in range(choices.MAX_MASKS):
+        view = choices.with_mask(view, 0, 0, 1, 1)
+    with pytest.raises(UserError, match="remove one first"):
+        choices.with_mask(view, 0, 0, 1, 1)
+
+
+def test_method_that_finds_its_level_has_none(view):
+    fixed = choices.with_method(view, "fixed", 166)
+    assert choices.with_method(fixed, "otsu", 166).settings == choices.with_method(view, "otsu").settings
+    assert choices.with_method(fixed, "hats").settings.level is None
+
+
+def test_method_takes_the_level_it_starts_from(view):
+    settings = choices.with_method(view, "fixed", 166).settings
+    assert (settings.method, settings.level) == ("fixed", 166)
+
+
+@pytest.mark.parametrize("method", ["otsus", "", None, 1, ["hats"]])
+def test_unknown_method_is_refused(view, method):
+    with pytest.raises(UserError, match="no threshold method"):
+        choices.with_method(view, method, 100)
+
+
+def test_pose_by_hand_is_used_and_said(view):
+    other = analyse(view).estimate.candidates[1]
+    found = analyse(with_pose_by_hand(view, other)).estimate
+    assert found.choice is not None
+    assert (found.choice.selected, found.choice.selected_by) == (1, "hand")
+    assert "by hand" in found.message
+    again = analyse(with_pose_by_hand(with_pose_by_hand(view, other), None)).estimate
+    assert again.choice is not None
+    assert (again.choice.selected, again.choice.selected_by) == (0, "spacing")
+
+
+def test_measured_pose(view):
+    values = dict(zip(MEASURED_LIMITS, (10, -20, 5000, 5, -90), strict=True))
+    measured = with_measured(view, values)
+    assert measured.measured == MeasuredPose(10, -20, 5000, 5, -90)
+    assert measured.measured_pose == KnownPose((0.1, -0.2, 50.0), 5, -90)
+    assert with_measured(view, None).measured is None
+    for wrong in ("1", True, float("nan"), 5001):
+        with pytest.raises(UserError, match="measured z"):
+            with_measured(view, values | {"z (cm)": wrong})
+
+
+def test_what_was_not_measured_is_blank_and_no_pose_is_made_of_it(view):
+    assert with_measured(view, {}).measured == MeasuredPose()
+    partly = with_measured(view, {"z (cm)": 110, "x (cm)": None})
+    assert partly.measured == MeasuredPose(z_cm=110)
+    assert (partly.measured_pose, replace(partly, truth=None).known_pose) == (None, None)

@@ -1,0 +1,147 @@
+import io
+import math
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import msgspec
+import numpy as np
+import pandas
+import pytest
+from dockpose.app.experiment import Row
+from dockpose.app.experiment.row import mean_and_rms, summaries, table
+from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table, to_latex
+from dockpose.app.state.measured import MeasuredPose
+from dockpose.app.web.panels.experiment.rows import (
+    BLANK,
+    after_change,
+    texts_of,
+    texts_of_pose,
+    values_of,
+)
+
+from tests.support.rows import changed
+
+NASTY = 'a & b_c %x $y$ #1 {z} ~^\\ <script>alert("1")</script> | "q" *s* `c`\nθ ü 水'
+
+
+@pytest.mark.parametrize("typed", ["a metre", "1 2", "nan", "inf", "1,234.5"])
+def test_what_is_no_number_is_named(typed):
+    with pytest.raises(ValueError, match=r"Measured θy \(°\) is '.*'; it must be a number"):
+        values_of(BLANK | {"measured_theta_y_deg": typed})
+
+
+def test_boxes_show_what_a_row_has():
+    texts = texts_of(changed(measured_z_cm=110.25, distance_cm=120.0, notes="n"))
+    assert (texts["measured_x_cm"], texts["measured_z_cm"], texts["distance_cm"]) == ("", "110.25", "120")
+    values = values_of(texts | {"measured_x_cm": " 1,5 "})
+    assert [values[name] for name in ("measured_x_cm", "measured_y_cm", "measured_z_cm")] == [1.5, None, 110.25]
+    assert values["notes"] == "n"
+    assert (values["measured_x_cm"], values["distance_cm"]) == (1.5, 120)
+    pose = texts_of_pose(MeasuredPose(1, -2, 110, 0, -5))
+    assert list(pose.values()) == ["1", "-2", "110", "0", "-5", "", ""]
+
+
+def test_boxes_follow_the_pose_that_is_measured_but_never_lose_what_was_typed():
+    typed = BLANK | {"measured_z_cm": "110", "notes": "n"}
+    ticked = after_change(typed, None, MeasuredPose())  # ticked, and nothing measured yet
+    assert ticked == typed
+    one = after_change(ticked, MeasuredPose(), MeasuredPose(x_cm=0))
+    assert (one["measured_x_cm"], one["measured_z_cm"], one["measured_y_cm"]) == ("0", "110", "")
+    assert after_change(one, MeasuredPose(x_cm=0), None) == typed
+    assert values_of(BLANK)["measured_z_cm"] is None
+
+
+def row(number, z_cm, measured_z_cm, **more):
+    known = {"time": "2026-01-01T00:00:00+00:00", "source": "tank", "sha256": "", "status": "ok"}
+    return msgspec.convert(
+        {**known, "number": number, "file": f"frames/{number:04d}.png", "z_cm": z_cm, "measured_z_cm": measured_z_cm}
+        | more,
+        Row,
+    )
+
+
+ROWS = [
+    row(1, 101.0, 100.0, x_cm=5.0, theta_y_deg=-10.0, measured_theta_y_deg=-12.0),
+    row(2, 197.0, 200.0, notes=NASTY),
+    row(3, None, 300.0, status="no_lights"),
+]
+
+
+def test_mean_and_rms_by_hand():
+    assert mean_and_rms([1.0, -3.0]) == (-1.0, pytest.approx(math.sqrt(5)))  # sqrt((1 + 9) / 2)
+    assert mean_and_rms([]) == (None, None)
+    total = summaries(ROWS)
+    assert total["Compared"] == ("0", "0", "2", "0", "1")
+    assert total["Mean error"] == ("–", "–", "-1.00", "–", "+2.00")
+
+
+def test_cells_are_estimated_with_measured_in_brackets():
+    content = table(ROWS)
+    assert content.body[0] == (
+        *("1", "5.00", "–", "101.00 (100.00)", "–", "-10.00 (-12.00)"),
+        *("–", "–", "+1.00", "–", "+2.00", ""),
+    )
+    assert content.body[2][3] == "– (300.00)"
+    assert content.foot[1][8] == "-1.00"
+    assert {len(cells) for cells in (content.head, *content.body, *content.foot)} == {12}
+    assert {len(cells) for cells in table(ROWS, with_errors=False).body} == {7}
+
+
+def test_pandas_reads_the_csv_with_the_same_numbers():
+    read = pandas.read_csv(io.StringIO(csv_table(ROWS)))
+    np.testing.assert_allclose(read["error_z_cm"], [1, -3, np.nan])
+    np.testing.assert_allclose(read["measured_z_cm"], [100, 200, 300])
+    assert list(read["notes"])[1] == NASTY
+    formula = csv_table([row(1, 1.0, 1.0, notes='=HYPERLINK("http://x")', source="+1")])
+    assert list(pandas.read_csv(io.StringIO(formula))["notes"]) == ['\'=HYPERLINK("http://x")']
+
+
+class Cells(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.tags, self.cells = set(), []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.add(tag)
+        if tag == "td":
+            self.cells.append("")
+
+    def handle_data(self, data):
+        if self.cells:
+            self.cells[-1] += data
+
+
+def test_html_holds_the_text_and_no_markup_from_it():
+    parser = Cells()
+    parser.feed(html_table(ROWS))
+    assert "script" not in parser.tags
+    assert NASTY in [cell.strip() for cell in parser.cells]
+    assert len(parser.cells) == 6 * 12
+
+
+def test_markdown_keeps_its_columns():
+    lines = markdown_table(ROWS).splitlines()
+    assert len(lines) == 2 + 3 + 3
+    for line in lines:
+        unescaped = line.replace("\\|", "")
+        assert unescaped.count("|") == 13
+    assert "<script>" not in "".join(lines)
+    assert "101.00 (100.00)" in lines[2]
+
+
+def test_latex_escapes_by_hand():
+    assert to_latex("50 % & a_b") == r"50 \% \& a\_b"
+    assert to_latex("é θ Ω 水 \\") == r"\'{e} $\theta$ $\Omega$ ? \textbackslash{}"
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no TeX here")
+def test_latex_compiles(tmp_path):
+    characters = "".join(chr(code) for code in [*range(32, 127), *range(0xA0, 0x250), *range(0x370, 0x400)])
+    rows = [*ROWS, row(4, 1.0, 1.0, notes=" ".join(characters))]
+    document = r"\documentclass{article}\usepackage{longtable}\begin{document}" + latex_table(rows) + r"\end{document}"
+    (tmp_path / "table.tex").write_text(document, encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "table.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=120)
+    assert done.returncode == 0, done.stdout[-800:]
+    assert (tmp_path / "table.pdf").read_bytes().startswith(b"%PDF")

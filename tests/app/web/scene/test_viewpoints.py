@@ -1,0 +1,140 @@
+import types
+from contextlib import nullcontext
+from typing import Any
+
+import numpy as np
+import pytest
+from dockpose import Camera
+from dockpose.app.web.scene.viewpoints import (
+    CLOSE_UP,
+    FROM_CAMERA,
+    OVERVIEW,
+    Extent,
+    Viewpoint,
+    Viewpoints,
+    shows,
+    viewpoint,
+)
+
+CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
+
+
+def docks_at(x, y, z, radius=0.15):
+    return Extent(np.array([x, y, z]) - radius, np.array([x, y, z]) + radius)
+
+
+def with_camera(docks):
+    return Extent(np.minimum(docks.low, 0), np.maximum(docks.high, 0))
+
+
+class Browser:
+    """What the server knows of one browser's viewpoint."""
+
+    def __init__(self, aspect):
+        self.client_id, self.callbacks = 1, []
+        self.camera = types.SimpleNamespace(
+            aspect=aspect, position=np.zeros(3), look_at=np.ones(3), fov=1.0, on_update=self.callbacks.append
+        )
+
+    def atomic(self):
+        return nullcontext()
+
+    def reshape(self, aspect):
+        self.camera.aspect = aspect
+        for callback in self.callbacks:
+            callback(self.camera)
+
+    def sees(self, extent):
+        return shows(Viewpoint(self.camera.position, self.camera.look_at, self.camera.fov), extent, self.camera.aspect)
+
+
+@pytest.fixture
+def shown() -> tuple[Viewpoints, Any]:
+    """A browser in which a dock a metre ahead is shown, and the viewpoints that look after it."""
+    browser, connected = Browser(0.6), []
+    server: Any = types.SimpleNamespace(
+        on_client_connect=connected.append,
+        on_client_disconnect=lambda forget: None,
+        get_clients=lambda: {1: browser},
+        initial_camera=types.SimpleNamespace(),
+    )
+    viewpoints = Viewpoints(server)
+    docks = docks_at(0, 0, 1)
+    viewpoints.show(with_camera(docks), docks, CAMERA, is_other=True)
+    for callback in connected:
+        callback(browser)
+    return viewpoints, browser
+
+
+def show(viewpoints, docks, *, is_other=False):
+    viewpoints.show(with_camera(docks), docks, CAMERA, is_other=is_other)
+
+
+def test_dock_that_leaves_the_view_is_followed_and_one_that_does_not_leaves_it_alone(shown):
+    viewpoints, browser = shown
+    before = browser.camera.position
+    show(viewpoints, docks_at(0.02, 0.01, 1.02))
+    assert browser.camera.position is before
+    show(viewpoints, docks_at(1.5, -0.5, 3))
+    assert browser.sees(docks_at(1.5, -0.5, 3))
+    assert browser.sees(Extent(np.zeros(3), np.zeros(3) + 1e-6))  # the camera, too
+
+
+def test_dock_that_comes_near_is_shown_larger(shown):
+    viewpoints, browser = shown
+    far = np.linalg.norm(browser.camera.position - browser.camera.look_at)
+    show(viewpoints, docks_at(0, 0, 0.3, 0.05))
+    assert np.linalg.norm(browser.camera.position - browser.camera.look_at) < far / 1.6
+
+
+def test_scene_that_was_turned_by_hand_stays(shown):
+    viewpoints, browser = shown
+    browser.camera.position = turned = browser.camera.position + (0.3, 0, 0)
+    show(viewpoints, docks_at(1.5, -0.5, 3))
+    assert browser.camera.position is turned
+    browser.reshape(2.0)
+    assert browser.camera.position is turned
+    viewpoints.look_from(browser, OVERVIEW)  # the button
+    assert browser.sees(docks_at(1.5, -0.5, 3))
+    show(viewpoints, docks_at(-1.5, 0.5, 3))  # and from then on it is followed again
+    assert browser.sees(docks_at(-1.5, 0.5, 3))
+
+
+def test_another_picture_moves_a_turned_scene_only_where_its_dock_would_not_be_seen(shown):
+    viewpoints, browser = shown
+    browser.camera.position = turned = browser.camera.position + (0.1, 0, 0)
+    show(viewpoints, docks_at(0, 0, 1.05), is_other=True)
+    assert browser.camera.position is turned
+    show(viewpoints, docks_at(1.5, -0.5, 3), is_other=True)
+    assert browser.sees(docks_at(1.5, -0.5, 3))
+
+
+def test_chosen_viewpoint_is_kept_for_other_pictures(shown):
+    viewpoints, browser = shown
+    viewpoints.look_from(browser, CLOSE_UP)
+    docks = docks_at(0.4, 0.2, 2)
+    show(viewpoints, docks, is_other=True)
+    expected = viewpoint(CLOSE_UP, docks, CAMERA, 0.6)
+    np.testing.assert_allclose(browser.camera.position, expected.position)
+    assert browser.sees(docks)
+    viewpoints.look_from(browser, FROM_CAMERA)
+    show(viewpoints, docks_at(0, 0, 5))
+    np.testing.assert_allclose(browser.camera.position, 0)
+
+
+def test_window_of_another_shape_is_fitted_anew(shown):
+    _, browser = shown
+    browser.reshape(0.25)
+    assert browser.sees(with_camera(docks_at(0, 0, 1)))
+    wide = browser.camera.position
+    browser.reshape(0.251)
+    assert browser.camera.position is wide
+
+
+@pytest.mark.parametrize("aspect", [0.3, 1.0, 2.5])
+def test_close_up_shows_the_docks_larger_than_the_whole(aspect):
+    docks = docks_at(0.2, -0.1, 3)
+    close, whole = viewpoint(CLOSE_UP, docks, CAMERA, aspect), viewpoint(OVERVIEW, with_camera(docks), CAMERA, aspect)
+    assert shows(close, docks, aspect)
+    distances = [np.linalg.norm(place.position - (0.2, -0.1, 3)) for place in (close, whole)]
+    assert distances[0] < distances[1] / 2

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+from dockpose.app.processing.comparison import LevelSweep
+from dockpose.app.web.charts import (
+    CHARTS,
+    error_points,
+    fitting_ends,
+    round_above,
+    sweep_data,
+    sweep_sentence,
+    sweep_top_px,
+    swept_so_far,
+    without_gaps,
+)
+
+from tests.support.rows import changed
+
+FOUND = LevelSweep(np.array([100, 120]), np.array([[3.0, 1.0, 0.1], [3.0, 1.0, 0.1]]), "the true centre")
+NOTHING = LevelSweep(np.array([100, 120, 255]), np.full((3, 3), np.nan), "the true centre")
+
+
+@pytest.mark.parametrize("numbers", [[0.0], [1.0, 2.0], [-0.3, 4.0], [np.nan, 12.0, 1900.0]])
+def test_axis_holds_all_numbers_with_room(numbers):
+    low, high = fitting_ends(np.array(numbers), 0.1)
+    assert low < np.nanmin(numbers) <= np.nanmax(numbers) < high
+    assert high - low < 4 * max(np.nanmax(numbers) - np.nanmin(numbers), 0.1)
+
+
+def test_axis_of_nothing():
+    assert fitting_ends(np.array([np.nan]), 1.0) == (0.0, 1.0)
+
+
+def test_gaps_are_hidden_below_the_axis():
+    assert without_gaps(np.array([1.0, np.nan]), (-1.0, 3.0)).tolist() == [1.0, -5.0]
+
+
+@pytest.mark.parametrize(("number", "above"), [(0, 1), (1, 1), (1.1, 2), (2, 2), (3, 5), (7, 10), (10, 10), (450, 500)])
+def test_axis_ends_at_a_round_number(number, above):
+    assert round_above(number) == above
+
+
+def test_points_of_the_chart():
+    rows = [
+        changed(measured_z_cm=98.0, distance_cm=200.0),
+        changed(measured_x_cm=0.0, distance_cm=100.0),
+        changed(distance_cm=150.0),  # nothing to be off from
+    ]
+    place, angle = (error_points(rows, marks) for marks in CHARTS)
+    np.testing.assert_allclose(place, [[1, 1, np.nan, np.nan], [2, np.nan, np.nan, 2]])
+    assert angle.shape == (0, 3)
+    assert error_points([], CHARTS[0]).shape == (0, 4)
+
+
+def test_data_are_levels_and_three_errors_without_gaps():
+    levels, *errors = sweep_data(NOTHING)
+    assert len(errors) == 3
+    assert np.isfinite([without_gaps(line, (0.0, sweep_top_px(NOTHING))) for line in errors]).all()
+    assert len(levels) == 3
+
+
+def test_sentences_of_a_sweep():
+    assert "true centre" in sweep_sentence(FOUND)
+    assert swept_so_far(FOUND).startswith("Levels up to 120 of 255 are drawn. A dock at 2 of 2 levels")
+    assert sweep_top_px(NOTHING) == 1
+    assert "No level" in sweep_sentence(NOTHING)
+
+
+@pytest.mark.parametrize(("error_px", "top"), [(0.0, 1), (0.9, 1), (0.95, 2), (4, 5), (4.6, 10), (30, 50), (95, 200)])
+def test_axis_of_a_sweep_ends_at_a_round_number(error_px, top):
+    assert sweep_top_px(LevelSweep(np.array([9]), np.full((1, 3), error_px), "nothing")) == top

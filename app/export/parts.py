@@ -23,14 +23,16 @@ if TYPE_CHECKING:
 
 Cell = str | int | float | None
 Rows = Sequence[Sequence[Cell]]
+_VERDICTS = ("better", "worse", "open")
 
 
 @functools.cache
 def _pages() -> jinja2.Environment:
     loader = jinja2.FunctionLoader(lambda name: static_path(name).read_text(encoding="utf-8"))
-    how: Any = {"autoescape": jinja2.select_autoescape(["html"]), "undefined": jinja2.StrictUndefined}
+    escape = jinja2.select_autoescape(["html"], default_for_string=False)
+    how: Any = {"autoescape": escape, "undefined": jinja2.StrictUndefined}
     pages = jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, **how)
-    pages.filters |= {"is_finite": math.isfinite}
+    pages.filters |= {"is_finite": math.isfinite, "listed": listed}
     return pages
 
 
@@ -42,7 +44,10 @@ def page(template: str, **values: Any) -> str:
 
 def sentences(template: str, macro: str, *values: Any) -> list[str]:
     """What a macro of a template in ``static`` says, in paragraphs with empty lines between them."""
-    text = getattr(_pages().get_template(template).module, macro)(*values)
+    return _paragraphs(getattr(_pages().get_template(template).module, macro)(*values))
+
+
+def _paragraphs(text: str) -> list[str]:
     return [" ".join(one.split()) for one in re.split(r"\n\s*\n", text) if one.strip()]
 
 
@@ -55,14 +60,26 @@ def words(part: str, *path: str, **numbers: Any) -> str:
 
 
 def _filled(text: str, numbers: Mapping[str, Any]) -> str:
-    """A text with its numbers in it, and those texts that stand at the top of ``parts.toml`` for all parts."""
-    shared = {name: " ".join(one.split()) for name, one in read_toml("parts.toml").items() if isinstance(one, str)}
-    return " ".join(text.split()).format(**shared, **numbers)
+    """A text with its numbers in it, a paragraph a line; ``say`` is ``parts.txt``."""
+    return "\n".join(_paragraphs(_pages().from_string('{% import "parts.txt" as say %}' + text).render(numbers)))
 
 
 def listed(names: Sequence[str]) -> str:
     """Names as "a, b and c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def verdict(difference: Mapping[str, Any]) -> str:
+    """Whether the first method is "better" or "worse" with 95 % confidence; "open" where the interval holds 0."""
+    if difference["value"] is None:
+        return "open"
+    return "better" if difference["low"] > 0 else "worse" if difference["high"] < 0 else "open"
+
+
+def by_verdict(differences: Mapping[str, Mapping[str, Any]]) -> dict[str, list[str]]:
+    """Names of differences by their verdict; no verdict without any."""
+    sorts = {sort: [name for name, one in differences.items() if verdict(one) == sort] for sort in _VERDICTS}
+    return {sort: names for sort, names in sorts.items() if names}
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,10 +22,9 @@ from dockpose.app.experiment.row import csv_text
 from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import versions
 from dockpose.files.durable_files import remove_temporaries, sync_folder, write_whole
-from dockpose.study.scenes import ELAPSED, METHODS, as_text, scene_rows
+from dockpose.study.scenes import ELAPSED, as_text, methods, scene_rows
 
 BLOCK = 2  # scenes: about half a second of one core, which is what a kill can cost
-_AHEAD = 2  # submitted blocks for each worker
 _ABOUT, _SCENES, STUDY_CSV, COST_CSV = "study.json", "scenes", "study.csv", "cost.csv"
 _COST = ("scene", "method", "width_px", "height_px", ELAPSED)
 # Idle threads of the linear algebra would take the cores from the other processes.
@@ -64,7 +63,7 @@ class Study:
         remove_temporaries(self.folder)
         remove_temporaries(self.folder / _SCENES)
         about = {"seed": self.seed, "scenes": self.scenes, "code": code_print(), "versions": versions()}
-        about["methods"] = list(METHODS)
+        about["methods"] = methods()
         path = self.folder / _ABOUT
         if path.exists():
             _check_same(json.loads(path.read_text(encoding="utf-8")), about, self.folder)
@@ -79,8 +78,8 @@ class Study:
         count = sum(stop - start for start, stop in blocks)
         done(count)
         if todo := list(self._todo(blocks)):
-            with _one_thread(), workers(jobs, scheduler) as (executor, at_once):
-                for start, stop, text in _results(executor, at_once, self.seed, todo):
+            with _one_thread(), workers(jobs, scheduler) as (executor, _):
+                for start, stop, text in _results(executor, self.seed, todo):
                     write_whole(self._path(start, stop), text.encode())
                     sync_folder(self.folder / _SCENES)
                     blocks.append((start, stop))
@@ -138,29 +137,17 @@ def code_print() -> str:
     return total.hexdigest()
 
 
-def _results(
-    executor: Executor, at_once: int, seed: int, blocks: Iterable[tuple[int, int]]
-) -> Iterator[tuple[int, int, str]]:
+def _results(executor: Executor, seed: int, blocks: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, str]]:
     """Yield each block's scenes and rows as it is done."""
-    todo = iter(blocks)
-    waiting: dict[Future[tuple[str, str]], tuple[int, int]] = {}
-    try:
-        while True:
-            while len(waiting) < _AHEAD * at_once and (block := next(todo, None)):
-                waiting[executor.submit(block_text, seed, *block)] = block
-            if not waiting:
-                return
-            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                start, stop = waiting.pop(future)
-                code, text = future.result()
-                if code != code_print():
-                    raise UserError("a worker runs a different version of dockpose; all must run the same")
-                if text.count("\n") != 1 + (stop - start) * len(METHODS):
-                    raise UserError(f"scenes {start} to {stop - 1}: a worker did not send all of their rows")
-                yield start, stop, text
-    finally:
-        for future in waiting:
-            future.cancel()
+    waiting = {executor.submit(block_text, seed, *block): block for block in blocks}
+    for future in as_completed(waiting):
+        start, stop = waiting.pop(future)
+        code, text = future.result()
+        if code != code_print():
+            raise UserError("a worker runs a different version of dockpose; all must run the same")
+        if text.count("\n") != 1 + (stop - start) * len(methods()):
+            raise UserError(f"scenes {start} to {stop - 1}: a worker did not send all of their rows")
+        yield start, stop, text
 
 
 def _check_same(there: dict[str, Any], ours: dict[str, Any], folder: Path) -> None:

@@ -1,4 +1,1 @@
-"""Tables and figures of the paper, and the methods it compares with.
-
-May import all of the library but `dockpose.sources`.
-"""
+"""Tables and figures of the paper, and the methods it compares with; may import all of the library but sources."""

@@ -23,7 +23,7 @@ RANGE_M, TILT_DEG = (1.5, 6.0), (5.0, 35.0)
 # A step is at most a tenth of the first range, so that ten of them lead onto the axis from anywhere.
 FRAMES, RATE_HZ, SPEED_PER_S = 10, 2.0, 0.2
 DRIFT_M, DRIFT_DEG = 0.01, 0.5
-SQUARE_ON_RAD = math.radians(5.0)
+SQUARE_ON_DEG = 5.0
 
 
 @dataclass(frozen=True)
@@ -34,18 +34,12 @@ class Course:
     tilt_deg: float  # angle between its normal and the line of sight there
     # (frames,): whether the chosen pose is the nearer one to the truth, or both are the same within their errors
     right: np.ndarray
-    seen: np.ndarray  # (frames,): whether a dock was found
     off_axis_deg: np.ndarray  # (frames,): angle between the dock's normal and the line of sight, 0 if square on
-
-    @property
-    def ends_right(self) -> bool:
-        """Whether the last frame's choice is right."""
-        return bool(self.right[-1])
 
     @property
     def ends_square_on(self) -> bool:
         """Whether the vehicle ends within 5 degrees of the dock's axis."""
-        return bool(self.off_axis_deg[-1] <= math.degrees(SQUARE_ON_RAD))
+        return bool(self.off_axis_deg[-1] <= SQUARE_ON_DEG)
 
 
 def draw_approach(seed: int, number: int) -> FilmPlan:
@@ -99,7 +93,6 @@ def run_approach(seed: int, number: int, rule: str) -> Course:
         range_m=float(np.linalg.norm(frames[0].truth.position_m)),
         tilt_deg=off_axis_deg[0],
         right=np.array(right + [False] * rest),
-        seen=np.array([found.choice is not None for found in estimates] + [False] * rest),
         off_axis_deg=np.array(off_axis_deg + off_axis_deg[-1:] * rest),
     )
 
@@ -110,14 +103,14 @@ def _chooser(rule: str, plan: FilmPlan, first: int) -> Callable[[Estimate], Circ
         return lambda found: found.selected
     if rule == "tracker":
         return _by_tracker(plan)
-    choose = {"literal": choose_by_theta_x, "eccentricity": choose_by_eccentricity}[rule]
     state = None
 
     def by_table(found: Estimate) -> CirclePose | None:
         nonlocal state
         if found.ellipse is None or len(found.candidates) < 2:
             return None
-        state = choose(found.candidates, found.ellipse.eccentricity, state, first)
+        literal = rule == "literal"
+        state = choose_by_table(found.candidates, found.ellipse.eccentricity, state, first, literal=literal)
         return found.candidates[state.selected]
 
     return by_table
@@ -170,32 +163,26 @@ class Orientation:
     frame: int  # counted from 1
 
 
-def choose_by_eccentricity(
-    candidates: Sequence[CirclePose], eccentricity: float, before: Orientation | None = None, first: int = 0
+def choose_by_table(
+    candidates: Sequence[CirclePose],
+    eccentricity: float,
+    before: Orientation | None = None,
+    first: int = 0,
+    *,
+    literal: bool = False,
 ) -> Orientation:
-    """Choose one of two candidates as Table 1 of the paper does; docs/paper.md says how its slip in print is read."""
-    if before is None:
-        return _oriented(candidates, first, eccentricity, 1)
-    selected = max(range(len(candidates)), key=lambda k: float(candidates[k].normal @ before.normal))
-    if before.frame == 1 and not before.eccentricity - eccentricity > 0:
-        selected = len(candidates) - 1 - selected
-    return _oriented(candidates, selected, eccentricity, before.frame + 1)
+    """Choose one of two candidates as Table 1 of the paper does; docs/paper.md says how its slip in print is read.
 
-
-def choose_by_theta_x(
-    candidates: Sequence[CirclePose], eccentricity: float, before: Orientation | None = None, first: int = 0
-) -> Orientation:
-    """Choose one of two candidates by the letter of Table 1: by theta_x alone, against the frame before."""
-    if before is None:
-        return _oriented(candidates, first, eccentricity, 1)
-    normal = before.normal
-    if before.frame == 1 and before.eccentricity < eccentricity:
-        normal = before.other_normal
-    theta_x = math.asin(max(-1.0, min(1.0, float(normal[1]))))
-    selected = min(range(len(candidates)), key=lambda k: abs(candidates[k].theta_x_rad - theta_x))
-    return _oriented(candidates, selected, eccentricity, before.frame + 1)
-
-
-def _oriented(candidates: Sequence[CirclePose], selected: int, eccentricity: float, frame: int) -> Orientation:
-    other = candidates[len(candidates) - 1 - selected].normal
-    return Orientation(selected, candidates[selected].normal, other, eccentricity, frame)
+    By the letter theta_x alone counts, against the frame before.
+    """
+    selected, last = first, len(candidates) - 1
+    if before is not None and literal:
+        normal = before.other_normal if before.frame == 1 and before.eccentricity < eccentricity else before.normal
+        theta_x = math.asin(max(-1.0, min(1.0, float(normal[1]))))
+        selected = min(range(last + 1), key=lambda k: abs(candidates[k].theta_x_rad - theta_x))
+    elif before is not None:
+        selected = max(range(last + 1), key=lambda k: float(candidates[k].normal @ before.normal))
+        if before.frame == 1 and not before.eccentricity - eccentricity > 0:
+            selected = last - selected
+    frame = 1 if before is None else before.frame + 1
+    return Orientation(selected, candidates[selected].normal, candidates[last - selected].normal, eccentricity, frame)

@@ -20,7 +20,7 @@ RANGE_M, OFF_AXIS, TILT_DEG = (0.7, 2.5), 0.1, 40.0
 RING_OF = 12  # lights, as the paper's coloured dock has, of which some are seen
 WHO = ("ellipse", *METHODS, "ours")
 TRIALS = 400
-WRONG_RAD = math.radians(10.0)  # off by more, it is a different pose
+WRONG_DEG = 10.0  # off by more, it is a different pose
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,13 @@ class Errors:
     position: dict[str, np.ndarray]  # distance between the true and the estimated centre
     angle_deg: dict[str, np.ndarray]  # angle between the true and the estimated normal
 
+    def quantile(self, what: str, who: str, share: float = 0.5) -> float:
+        """Of ``position`` or ``angle_deg``, without interpolation, so that infinite ones do no harm."""
+        return float(np.quantile(getattr(self, what)[who], share, method="inverted_cdf"))
+
     def wrong(self, who: str) -> float:
         """Share of poses that are turned by more than 10 degrees, or missing."""
-        return float((self.angle_deg[who] > math.degrees(WRONG_RAD)).mean())
+        return float((self.angle_deg[who] > WRONG_DEG).mean())
 
 
 def errors_with(seen: int, lights: int, seed: int, trials: int = TRIALS) -> Errors:
@@ -50,9 +54,11 @@ def errors_with(seen: int, lights: int, seed: int, trials: int = TRIALS) -> Erro
         angles = known.light_angles_rad()[numbers] + rng.uniform(0, 2 * math.pi)
         ring = known.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(seen)])
         points = CAMERA.project(position + ring @ rotation.T) + rng.normal(0, NOISE_PX, (seen, 2))
+        true = CirclePose(position, -rotation[:, 2], np.zeros(2))
         for who in WHO:
             pose = _pose_by(who, points, numbers, known, -rotation[:, 2])
-            found[who].append(_error(pose, position, -rotation[:, 2]))
+            off_m, angle_deg = (math.inf, math.inf) if pose is None else pose_errors(pose, true)
+            found[who].append((100 * off_m / float(np.linalg.norm(position)), angle_deg))
     return Errors(
         {who: np.array([one for one, _ in errors]) for who, errors in found.items()},
         {who: np.array([other for _, other in errors]) for who, errors in found.items()},
@@ -81,11 +87,3 @@ def _pose_by(who: str, points: np.ndarray, numbers: np.ndarray, dock: Dock, norm
         return solve(points, numbers, CAMERA, dock, who)
     except (NoEllipseError, NoPoseError):
         return None
-
-
-def _error(pose: CirclePose | None, position: np.ndarray, normal: np.ndarray) -> tuple[float, float]:
-    """Distance of the centres in per cent of the range, and angle between the normals in degrees."""
-    if pose is None:
-        return math.inf, math.inf
-    off_m, angle_deg = pose_errors(pose, CirclePose(position, normal, np.zeros(2)))
-    return 100 * off_m / float(np.linalg.norm(position)), angle_deg

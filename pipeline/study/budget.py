@@ -50,7 +50,9 @@ def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px
     _check(dock, range_m, tilt_deg, noise_px)
     lights_px, rotation, position = _seen(camera, dock, range_m, tilt_deg)
     sigma_m, sigma_rad = _linear(camera, dock, lights_px, rotation, position, noise_px)
-    ratio = _sigma_of_ratio(camera, dock, range_m, noise_px)
+    radius_px = math.sqrt(math.prod(_focal_px(camera))) * dock.radius / range_m
+    # Standard error of the ratio of the ellipse's axes, of a dock square on.
+    ratio = 2 * noise_px / (radius_px * math.sqrt(dock.lights or 1))
     alike_deg = math.degrees(math.sqrt(2 * ratio))
     if tilt_deg < alike_deg < _MOST_TILTED_DEG:
         tilted_m, _ = _linear(camera, dock, *_seen(camera, dock, range_m, alike_deg), noise_px)
@@ -170,12 +172,6 @@ def _linear(
     rays = light_rays(lights_px, camera, float(position_m[2]))
     fit = refine(rotation[None], position_m[None], dock.light_angles_rad()[None], dock.radius, rays)
     return deviations(fit.covariances[0], rotation, noise_px)
-
-
-def _sigma_of_ratio(camera: Camera, dock: Dock, range_m: float, noise_px: float) -> float:
-    """Standard error of the ratio of the ellipse's axes, of a dock square on."""
-    radius_px = math.sqrt(math.prod(_focal_px(camera))) * dock.radius / range_m
-    return 2 * noise_px / (radius_px * math.sqrt(dock.lights or 1))
 
 
 def _focal_px(camera: Camera) -> tuple[float, float]:

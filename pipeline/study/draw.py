@@ -84,7 +84,9 @@ def draw(seed: int, index: int) -> Drawn:
             gradient_y=float(rng.uniform(-GRADIENT_LEVELS, GRADIENT_LEVELS)),
         ),
         snow=Snow(count=int(rng.integers(5, 61)), level=float(rng.uniform(20, 120))) if rng.random() < 0.4 else None,
-        mirror=_mirror(rng, z_m) if rng.random() < 0.2 else None,
+        mirror=Mirror(height_m=z_m * float(rng.uniform(0.15, 0.5)), ripple_deg=float(rng.uniform(0, 1.5)))
+        if rng.random() < 0.2
+        else None,
         lamps=tuple(_stray(rng, camera, z_m, lights) for _ in range(strays)),
         texts=_texts(rng, camera) if rng.random() < 0.2 else (),
         sensor=_sensor(rng),
@@ -177,10 +179,6 @@ def _stray(rng: np.random.Generator, camera: Camera, z_m: float, lights: Lights)
     x = (float(rng.uniform(0, camera.width - 1)) - camera.cx) / camera.fx * depth_m
     y = (float(rng.uniform(0, camera.height - 1)) - camera.cy) / camera.fy * depth_m
     return Lamp(position_m=(x, y, depth_m), level=lights.level * float(rng.uniform(0.2, 1.5)), radius_m=lights.radius_m)
-
-
-def _mirror(rng: np.random.Generator, z_m: float) -> Mirror:
-    return Mirror(height_m=z_m * float(rng.uniform(0.15, 0.5)), ripple_deg=float(rng.uniform(0, 1.5)))
 
 
 def _texts(rng: np.random.Generator, camera: Camera) -> tuple[Text, ...]:

@@ -60,7 +60,10 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
         return row
     row |= {"probability": chosen.probability, "detection": found.detection}
     row["selected_by"] = None if found.choice is None else found.choice.selected_by
-    row |= _sigmas(chosen)
+    thetas_rad = chosen.sigma_theta_rad or [None] * 2
+    thetas_deg = [None if sigma is None else math.degrees(sigma) for sigma in thetas_rad]
+    sigmas = (*(chosen.sigma_position_m or [None] * 3), *thetas_deg)
+    row |= {f"sigma_{name}_{unit}": sigma for (name, unit), sigma in zip(_UNITS.items(), sigmas, strict=True)}
     if not has_dock:
         row["outcome"] = FALSE_DOCK
         return row
@@ -94,10 +97,3 @@ def _is_right(off_m: float, angle_deg: float, range_m: float) -> bool:
 def _between_rad(one: np.ndarray, other: np.ndarray) -> float:
     """Angle between two directions, exact for small ones too."""
     return math.atan2(float(np.linalg.norm(np.cross(one, other))), float(np.dot(one, other)))
-
-
-def _sigmas(pose: CirclePose) -> dict[str, Value]:
-    """Standard errors by column; None for what has none."""
-    position, theta = pose.sigma_position_m or [None] * 3, pose.sigma_theta_rad or [None] * 2
-    values = (*position, *(None if value is None else math.degrees(value) for value in theta))
-    return {f"sigma_{name}_{unit}": value for (name, unit), value in zip(_UNITS.items(), values, strict=True)}

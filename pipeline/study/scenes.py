@@ -1,8 +1,6 @@
 """The rows of the study: what every method makes of a scene, beside all that was drawn for it."""
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from dockpose.estimate import Estimate, estimate
@@ -15,44 +13,21 @@ PRODUCT, HATS = "hats_and_local", "hats"
 RIVALS = ("otsu", "kapur", "kittler", "sezan")  # those of the paper
 
 
-@dataclass(frozen=True)
-class Method:
-    """A way to find the dock."""
-
-    label: str  # its name in tables
-    threshold: str  # which of ``dockpose.thresholds.METHODS``
-    fall_back: bool = False  # for hats, whether lights get a level each where no single level shows the ring
-
-    @property
-    def title(self) -> str:
-        """Its name for people."""
-        title = THRESHOLDS.title(self.threshold).partition(" (")[0]
-        return f"{title} + local" if self.fall_back else title
-
-    def find(self, picture: Picture) -> Estimate:
-        """Find the dock in a picture, given the camera, the diameter and the number of lights."""
-        scene, settings = picture.scene, Settings(method=self.threshold)
-        return estimate(picture.image, scene.camera, scene.dock, settings, fall_back=self.fall_back)
-
-
-class _Methods(Mapping[str, Method]):
+def methods() -> list[str]:
     """The program's default first, then all that are registered but a fixed level, which no one sets for each scene."""
-
-    def __getitem__(self, label: str) -> Method:
-        if label == PRODUCT:
-            return Method(PRODUCT, HATS, fall_back=True)
-        if label not in THRESHOLDS or label == "fixed":
-            raise KeyError(label)
-        return Method(label, label)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter((PRODUCT, *(name for name in THRESHOLDS if name != "fixed")))
-
-    def __len__(self) -> int:
-        return len(THRESHOLDS)
+    return [PRODUCT, *(name for name in THRESHOLDS if name != "fixed")]
 
 
-METHODS = _Methods()
+def title_of(label: str) -> str:
+    """A method's name for people."""
+    title = THRESHOLDS.title(HATS if label == PRODUCT else label).partition(" (")[0]
+    return f"{title} + local" if label == PRODUCT else title
+
+
+def find(label: str, picture: Picture) -> Estimate:
+    """Find the dock in a picture by a method, given the camera, the diameter and the number of lights."""
+    scene, settings = picture.scene, Settings(method=HATS if label == PRODUCT else label)
+    return estimate(picture.image, scene.camera, scene.dock, settings, fall_back=label == PRODUCT)
 
 
 Row = dict[str, Value]
@@ -68,8 +43,8 @@ def scene_rows(seed: int, index: int) -> list[Row]:
     picture = picture_of(drawn)
     factors = {"scene": index, "seed": seed, **factors_of(drawn, picture)}
     rows = []
-    for label, method in METHODS.items():
-        found = method.find(picture)
+    for label in methods():
+        found = find(label, picture)
         judged = judge(found, picture.truth, picture.scene.dock.radius, has_dock=drawn.has_dock)
         rows.append({**factors, "method": label, **judged, ELAPSED: round(found.elapsed_ms, 3)})
     return rows

@@ -1,6 +1,5 @@
 """Shares, differences of paired shares and medians, each with a 95 % confidence interval."""
 
-import functools
 import math
 from dataclasses import dataclass
 
@@ -81,15 +80,9 @@ def median(values: np.ndarray) -> Share:
     count = len(ordered)
     if count == 0:
         return Share(math.nan, math.nan, math.nan, 0)
-    rank = _rank(count)
+    rank = int(binom.ppf(0.025, count, 0.5))  # of the smallest and the largest that bound the median
     low, high = (ordered[rank - 1], ordered[count - rank]) if rank >= 1 else (math.nan, math.nan)
     return Share(float(np.median(ordered)), float(low), float(high), count)
-
-
-@functools.cache
-def _rank(count: int) -> int:
-    """Which smallest and which largest of so many numbers bound their median."""
-    return int(binom.ppf(0.025, count, 0.5))
 
 
 def quantile(values: np.ndarray, share: float) -> float:

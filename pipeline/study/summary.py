@@ -1,16 +1,16 @@
 """What the study says: success, false docks and errors by method and factor, HATS against its rivals, calibration."""
 
 import csv
-import dataclasses
 import io
 import math
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 from dockpose.study.judge import FALSE_DOCK, HOLD_SIGMAS, REFUSED, SUCCESS, WRONG_POSE
-from dockpose.study.scenes import HATS, METHODS, PRODUCT, RIVALS
-from dockpose.study.statistics import Share, median, paired_difference, quantile, wilson
+from dockpose.study.scenes import HATS, PRODUCT, RIVALS, methods, title_of
+from dockpose.study.statistics import Difference, Share, median, paired_difference, quantile, wilson
 
 _TEXT = frozenset({"method", "status", "outcome", "selected_by"})
 Columns = dict[str, np.ndarray]
@@ -29,14 +29,12 @@ class Factor:
     @property
     def labels(self) -> list[str]:
         """Names of the bins."""
-        pairs = list(zip(self.edges[:-1], self.edges[1:], strict=True))
+        lows, highs = self.edges[:-1], self.edges[1:]
         if self.is_listed:
-            return [f"{low:g}" for low, _ in pairs]
-        if not self.is_whole:
-            return [f"{low:g} to {high:g}" for low, high in pairs]
-        last = [*(int(high) - 1 for _, high in pairs[:-1]), int(self.edges[-1])]
-        firsts = [int(low) for low, _ in pairs]
-        return [f"{low}" if low == high else f"{low} to {high}" for low, high in zip(firsts, last, strict=True)]
+            return [f"{low:g}" for low in lows]
+        if self.is_whole:
+            highs = (*(high - 1 for high in highs[:-1]), highs[-1])
+        return [f"{low:g}" if low == high else f"{low:g} to {high:g}" for low, high in zip(lows, highs, strict=True)]
 
     def bins_of(self, values: np.ndarray) -> np.ndarray:
         """Number of the bin of each value, -1 for none."""
@@ -98,27 +96,26 @@ Summary = dict[str, Any]
 
 def summary_of(columns: Columns) -> Summary:
     """Summarise the study's table."""
-    by_method = {label: of_method(columns, label) for label in METHODS}
+    by_method = {label: of_method(columns, label) for label in methods()}
     product = by_method[PRODUCT]
     docks = product["has_dock"] == 1
-    return _plain(
-        {
-            "seed": int(product["seed"][0]),
-            "scenes": len(docks),
-            "docks": int(docks.sum()),
-            "methods": {
-                label: {"title": METHODS[label].title, **_result(one), **_more(one)} for label, one in by_method.items()
-            },
-            "against": {
-                first: {rival: _difference(by_method[first], by_method[rival]) for rival in RIVALS}
-                for first in (HATS, PRODUCT)
-            },
-            "factors": {name: _by_factor(factor, by_method) for name, factor in FACTORS.items()},
-            "calibration": {"probability": _of_probability(product), "detection": _of_detection(product)},
-            "coverage": _coverage(product),
-            "widen": _widen(product),
-        }
-    )
+    made = {
+        "seed": int(product["seed"][0]),
+        "scenes": len(docks),
+        "docks": int(docks.sum()),
+        "methods": {
+            label: {"title": title_of(label), **_result(one), **_more(one)} for label, one in by_method.items()
+        },
+        "against": {
+            first: {rival: _difference(by_method[first], by_method[rival]) for rival in RIVALS}
+            for first in (HATS, PRODUCT)
+        },
+        "factors": {name: _by_factor(factor, by_method) for name, factor in FACTORS.items()},
+        "calibration": _calibration(product),
+        "coverage": _coverage(product),
+        "widen": _widen(product),
+    }
+    return msgspec.json.decode(msgspec.json.encode(made))  # as JSON has it: in dicts, null where a number is none
 
 
 def _result(one: Columns) -> dict[str, Any]:
@@ -159,12 +156,10 @@ def _came(came: np.ndarray, among: np.ndarray) -> Share:
     return wilson(int((came & among).sum()), int(among.sum()))
 
 
-def _difference(first: Columns, second: Columns) -> dict[str, Any]:
+def _difference(first: Columns, second: Columns) -> Difference:
     """First less second in success, on the scenes with a dock."""
     docks = first["has_dock"] == 1
-    return dataclasses.asdict(
-        paired_difference((first["outcome"] == SUCCESS)[docks], (second["outcome"] == SUCCESS)[docks])
-    )
+    return paired_difference((first["outcome"] == SUCCESS)[docks], (second["outcome"] == SUCCESS)[docks])
 
 
 def _by_factor(factor: Factor, by_method: dict[str, Columns]) -> dict[str, Any]:
@@ -183,39 +178,44 @@ def _by_factor(factor: Factor, by_method: dict[str, Columns]) -> dict[str, Any]:
     }
 
 
-def _of_probability(product: Columns) -> list[dict[str, Any]]:
-    """How often the chosen one of two poses is the nearer to the truth, by the probability that it was given."""
-    seen = np.isin(product["outcome"], [SUCCESS, WRONG_POSE]) & np.isfinite(product["probability"])
-    return _reliability(product["probability"][seen], product["chosen_nearer"][seen] == 1, PROBABILITY_EDGES)
-
-
-def _of_detection(product: Columns) -> list[dict[str, Any]]:
-    """How often what is reported is the dock, by the detection that it was given."""
+def _calibration(product: Columns) -> dict[str, list[dict[str, Any]]]:
+    """How often the chosen one of two poses is the nearer to the truth, and what is reported the dock, as was given."""
+    seen = _seen(product) & np.isfinite(product["probability"])
     given = np.isfinite(product["detection"])
-    return _reliability(product["detection"][given], (product["outcome"] != FALSE_DOCK)[given], DETECTION_EDGES)
+    return {
+        "probability": _reliability(product["probability"], product["chosen_nearer"] == 1, seen, PROBABILITY_EDGES),
+        "detection": _reliability(product["detection"], product["outcome"] != FALSE_DOCK, given, DETECTION_EDGES),
+    }
 
 
-def _reliability(given: np.ndarray, came: np.ndarray, edges: tuple[float, ...]) -> list[dict[str, Any]]:
+def _seen(product: Columns) -> np.ndarray:
+    """Where the dock was seen, at a right pose or a wrong one."""
+    return np.isin(product["outcome"], [SUCCESS, WRONG_POSE])
+
+
+def _reliability(
+    given: np.ndarray, came: np.ndarray, among: np.ndarray, edges: tuple[float, ...]
+) -> list[dict[str, Any]]:
     factor = Factor("", "", edges)
-    bins = factor.bins_of(given)
+    bins = np.where(among, factor.bins_of(given), -1)
     rows = []
     for number, label in enumerate(factor.labels):
-        among = bins == number
-        told = float(given[among].mean()) if among.any() else math.nan
-        rows.append({"bin": label, "told": told, "came": _came(came, among)})
+        here = bins == number
+        told = float(given[here].mean()) if here.any() else math.nan
+        rows.append({"bin": label, "told": told, "came": _came(came, here)})
     return rows
 
 
 def _coverage(product: Columns) -> dict[str, Any]:
     """How often the truth is within the 95 % interval: of all poses of the dock, and where the nearer was chosen."""
-    seen = np.isin(product["outcome"], [SUCCESS, WRONG_POSE])
+    seen = _seen(product)
     parts = {"all": seen, "nearer": seen & (product["chosen_nearer"] == 1)}
     return {name: {key: _held(product[f"{key}_in_95"][rows]) for key in INTERVALS} for name, rows in parts.items()}
 
 
 def _widen(product: Columns) -> dict[str, float]:
     """The factor on the standard errors with which 95 % intervals would hold 95 %, number by number."""
-    seen = np.isin(product["outcome"], [SUCCESS, WRONG_POSE])
+    seen = _seen(product)
     widths = {}
     for name in INTERVALS:
         unit = "deg" if name.startswith("theta") else "m"
@@ -226,14 +226,3 @@ def _widen(product: Columns) -> dict[str, float]:
 
 def _held(held: np.ndarray) -> Share:
     return _came(held == 1, np.isfinite(held))
-
-
-def _plain(value: Any) -> Any:
-    """The same in dicts, lists, numbers and None, as JSON has them."""
-    if isinstance(value, Share):
-        value = dataclasses.asdict(value)
-    if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -123,7 +123,7 @@ def _vote(histogram: Histogram, floor: int, mode: int, min_area_px: int, rise: f
     most_area_px = int(MOST_SHARE * histogram.levels.size / side**2)
     groups, real = pixels.count_groups(math.ceil(min_area_px / side**2), most_area_px, rise)
     if rise == 0:
-        real, floor = groups, _above_noise(groups, floor, top)
+        real, floor = groups, above_noise(groups, floor, top)
     runs = _longest_runs(real, floor, top)
     if not runs:
         return _Vote(floor, groups=groups)
@@ -189,7 +189,7 @@ def lit_limit(counts: np.ndarray, share: float) -> int:
     return max(background_mode(counts) + 1, int(enough[0]) if len(enough) else LEVELS)
 
 
-def _above_noise(groups: np.ndarray, floor: int, top: int) -> int:
+def above_noise(groups: np.ndarray, floor: int, top: int) -> int:
     """Climb from the floor as long as the level above has far fewer groups: what dissolves so fast is noise."""
     while floor < top and groups[floor] > NOISE_FACTOR * groups[floor + 1] + NOISE_MORE:
         floor += 1

@@ -11,11 +11,14 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from dockpose import Dock, estimate
-from dockpose.pose.circle import rotation_from_angles
+from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.few_lights import poses_from_few_lights
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Lights, Scene, render
+from dockpose.study.judge import signed_errors
 
+from tests.bench.lamps import unit_normal
+from tests.bench.seen_scenes import circle
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
 REFERENCE = Path(__file__).with_name("duality_single_frame.csv")  # 400 trials a cell
@@ -26,16 +29,14 @@ BINS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0001)
 
 
 def drawn_normal(rng: np.random.Generator, tilt_rad: float) -> np.ndarray:
-    around = rng.uniform(0, 2 * np.pi)
-    return np.array([math.sin(tilt_rad) * math.cos(around), math.sin(tilt_rad) * math.sin(around), -math.cos(tilt_rad)])
+    return unit_normal(tilt_rad, rng.uniform(0, 2 * np.pi))
 
 
 def seen(rng: np.random.Generator, position: np.ndarray, normal: np.ndarray, lights: np.ndarray, count: int):
     """Exact picture of some of ``count`` evenly spaced lights, at a roll drawn at random."""
     angles = rng.uniform(0, 2 * np.pi) + 2 * np.pi * lights / count
     rotation = rotation_from_angles(math.asin(normal[1]), math.atan2(-normal[0], -normal[2]))
-    ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    return CAMERA.project(position + ring @ rotation.T)
+    return CAMERA.project(position + circle(angles, DOCK.radius) @ rotation.T)
 
 
 def share_right(job: tuple[int, int, float, int, float]) -> float:
@@ -120,9 +121,13 @@ def _judged(choice, position: np.ndarray, normal: np.ndarray) -> tuple[float, bo
     first, second = choice.candidates
     right = bool(first.normal @ normal >= second.normal @ normal)
     pose = first if right else second
-    thetas = math.asin(normal[1]), math.atan2(-normal[0], -normal[2])
-    off = [*(pose.position_m - position), pose.theta_x_rad - thetas[0], pose.theta_y_rad - thetas[1]]
-    return first.probability, right, (np.abs(off) / [*pose.sigma_position_m, *pose.sigma_theta_rad]).tolist()
+    return first.probability, right, off_in_sigmas(pose, position, normal).tolist()
+
+
+def off_in_sigmas(pose: CirclePose, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """How far three positions and two angles are off the truth, in standard errors."""
+    *off_m, theta_x_deg, theta_y_deg = np.abs(signed_errors(pose, position, normal))
+    return np.array([*off_m, *np.radians([theta_x_deg, theta_y_deg])]) / [*pose.sigma_position_m, *pose.sigma_theta_rad]
 
 
 def test_probabilities_and_intervals_are_true():

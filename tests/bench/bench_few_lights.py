@@ -14,8 +14,9 @@ from dockpose.pose.choice import Choice
 from dockpose.pose.few_lights import poses_from_few_lights
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import render
+from dockpose.study.judge import nearest
 
-from tests.bench.bench_choice import drawn_normal, seen
+from tests.bench.bench_choice import drawn_normal, off_in_sigmas, seen
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
 NOISES_PX = (0.05, 0.1, 0.2, 0.3, 0.5)
@@ -73,10 +74,7 @@ def errors(job: tuple[int, int, int]) -> np.ndarray:
     noise_px = NOISES_PX[level] if level < len(NOISES_PX) else math.exp(rng.uniform(*np.log(NOISES_PX)[[0, -1]]))
     points = points + rng.normal(0, noise_px, points.shape)
     choice = find_poses(points, CAMERA, Dock(DOCK.diameter, lights))[1]
-    pose = max(choice.candidates, key=lambda one: one.normal @ normal)
-    thetas = math.asin(normal[1]), math.atan2(-normal[0], -normal[2])
-    off = [*(pose.position_m - position), pose.theta_x_rad - thetas[0], pose.theta_y_rad - thetas[1]]
-    return np.abs(off) < 1.96 * np.array([*pose.sigma_position_m, *pose.sigma_theta_rad])
+    return off_in_sigmas(nearest(choice.candidates, normal), position, normal) < 1.96
 
 
 def test_intervals_of_few_lights():

@@ -10,12 +10,11 @@ import numpy as np
 from dockpose import Dock, Settings, estimate
 from dockpose.camera.image import to_grey
 from dockpose.lights.markers import find_markers
-from dockpose.paper.lights.levels import are_the_lights, group_centres
-from dockpose.simulate import Truth, render
+from dockpose.paper.lights.levels import any_level_shows_the_lights, are_the_lights, pose_is_right
+from dockpose.paper.lights.scenes import DIAMETER_M, draw_scene
+from dockpose.simulate import render
 from dockpose.simulate.parts import Snow
-from dockpose.thresholds import METHODS, Histogram, histogram_of
-
-from tests.bench.drawn import DIAMETER_M, draw_scene
+from dockpose.thresholds import METHODS, histogram_of
 
 SCENES_A_HALF = 300
 MIN_AREA_PX = Settings().min_area_px
@@ -33,23 +32,6 @@ class Result:
     elapsed_ms: float
 
 
-def any_level_is_exact(histogram: Histogram, lights_px: np.ndarray) -> bool:
-    """Try all 256 levels against the truth; those that cannot have the right number of groups are skipped."""
-    floor = int(np.searchsorted(np.cumsum(histogram.counts), 0.8 * histogram.counts.sum())) + 1
-    counts = histogram.bright(floor).groups_at_every_level(MIN_AREA_PX)
-    levels = np.flatnonzero(counts == len(lights_px))
-    return any(are_the_lights(group_centres(histogram, int(level), MIN_AREA_PX), lights_px) for level in levels)
-
-
-def is_right(found, truth: Truth) -> bool:
-    """Whether the chosen pose is the true one: within 5 degrees, and 3 % of the range."""
-    if found.selected is None:
-        return False
-    angle = np.degrees(np.arccos(np.clip(found.selected.normal @ truth.normal, -1, 1)))
-    distance = np.linalg.norm(found.selected.position_m - truth.position_m)
-    return bool(angle < 5 and distance < 0.03 * truth.position_m[2])
-
-
 def run(job: tuple[int, bool]) -> Result:
     seed, hard = job
     scene = draw_scene(seed, hard=hard)
@@ -62,9 +44,8 @@ def run(job: tuple[int, bool]) -> Result:
         threshold = METHODS[name](own, MIN_AREA_PX, 0)
         exact[name] = are_the_lights(find_markers(to_grey(image), own, threshold, MIN_AREA_PX).points_px, lights_px)
     found = estimate(image, scene.camera, scene.dock)
-    return Result(
-        exact, any_level_is_exact(histogram, lights_px), is_right(found, truth), found.status, found.elapsed_ms
-    )
+    any_level = any_level_shows_the_lights(histogram, lights_px, MIN_AREA_PX)
+    return Result(exact, any_level, pose_is_right(found, truth), found.status, found.elapsed_ms)
 
 
 @cache

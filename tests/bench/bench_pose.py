@@ -20,7 +20,9 @@ from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
 from dockpose.simulate import Lights, Scene, render
+from dockpose.study.judge import nearest
 
+from tests.bench.seen_scenes import circle, even
 from tests.support.scenes import CAMERA
 
 SEEDS = 20
@@ -72,8 +74,7 @@ def test_tables_2_to_4_of_the_paper():
 
 def seen(position_m: np.ndarray, row: np.ndarray, angles: np.ndarray, camera: Camera = CAMERA) -> np.ndarray:
     """Exact pictures (N, 2) of lights at angles around the ring."""
-    ring = DIAMETER_M / 2 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    return camera.project(position_m + ring @ rotation_from_angles(*np.radians(row[3:])).T)
+    return camera.project(position_m + circle(angles, DIAMETER_M / 2) @ rotation_from_angles(*np.radians(row[3:])).T)
 
 
 def fig17_trials(count: int, trials: int, noise_px: float) -> Iterator[dict[str, float]]:
@@ -127,7 +128,7 @@ def test_range_behind_a_flat_port():
                 position = range_m * np.array([math.sin(off), 0.0, math.cos(off)])
                 eye = wide if off_deg > 15 else camera
                 row = np.array([0, 0, 0, *theta])
-                points = seen(position, row, 2 * np.pi * np.arange(10) / 10, eye)
+                points = seen(position, row, even(10), eye)
                 bare = Camera(eye.fx, eye.fy, eye.cx, eye.cy, eye.width, eye.height)
                 for through, out in ((eye, errors), (bare, ignored)):
                     pose = find_poses(points, through, Dock(DIAMETER_M, 10))[1].candidates[0]
@@ -182,11 +183,11 @@ def test_simpler_methods_of_the_paper():
     for table in TABLES.values():
         for row in table.measured:
             position = row[:3] / 100
-            points = seen(position, row, 2 * np.pi * np.arange(table.lights) / table.lights)
+            points = seen(position, row, even(table.lights))
             ellipse = fit_ellipse(points)
             truth = -rotation_from_angles(*np.radians(row[3:]))[:, 2]
-            hong = max(hong_poses(ellipse, CAMERA, DIAMETER_M), key=lambda pose: pose.normal @ truth)
-            exact = max(circle_poses(ellipse, CAMERA, DIAMETER_M), key=lambda pose: pose.normal @ truth)
+            hong = nearest(hong_poses(ellipse, CAMERA, DIAMETER_M), truth)
+            exact = nearest(circle_poses(ellipse, CAMERA, DIAMETER_M), truth)
             mass_moment, of_ellipse, of_pose = centres(points, ellipse, exact)
             angle = math.degrees(math.acos(min(1.0, hong.normal @ truth)))
             hong_deg.append(angle)
@@ -223,7 +224,7 @@ def test_what_the_pose_stages_cost():
     ratios, times = [], []
     for table in TABLES.values():
         for number, row in enumerate(table.measured):
-            exact = seen(row[:3] / 100, row, 2 * np.pi * np.arange(10) / 10)
+            exact = seen(row[:3] / 100, row, even(10))
             points = exact + np.random.default_rng(number).normal(0, 0.1, exact.shape)
             ours = best_us(lambda points=points: find_poses(points, CAMERA, dock))
             model, matrix = dock.light_points(), CAMERA.matrix

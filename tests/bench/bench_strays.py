@@ -8,6 +8,8 @@ import numpy as np
 from dockpose import Dock, Estimate, estimate
 from dockpose.pose.circle import rotation_from_angles
 
+from tests.bench.lamps import unit_normal
+from tests.bench.seen_scenes import circle, closest_px, even
 from tests.support.scenes import CAMERA
 
 DIAMETER_M = 0.30
@@ -35,13 +37,12 @@ def drawn(rng: np.random.Generator, angles_rad: np.ndarray, strays: int, *, nois
     size = np.array([CAMERA.width, CAMERA.height])
     while True:
         tilt, around, z = rng.uniform(0.1, 0.7), rng.uniform(0, 2 * math.pi), rng.uniform(0.6, 1.6)
-        normal = np.array([math.sin(tilt) * math.cos(around), math.sin(tilt) * math.sin(around), -math.cos(tilt)])
+        normal = unit_normal(tilt, around)
         position = z * np.array([*(rng.uniform(-0.3, 0.3, 2) * [1, 0.7]), 1.0])
-        turned = angles_rad + rng.uniform(0, 2 * math.pi)
-        ring = 0.5 * DIAMETER_M * np.column_stack([np.cos(turned), np.sin(turned), 0 * turned])
+        ring = circle(angles_rad + rng.uniform(0, 2 * math.pi), DIAMETER_M / 2)
         rotation = rotation_from_angles(math.asin(normal[1]), math.atan2(-normal[0], -normal[2]))
-        points = CAMERA.project(position + ring @ rotation.T) + rng.normal(0, noise_px, (len(turned), 2))
-        if (points > 10).all() and (points < size - 10).all() and _closest(points) > CLOSEST_PX:
+        points = CAMERA.project(position + ring @ rotation.T) + rng.normal(0, noise_px, (len(ring), 2))
+        if (points > 10).all() and (points < size - 10).all() and closest_px(points) > CLOSEST_PX:
             break
     while len(points) < len(angles_rad) + strays:
         stray = rng.uniform(10, size - 10)
@@ -56,11 +57,6 @@ def drawn(rng: np.random.Generator, angles_rad: np.ndarray, strays: int, *, nois
     return Drawn(np.clip(light, 0, 255).astype(np.uint8), position, normal)
 
 
-def _closest(points: np.ndarray) -> float:
-    apart = np.linalg.norm(points[:, None] - points, axis=2) + 1e9 * np.eye(len(points))
-    return float(apart.min())
-
-
 def outcome(found: Estimate, scene: Drawn) -> str:
     """What came of it: "right", "undecided" (another pose, but not sure), "not seen", or "wrong" (sure of another)."""
     pose = found.selected
@@ -70,10 +66,6 @@ def outcome(found: Estimate, scene: Drawn) -> str:
     if near and pose.normal @ scene.normal > math.cos(math.radians(8)):
         return "right"
     return "wrong" if (pose.probability or 0) > SURE else "undecided"
-
-
-def even(count: int) -> np.ndarray:
-    return 2 * math.pi * np.arange(count) / count
 
 
 def uneven(rng: np.random.Generator, count: int) -> np.ndarray:

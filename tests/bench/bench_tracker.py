@@ -11,12 +11,15 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Tracked, Tracker, estimate, simulate
-from dockpose.paper.closed_loop import choose_by_eccentricity
+from dockpose.paper.closed_loop import choose_by_table
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
 from dockpose.simulate.sequence import steer
+from dockpose.study.draw import unit
+from dockpose.study.judge import nearest
 
+from tests.bench.lamps import unit_normal
 from tests.support.two_docks import follow, stays
 
 FAR, NEAR = Dock(diameter=2.0, lights=10), Dock(diameter=0.30, lights=10)
@@ -39,7 +42,7 @@ def draw_approach(seed: int, dock: Dock, *, exact: bool = True) -> simulate.Film
     large = dock is FAR
     rng = np.random.default_rng([seed, int(large)])
     tilt, around = np.radians(rng.uniform(0, 35)), rng.uniform(0, 2 * np.pi)
-    normal = np.array([np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around), -np.cos(tilt)])
+    normal = unit_normal(tilt, around)
     start, end = (20.0, 1.0) if large else (4.0, 0.5)
     focal = rng.uniform(330, 700) if large else rng.uniform(420, 700)
     camera = Camera(focal, focal, 319.5, 239.5, 640, 480)
@@ -176,17 +179,12 @@ class Judge:
             score.alike, score.alike_right = score.alike + 1, score.alike_right + right
 
 
-def nearest(candidates: tuple[CirclePose, ...], normal: np.ndarray) -> CirclePose:
-    """The candidate that is right."""
-    return max(candidates, key=lambda pose: float(pose.normal @ normal))
-
-
 def is_right(tracked: Tracked, normal: np.ndarray) -> bool:
     """Whether the chosen pose is nearer to the truth than its twin, the mirror image about the line of sight."""
     if tracked.selected is not None:
         return tracked.pose is nearest(tracked.estimate.candidates, normal)
     pose = tracked.pose
-    sight = pose.position_m / np.linalg.norm(pose.position_m)
+    sight = unit(pose.position_m)
     twin = 2 * (pose.normal @ sight) * sight - pose.normal
     return bool(pose.normal @ normal >= twin @ normal)
 
@@ -232,7 +230,7 @@ def closed_loop(job: tuple[int, bool, bool]) -> Score:
         found = estimate(image, camera, dock)
         tracked = tracker.follow(found, len(seen) / motion.rate_hz, command)
         if found.ellipse is not None:
-            state = choose_by_eccentricity(found.candidates, found.ellipse.eccentricity, state, first)
+            state = choose_by_table(found.candidates, found.ellipse.eccentricity, state, first)
         seen.append((tracked, found, state.selected if state and found.candidates else None))
         by_eccentricity = found.candidates[state.selected] if state and found.candidates else None
         pose = by_eccentricity if by_table else tracked.pose

@@ -100,8 +100,12 @@ def draw_lamps(
     image = np.clip(np.rint(grey if over is None else np.where(over > 0, over, grey)), 0, 255).astype(np.uint8)
     if jpeg_quality is None:
         return image
-    coded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, jpeg_quality])[1]
-    decoded = cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
+    return as_jpeg(image, jpeg_quality)
+
+
+def as_jpeg(image: np.ndarray, quality: int) -> np.ndarray:
+    """A grey picture that was stored as JPEG."""
+    decoded = cv2.imdecode(cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], cv2.IMREAD_GRAYSCALE)
     assert decoded is not None
     return decoded
 

@@ -5,6 +5,8 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
+from tests.bench.lamps import as_jpeg
+
 SIZES = ((320, 240), (640, 352), (640, 480), (1280, 720), (1920, 1080))
 
 
@@ -19,12 +21,7 @@ def picture(kind: str, seed: int) -> np.ndarray:
     KINDS[kind](light, rng)
     light += rng.normal(0, rng.uniform(0.5, 4), light.shape).astype(np.float32)
     grey = np.clip(light, 0, 255).astype(np.uint8)
-    if rng.random() < 0.3:
-        quality = [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(35, 95))]
-        decoded = cv2.imdecode(cv2.imencode(".jpg", grey, quality)[1], cv2.IMREAD_GRAYSCALE)
-        assert decoded is not None
-        return decoded
-    return grey
+    return as_jpeg(grey, int(rng.integers(35, 95))) if rng.random() < 0.3 else grey
 
 
 def _background(rng: np.random.Generator, width: int, height: int) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from dockpose import Camera, Dock, Estimate, estimate
 
 from tests.bench.lamps import DIAMETER_M, HALOS, Drawn, draw_lamps, ring_px, unit_normal
+from tests.bench.seen_scenes import closest_px
 
 SIZES = {(320, 240): 0.25, (640, 480): 0.4, (1280, 720): 0.2, (1920, 1080): 0.1, (3840, 2160): 0.05}
 LEAST_SPACING_PX = 7.0  # of neighbouring lamps
@@ -37,8 +38,7 @@ class _Scene:
     @property
     def spacing_px(self) -> float:
         """The least distance between two lamps of the dock."""
-        apart = np.linalg.norm(self.lamps_px[:, None] - self.lamps_px, axis=2)
-        return float((apart + 1e9 * np.eye(len(apart))).min())
+        return closest_px(self.lamps_px)
 
     @property
     def centre_px(self) -> np.ndarray:

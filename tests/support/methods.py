@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from unittest.mock import patch
 
 from dockpose import register_threshold
 from dockpose.thresholds import METHODS
@@ -15,24 +16,15 @@ from dockpose.thresholds.methods import Entry, Methods
 @contextlib.contextmanager
 def registered(**methods: tuple[str, Callable]) -> Iterator[None]:
     """Register functions by their names, each with its title, and forget them afterwards."""
-    before = dict(METHODS._entries)
-    try:
+    with patch.object(METHODS, "_entries", dict(METHODS._entries)):
         for name, (title, function) in methods.items():
             register_threshold(name, title=title)(function)
         yield
-    finally:
-        METHODS._entries = before
 
 
-@contextlib.contextmanager
-def entered(**methods: Entry) -> Iterator[None]:
+def entered(**methods: Entry):
     """Meanwhile the registry has these lines too, as it has those of the library's own methods."""
-    before = METHODS._entries
-    METHODS._entries = before | Methods(**methods)._entries
-    try:
-        yield
-    finally:
-        METHODS._entries = before
+    return patch.object(METHODS, "_entries", METHODS._entries | Methods(**methods)._entries)
 
 
 def install(folder: Path, package: str, code: str, **points: str) -> None:

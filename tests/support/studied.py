@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from dockpose.study.judge import COLUMNS, FALSE_DOCK, SUCCESS, WRONG_POSE
-from dockpose.study.scenes import ELAPSED, METHODS
+from dockpose.study.scenes import ELAPSED, methods
 from dockpose.study.summary import FACTORS, Columns
 
 _TEXT = ("status", "outcome", "selected_by")
@@ -13,7 +13,7 @@ _TEXT = ("status", "outcome", "selected_by")
 def table(scenes: int, outcome: Callable[[int, str], str], docks: int | None = None) -> Columns:
     """Rows of ``scenes`` scenes, of which the first ``docks`` have a dock; ``outcome`` by scene and method."""
     docks = scenes if docks is None else docks
-    keys = [(scene, label) for scene in range(scenes) for label in METHODS]
+    keys = [(scene, label) for scene in range(scenes) for label in methods()]
     scene = np.array([key[0] for key in keys], dtype=float)
     columns: Columns = {"scene": scene, "seed": np.full(len(keys), 3.0), "has_dock": (scene < docks).astype(float)}
     for factor in FACTORS.values():

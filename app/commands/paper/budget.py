@@ -12,8 +12,9 @@ from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put_text
 from dockpose.app.commands.output import Lines, open_lines
-from dockpose.app.drawing.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, set_up_words, usual_ranges_m
 from dockpose.app.errors import UserError, blaming
+from dockpose.app.export.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
+from dockpose.app.export.parts import sentences
 from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget, simulated_budget
 from rich import box
 from rich.console import Console
@@ -39,24 +40,15 @@ def run(arguments: argparse.Namespace) -> int:
     with contextlib.ExitStack() as files:
         file = open_lines(arguments.csv, files)
         with blaming("no error budget: "):
-            rows = _rows(camera, dock, ranges_m or usual_ranges_m(camera, dock), tilts_deg or TILTS_DEG, arguments)
+            rows = []
+            for place in itertools.product(ranges_m or usual_ranges_m(camera, dock), tilts_deg or TILTS_DEG):
+                asked = (camera, dock, *place, arguments.noise)
+                rows.append((budget(*asked), simulated_budget(*asked, arguments.draws, arguments.seed)))
         if file is not None:
             _write(rows, file)
         if arguments.csv != "-":
             _print(camera, dock, rows, arguments)
     return EXIT_ALL_READ
-
-
-def _rows(
-    camera: Camera, dock: Dock, ranges_m: Sequence[float], tilts_deg: Sequence[float], arguments: argparse.Namespace
-) -> list[tuple[Budget, Budget]]:
-    """Expected and simulated errors."""
-    rows = []
-    for place in itertools.product(ranges_m, tilts_deg):
-        expected = budget(camera, dock, *place, arguments.noise)
-        came = simulated_budget(camera, dock, *place, arguments.noise, arguments.draws, arguments.seed)
-        rows.append((expected, came))
-    return rows
 
 
 def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
@@ -81,15 +73,11 @@ def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], ar
         is_last = number + 1 == len(rows) or rows[number + 1][0].range_m != one.range_m
         table.add_row(*budget_cells(one, other), end_section=is_last)
     with console.capture() as captured:
-        console.print(set_up_words(camera, dock, arguments.noise))
+        set_up, *reach = budget_sentences(camera, dock, arguments.noise)
+        console.print(set_up)
         console.print(table)
-        for sentence in budget_sentences(camera, dock, arguments.noise):
+        for sentence in (*reach, *sentences("budget.txt", "how", arguments.draws)):
             console.print(sentence)
-        console.print(
-            f"By the covariance of the refined pose; in brackets, what came of {arguments.draws} simulated sets of "
-            "lights. Errors of the intrinsics and of the dock's diameter come on top: 1 % of either is 1 % of the "
-            "range."
-        )
     put_text(captured.get())
 
 

@@ -1,6 +1,6 @@
 """Table 1 of the paper: which of the two poses an approach ends on."""
 
-import math
+import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -23,7 +23,7 @@ _RULES = {
 # What is counted, and in which approaches.
 _COUNTS: dict[str, Callable[[Course], bool]] = {
     "right in frame 2": lambda course: bool(course.right[1]),
-    "right in the last frame": lambda course: course.ends_right,
+    "right in the last frame": lambda course: bool(course.right[-1]),
     "ends square on": lambda course: course.ends_square_on,
 }
 
@@ -35,48 +35,30 @@ def table_1(seed: int) -> Part:
 
 def part_of(courses: dict[str, list[Course]]) -> Part:
     """The part for approaches that were run by each of ``RULES``."""
-    (near, far), (least, most) = closed_loop.RANGE_M, closed_loop.TILT_DEG
-    seconds, ends, square = ("; ".join(_in_words(rule, ran, what) for rule, ran in courses.items()) for what in _COUNTS)
     number = len(courses[RULES[0]])
+    shares = {
+        rule: {what: wilson(sum(map(is_so, ran)), number) for what, is_so in _COUNTS.items()}
+        for rule, ran in courses.items()
+    }
     return Part.of(
         "table_1",
         {"frames": _figure(courses)},
-        {"main": _shares(courses), **{rule: _approaches(ran) for rule, ran in courses.items()}},
-        **{"near": near, "far": far, "least": least, "most": most, "number": number},
-        diameter_cm=100 * closed_loop.DOCK.diameter,
-        dock=closed_loop.DOCK,
-        frames=closed_loop.FRAMES,
-        all_frames=number * closed_loop.FRAMES,
-        square_deg=math.degrees(closed_loop.SQUARE_ON_RAD),
-        seconds=seconds,
-        ends=ends,
-        square=square,
-        second={rule: sum(bool(course.right[1]) for course in ran) for rule, ran in courses.items()},
-        lost={rule: sum(bool(c.right[1]) and not c.ends_right for c in ran) for rule, ran in courses.items()},
-        turned={rule: sum(not course.ends_square_on for course in ran) for rule, ran in courses.items()},
+        {"main": _rows(shares, number), **{rule: _approaches(ran) for rule, ran in courses.items()}},
+        number=number,
+        set_up=closed_loop,
+        names={rule: name for rule, (name, _) in _RULES.items()},
+        shares=shares,
+        lost={rule: sum(bool(c.right[1]) and not c.right[-1] for c in ran) for rule, ran in courses.items()},
         wrong={rule: sum(int((~course.right).sum()) for course in ran) for rule, ran in courses.items()},
     )
 
 
-def _share(courses: Sequence[Course], what: str) -> Share:
-    return wilson(sum(_COUNTS[what](course) for course in courses), len(courses))
-
-
-def _in_words(rule: str, courses: Sequence[Course], what: str) -> str:
-    share = _share(courses, what)
-    return f"{_RULES[rule][0]} {share.hits} of {share.count} ({100 * share.low:.0f} to {100 * share.high:.0f} %)"
-
-
-def _shares(courses: dict[str, list[Course]]) -> Rows:
-    number = len(courses[RULES[0]])
-    rows: list[list[Cell]] = [["rule"]]
-    for what in _COUNTS:
-        rows[0] += [f"{what} (of {number})", f"{what} (95 % interval in %)"]
-    for rule, ran in courses.items():
-        rows.append([_RULES[rule][0]])
-        for what in _COUNTS:
-            share = _share(ran, what)
-            rows[-1] += [share.hits, f"{100 * share.low:.1f} to {100 * share.high:.1f}"]
+def _rows(shares: dict[str, dict[str, Share]], number: int) -> Rows:
+    heads = ((f"{what} (of {number})", f"{what} (95 % interval in %)") for what in _COUNTS)
+    rows: list[list[Cell]] = [["rule", *itertools.chain(*heads)]]
+    for rule, of in shares.items():
+        cells = ((one.hits, f"{100 * one.low:.1f} to {100 * one.high:.1f}") for one in of.values())
+        rows.append([_RULES[rule][0], *itertools.chain(*cells)])
     return rows
 
 

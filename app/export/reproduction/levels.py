@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, THRESHOLD_COLOUR
-from dockpose.app.export.parts import Cell, Part, words
+from dockpose.app.drawing.numbers import count
+from dockpose.app.export.parts import Cell, Part
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
 from dockpose.paper.lights import levels as sweeps
@@ -33,19 +34,9 @@ def figure_3(seed: int) -> Part:
         "figure_3",
         {"main": _draw_levels(picture, seen)},
         {"main": [_row(name, one) for name, one in seen.items()]},
-        lights=picture.lights,
-        levels=" ".join(_words(name, one) for name, one in seen.items()),
+        picture=picture,
+        seen=seen,
     )
-
-
-def _words(name: str, one: sweeps.AtLevel) -> str:
-    kept, mm = 100 * one.kept, 1000 * one.distance_m
-    pose = "none" if one.found.selected is None else "right" if one.is_right else "wrong"
-    return words("figure_3", pose, name=name, one=one, groups=_groups(one.groups), kept=kept, mm=mm)
-
-
-def _groups(count: int) -> str:
-    return f"{count} group{'' if count == 1 else 's'}"
 
 
 def _row(name: str, one: sweeps.AtLevel) -> tuple[Cell, ...]:
@@ -58,7 +49,7 @@ def _draw_levels(picture: sweeps.Picture, seen: dict[str, sweeps.AtLevel]) -> Fi
     figure = canvas(8.6, 5.9, PHOTO_DPI)
     axes = figure.subplots(2, 3).ravel()
     _show_levels(
-        axes, picture, {f"{name}: level {one.level}, {_groups(one.groups)}": one for name, one in seen.items()}
+        axes, picture, {f"{name}: level {one.level}, {count(one.groups, 'group')}": one for name, one in seen.items()}
     )
     draw.draw_groups(axes[5], picture.groups, picture.hats.level, picture.lights)
     axes[5].set_xlabel("level", fontsize=SMALL)
@@ -75,24 +66,15 @@ def figure_8(seed: int) -> Part:
         "figure_8",
         {"main": _draw_scenes(pictures, seen)},
         {"main": [_scene_row(name, pictures[name], one) for name, one in seen.items()]},
-        exact=len(exact),
-        names=f": {', '.join(exact)}" if exact else "",
-        rest=" ".join(_rest_words(name, pictures[name], one) for name, one in seen.items() if name not in exact),
-        right=sum(one.is_right for one in seen.values()),
-        scenes=len(pictures),
+        exact=exact,
+        pictures=pictures,
+        seen=seen,
     )
 
 
 def _is_exact(picture: sweeps.Picture) -> bool:
     points_px = sweeps.group_centres(picture.histogram, picture.hats.level, sweeps.MIN_AREA_PX)
     return sweeps.are_the_lights(points_px, picture.truth.lights_px[picture.truth.visible])
-
-
-def _rest_words(name: str, picture: sweeps.Picture, one: sweeps.AtLevel) -> str:
-    pose = "right" if one.is_right else "wrong" if one.found.selected is not None else "not found"
-    return words(
-        "figure_8", "other", name=name, picture=picture, one=one, found=one.found.lights_on_ring or 0, pose=pose
-    )
 
 
 def _scene_row(name: str, picture: sweeps.Picture, one: sweeps.AtLevel) -> tuple[Cell, ...]:
@@ -138,7 +120,7 @@ def figure_14(seed: int) -> Part:
         moved=at_hats[1] - at_hats[0],
         found=len(found),
         range=f"within {found[0]} to {found[-1]}" if len(found) else "none",
-        spans=["{:.3g} and {:.3g} px".format(*_span(one)) for one in errors[0].T],
+        spans=[_span(one) for one in errors[0].T],
     )
 
 
@@ -169,6 +151,11 @@ def figure_16(seed: int) -> Part:
     """The ellipse at two levels."""
     scene = near_ring(seed)
     picture, found = sweeps.picture_of(scene), sweeps.two_levels(scene, _PICTURES)
+    seen = [sweeps.at_level(picture, level) for level in found.levels]
+    figure = canvas(8.6, 3.3, PHOTO_DPI)
+    _show_levels(
+        figure.subplots(1, 3), picture, {f"level {one.level}: {count(one.groups, 'group')}": one for one in seen}
+    )
     difference, error = found.mean_difference, found.standard_error
     apart = [name for name, one in zip(sweeps.PARAMETERS, np.abs(difference) / error, strict=True) if one > _AGREE]
     largest = float(np.abs(difference[:4]).max())
@@ -178,28 +165,17 @@ def figure_16(seed: int) -> Part:
     names = [f"{name} ({unit})" for name, unit in zip(sweeps.PARAMETERS, units, strict=True)]
     return Part.of(
         "figure_16",
-        {"main": _draw_two(picture, [sweeps.at_level(picture, level) for level in found.levels])},
+        {"main": figure},
         {"main": [(name, *row) for name, row in zip(names, np.column_stack(columns).tolist(), strict=True)]},
         found=found,
-        lights=[_range_words(column) for column in found.lights.T],
+        lights=[sorted({int(column.min()), int(column.max())}) for column in found.lights.T],
         pictures=len(found.errors),
         largest=largest,
         share=100 * largest / found.true_values[2],
-        agreement=words("figure_16", "apart" if apart else "agree", most=_AGREE, names=", ".join(apart)),
+        apart=apart,
+        most=_AGREE,
         scatter=scatter,
-        conclusion="" if apart else words("figure_16", "same"),
     )
-
-
-def _range_words(counts: np.ndarray) -> str:
-    low, high = int(counts.min()), int(counts.max())
-    return str(low) if low == high else f"{low} to {high}"
-
-
-def _draw_two(picture: sweeps.Picture, seen: list[sweeps.AtLevel]) -> Figure:
-    figure = canvas(8.6, 3.3, PHOTO_DPI)
-    _show_levels(figure.subplots(1, 3), picture, {f"level {one.level}: {_groups(one.groups)}": one for one in seen})
-    return figure
 
 
 def _show_levels(axes: Sequence[Axes], picture: sweeps.Picture, seen: Mapping[str, sweeps.AtLevel]) -> None:

@@ -6,14 +6,14 @@ from itertools import pairwise
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
 from dockpose.app.drawing.montage import kept_pixels
-from dockpose.app.export.parts import Cell, Part, Rows, listed, words
+from dockpose.app.export.parts import Cell, Part, Rows, by_verdict, verdict
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show
-from dockpose.estimate import Estimate, estimate
+from dockpose.app.processing.comparison import compare
+from dockpose.estimate import Estimate
 from dockpose.paper.lights import rivals
 from dockpose.paper.lights.levels import Picture, picture_of, pose_errors, pose_is_right
 from dockpose.paper.lights.scenes import tank_scenes
-from dockpose.settings import Settings
 from dockpose.study.statistics import Difference, Share, paired_difference, wilson
 from matplotlib.figure import Figure
 
@@ -38,7 +38,7 @@ def figure_15(seed: int) -> Part:
     """HATS against its four rivals."""
     pictures = {name: picture_of(scene) for name, scene in tank_scenes(seed).items()}
     found_in = {
-        name: {method: _found(picture, method) for method in rivals.METHODS_COMPARED}
+        name: compare(picture.image, picture.scene.camera, picture.scene.dock, methods=rivals.METHODS_COMPARED)
         for name, picture in pictures.items()
     }
     picture, found = pictures[_ONE_SCENE], found_in[_ONE_SCENE]
@@ -60,14 +60,21 @@ def figure_15(seed: int) -> Part:
             "differences": _difference_rows("HATS less", {NAMES[rival]: of for rival, of in differences.items()}),
         },
         scene=_ONE_SCENE,
-        lights=picture.lights,
-        found="; ".join(_one_scene_words(name, one, picture) for name, one in found.items()),
+        picture=picture,
+        found=found,
+        right={name: pose_is_right(one, picture.truth) for name, one in found.items()},
+        names=NAMES,
+        columns=_COLUMNS,
         cases=len(tally.is_hard),
-        shares=", ".join(f"{NAMES[name]} {share_words(tally.exact[name])}" for name in rivals.METHODS_COMPARED),
-        rings=", ".join(f"{NAMES[name]} {share_words(tally.right[name])}" for name in rivals.METHODS_COMPARED),
-        best=share_words(tally.exact[rivals.ANY_LEVEL]),
-        per_light=share_words(tally.right[rivals.PER_LIGHT]),
-        claim=" ".join(_claim_words(column, differences) for column in _COLUMNS),
+        shares={
+            column: {name: _share(getattr(tally, column)[name]) for name in NAMES} for column in ("exact", "right")
+        },
+        best=_share(tally.exact[rivals.ANY_LEVEL]),
+        per_light=_share(tally.right[rivals.PER_LIGHT]),
+        claims={
+            column: by_verdict({NAMES[rival]: vars(of[column]) for rival, of in differences.items()})
+            for column in _COLUMNS
+        },
     )
 
 
@@ -76,7 +83,11 @@ def literal_hats(seed: int) -> Part:
     tally = rivals.compare_schemes(seed)
     steps = list(tally.exact)
     gains = {after: _differences(tally, after, before) for before, after in pairwise(steps)}
-    whole = _differences(tally, rivals.OURS, _LITERAL)
+    changes = {step.split("+ ")[-1]: of for step, of in gains.items()}
+    beyond = {
+        step: {column: one for column, one in of.items() if verdict(vars(one)) != "open"}
+        for step, of in changes.items()
+    }
     return Part.of(
         "literal_hats",
         {"main": _draw_steps(tally, steps)},
@@ -85,17 +96,14 @@ def literal_hats(seed: int) -> Part:
             "steps": _difference_rows("step", gains),
         },
         cases=len(tally.is_hard),
-        exact=[share_words(tally.exact[name]) for name in (_LITERAL, rivals.OURS)],
-        right=[share_words(tally.right[name]) for name in (_LITERAL, rivals.OURS)],
-        exact_gain=_difference_words(whole["exact"]),
-        right_gain=_difference_words(whole["right"]),
-        steps=_steps_words(gains),
+        exact=[_share(tally.exact[name]) for name in (_LITERAL, rivals.OURS)],
+        right=[_share(tally.right[name]) for name in (_LITERAL, rivals.OURS)],
+        whole=_differences(tally, rivals.OURS, _LITERAL),
+        columns=_COLUMNS,
+        gains=len(gains) * len(_COLUMNS),
+        sure={step: sure for step, sure in beyond.items() if sure},
+        nothing=[step for step, of in changes.items() if all(one.value == 0 for one in of.values())],
     )
-
-
-def _found(picture: Picture, method: str) -> Estimate:
-    scene = picture.scene
-    return estimate(picture.image, scene.camera, scene.dock, Settings(method=method), fall_back=False)
 
 
 def _level(found: Estimate) -> int:
@@ -105,11 +113,6 @@ def _level(found: Estimate) -> int:
 
 def _seen(found: Estimate) -> int:
     return 0 if found.markers is None else found.markers.seen
-
-
-def _one_scene_words(name: str, found: Estimate, picture: Picture) -> str:
-    pose = "the right pose" if pose_is_right(found, picture.truth) else "no right pose"
-    return f"{NAMES[name]} takes level {_level(found)}, {found.lights_on_ring or 0} lights on a ring, {pose}"
 
 
 def _one_scene(name: str, found: Estimate, picture: Picture) -> tuple[Cell, ...]:
@@ -123,12 +126,6 @@ def _cell(found: Estimate, picture: Picture) -> str:
 
 def _share(successes: np.ndarray) -> Share:
     return wilson(int(successes.sum()), len(successes))
-
-
-def share_words(successes: np.ndarray) -> str:
-    """As "58 % (48 to 67)": a share with its interval of 95 %."""
-    share = _share(successes)
-    return f"{100 * share.value:.0f} % ({100 * share.low:.0f} to {100 * share.high:.0f})"
 
 
 def share_rows(tally: rivals.Tally, rows: Mapping[str, str]) -> Rows:
@@ -164,45 +161,6 @@ def _difference_rows(first: str, differences: Mapping[str, Mapping[str, Differen
         _head(first),
         *([name, *(x for one in of.values() for x in _in_per_cent(one))] for name, of in differences.items()),
     ]
-
-
-def _difference_words(difference: Difference) -> str:
-    gain, low, high = _in_per_cent(difference)
-    return f"{gain:+.0f} points ({low:.0f} to {high:.0f})"
-
-
-def _claim_words(column: str, differences: Mapping[str, Mapping[str, Difference]]) -> str:
-    """Whether the claim stands, by one column."""
-    sorts: dict[str, list[str]] = {"better than": [], "worse than": [], "not distinguishable from": []}
-    for rival, of in differences.items():
-        sort = "better than" if of[column].low > 0 else "worse than" if of[column].high < 0 else None
-        sorts[sort or "not distinguishable from"].append(NAMES[rival])
-    parts = [f"{verb} {listed(names)}" for verb, names in sorts.items() if names]
-    return f"By the share of scenes in which {_COLUMNS[column][0]}, HATS is {', and '.join(parts)}."
-
-
-def _steps_words(gains: Mapping[str, Mapping[str, Difference]]) -> str:
-    """Which steps gain or cost more than chance in any column, and which change nothing."""
-    sure, nothing = [], []
-    for step, of in gains.items():
-        name = f"“{step.split('+ ')[-1]}”"
-        beyond = [
-            f"{100 * one.value:+.0f} points where {_COLUMNS[column][0]}"
-            for column, one in of.items()
-            if one.low > 0 or one.high < 0
-        ]
-        if beyond:
-            sure.append(f"{name} {' and '.join(beyond)}")
-        elif all(one.value == 0 for one in of.values()):
-            nothing.append(name)
-    return words(
-        "literal_hats",
-        "steps_differ" if sure else "no_step_differs",
-        sure="; ".join(sure),
-        nothing=" " + words("literal_hats", "no_change", names=", ".join(nothing)) if nothing else "",
-        cases=len(gains) * len(_COLUMNS),
-        chance=0.05 * len(gains) * len(_COLUMNS),
-    )
 
 
 def _draw_methods(picture: Picture, found: Mapping[str, Estimate]) -> Figure:

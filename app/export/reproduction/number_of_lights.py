@@ -25,7 +25,6 @@ _STYLES = {
 }
 _SHARES = {"median": 0.5, "90 %": 0.9}
 _ERRORS = {"position": ("position (%)", "position (% of range)"), "angle_deg": ("angle (deg)", "normal (°)")}
-_MISLED = ((5, RING_OF), (6, RING_OF), (10, 10), (12, 12))  # lights seen, and of the ring, where some choose wrongly
 Results = dict[tuple[int, int], Errors]
 
 
@@ -37,41 +36,21 @@ def figure_17(seed: int) -> Part:
 
 def part_of(results: Results) -> Part:
     """The part for errors by the number of lights that are seen, and that the ring has."""
-    (near, far), first, last = light_numbers.RANGE_M, COUNTS[0], COUNTS[-1]
-    ten = results[10, 10]
     return Part.of(
         "figure_17",
         {"main": _figure(results)},
         {
-            "position": _table(results, lambda errors, who: _quantile(errors.position[who], 0.5)),
-            "angle": _table(results, lambda errors, who: _quantile(errors.angle_deg[who], 0.5)),
+            "position": _table(results, lambda errors, who: errors.quantile("position", who)),
+            "angle": _table(results, lambda errors, who: errors.quantile("angle_deg", who)),
             "wrong": _table(results, lambda errors, who: 100 * errors.wrong(who)),
             "curves": _curves(results),
         },
-        diameter_cm=100 * light_numbers.DIAMETER_M,
-        noise_px=light_numbers.NOISE_PX,
-        focal_px=light_numbers.CAMERA.fx,
-        tilt_deg=light_numbers.TILT_DEG,
-        **{"near": near, "far": far, "first": first, "last": last, "ring": RING_OF},
-        **{f"{who}_10": _medians(ten, who) for who in WHO},
-        **{f"{who}_few": _medians(results[first, RING_OF], who) for who in WHO},
-        ours_first=_medians(results[first, first], "ours"),
-        ours_last=_medians(results[last, last], "ours"),
-        ratio=_quantile(ten.angle_deg["ellipse"], 0.5) / _quantile(ten.angle_deg["ours"], 0.5),
-        wrong={
-            who: {seen: f"{100 * results[seen, lights].wrong(who):.0f} %" for seen, lights in _MISLED} for who in WHO
-        },
-        trials=len(ten.position["ours"]),
+        set_up=light_numbers,
+        results=results,
+        first=COUNTS[0],
+        last=COUNTS[-1],
+        trials=len(results[10, 10].position["ours"]),
     )
-
-
-def _quantile(values: np.ndarray, share: float) -> float:
-    """Without interpolation, so that missing poses, which are infinite, do no harm."""
-    return float(np.quantile(values, share, method="inverted_cdf"))
-
-
-def _medians(errors: Errors, who: str) -> str:
-    return f"{_quantile(errors.position[who], 0.5):.2f} % and {_quantile(errors.angle_deg[who], 0.5):.2f} degrees"
 
 
 def _table(results: Results, cell: Callable[[Errors, str], float]) -> Rows:
@@ -87,7 +66,7 @@ def _curves(results: Results) -> Rows:
     for (seen, lights), errors in results.items():
         for who in WHO:
             for what, (name, _) in _ERRORS.items():
-                both = [_quantile(getattr(errors, what)[who], share) for share in _SHARES.values()]
+                both = [errors.quantile(what, who, share) for share in _SHARES.values()]
                 finite = [value if np.isfinite(value) else None for value in both]
                 rows.append([seen, lights, _WORDS[who], name, *finite])
     return rows
@@ -112,7 +91,7 @@ def _figure(results: Results) -> Figure:
 
 def _draw(axes: Axes, results: Results, cells: list[tuple[int, int]], what: str, share: float) -> None:
     for who in WHO:
-        values = np.array([_quantile(getattr(results[cell], what)[who], share) for cell in cells])
+        values = np.array([results[cell].quantile(what, who, share) for cell in cells])
         values[~np.isfinite(values)] = np.nan
         colour, mark, dash = _STYLES[who]
         axes.plot([seen for seen, _ in cells], values, dash, marker=mark, color=colour, ms=4, lw=1, label=_WORDS[who])

@@ -1,6 +1,6 @@
 """Figures, pictures and curves that several parts draw alike."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ def legend_above(figure: Figure, axes: Axes, ncols: int, **looks: Any) -> None:
 
 def draw_intervals(
     axes: Axes,
-    places: Iterable[float],
+    places: Sequence[float] | np.ndarray,
     shares: Sequence[Mapping[str, Any]],
     looks: tuple[str, str],
     *,
@@ -43,14 +43,12 @@ def draw_intervals(
     **more: Any,
 ) -> None:
     """Draw values with their intervals in a colour with a mark, upright or across; those of no cases are left out."""
-    known = [(place, share) for place, share in zip(places, shares, strict=True) if share["value"] is not None]
-    if not known:
+    # None becomes NaN.
+    rows = np.array([[share[key] for key in ("value", "low", "high")] for share in shares], dtype=float).reshape(-1, 3)
+    known = np.isfinite(rows[:, 0])
+    if not known.any():
         return
-    at = [place for place, _ in known]
-    values, lows, highs = (
-        scale * np.array([np.nan if share[key] is None else share[key] for _, share in known], dtype=float)
-        for key in ("value", "low", "high")
-    )
+    at, (values, lows, highs) = np.array(places)[known], scale * rows[known].T
     off = np.maximum(0, [values - lows, highs - values])
     colour, mark = looks
     style = {"fmt": mark, "color": colour, "ms": 4, "lw": 0.9} | more

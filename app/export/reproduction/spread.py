@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from dockpose.app.drawing.colours import BARS_COLOUR, BLUE, GREEN, ORANGE, PURPLE, THRESHOLD_COLOUR
-from dockpose.app.export.parts import Cell, Part, Rows, words
+from dockpose.app.export.parts import Cell, Part, Rows
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, draw_histogram, show
 from dockpose.paper.lights import spread as lamps
 from dockpose.paper.lights.spread import HOU_DISTANCE_M, HOU_THETA0_RAD, HOU_WATER, SIDE_PX, LampPicture, lamp_scene
@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 _DISTANCES_M = (1.0, 3.0, HOU_DISTANCE_M)
+_SEEN = (math.radians(0.01) < ANGLES) & (math.radians(60) > ANGLES)
 _DRAWS = 3
 _WITHIN_DEG = 1.0
 _NEAR_M = 1.0  # where c r = 1, and direct light still counts
@@ -45,11 +46,11 @@ def figure_5(seed: int) -> Part:
         {"main": _table(pictures, {"Hou": spreads[f"Hou, {HOU_DISTANCE_M:g} m"]}), "curves": _curves(spreads)},
         far_m=HOU_DISTANCE_M,
         exponent=hou_exponent(_HOU, HOU_WATER, HOU_DISTANCE_M),
-        peak=_peak_words(pictures["Hou"]),
+        picture=pictures["Hou"],
         mean=HOU_WATER.scattering_per_m * HOU_DISTANCE_M,
-        draws=_DRAWS,
-        numbers=", ".join(str(round(spread.glow_share / direct)) for spread in drawn.values()),
-        water=_water_words(),
+        numbers=[round(spread.glow_share / direct) for spread in drawn.values()],
+        water=HOU_WATER,
+        theta0=HOU_THETA0_RAD,
     )
 
 
@@ -67,16 +68,15 @@ def figure_6(seed: int) -> Part:
         {"main": _table({**pictures, **others}, both), "curves": _curves(spreads)},
         near_m=_NEAR_M,
         far_m=HOU_DISTANCE_M,
-        near_peak=_peak_words(pictures[near]),
-        far_peak=_peak_words(pictures[far]),
-        prominence=_prominence(others[_FOR_COMPARISON]),
+        near=pictures[near],
+        far=pictures[far],
+        other=others[_FOR_COMPARISON],
         within_deg=_WITHIN_DEG,
         within=[100 * lamps.glow_within(one, math.radians(_WITHIN_DEG)) for one in (spreads[far], hou)],
         voss=spreads[far],
         hou=hou,
-        near_direct=100 * pictures[near].share_of_direct,
-        far_direct=100 * pictures[far].share_of_direct,
-        water=_water_words(),
+        water=HOU_WATER,
+        theta0=HOU_THETA0_RAD,
     )
 
 
@@ -84,7 +84,6 @@ def figure_7(seed: int) -> Part:
     """The asymmetric function: the symmetric one seen rotated."""
     (square, rotated, both), (_, _, far) = (_turned(distance_m, seed) for distance_m in (_NEAR_M, HOU_DISTANCE_M))
     pictures = {"symmetric": square, f"rotated by {_TILT_DEG:.0f} degrees": rotated, "both lamps": both}
-    near_peaks, far_peaks = lamps.two_peaks(both), lamps.two_peaks(far)
     return Part.of(
         "figure_7",
         {"main": _draw_rotated(pictures)},
@@ -94,10 +93,8 @@ def figure_7(seed: int) -> Part:
         near_m=_NEAR_M,
         far_m=HOU_DISTANCE_M,
         dimmed=math.cos(math.radians(_TILT_DEG)),
-        near=near_peaks,
-        near_dip=100 * near_peaks.dip,
-        far=far_peaks,
-        far_dip=100 * far_peaks.dip,
+        near=lamps.two_peaks(both),
+        far=lamps.two_peaks(far),
     )
 
 
@@ -112,20 +109,6 @@ def _turned(distance_m: float, seed: int) -> tuple[LampPicture, LampPicture, Lam
     return square, rotated, lamps.side_by_side(square, rotated, scenes[0])
 
 
-def _water_words() -> str:
-    lengths = HOU_WATER.attenuation_per_m * HOU_DISTANCE_M
-    return words("figure_5", "of_water", water=HOU_WATER, far_m=HOU_DISTANCE_M, lengths=lengths, theta0=HOU_THETA0_RAD)
-
-
-def _peak_words(picture: LampPicture) -> str:
-    shares = 100 * picture.share_of_lamp_in_peak, 100 * picture.share_of_direct
-    return words("figure_5", "of_peak", picture=picture, prominence=_prominence(picture), shares=shares)
-
-
-def _prominence(picture: LampPicture) -> str:
-    return f"{picture.prominence:.1f} times as many pixels as the levels below it"
-
-
 def _table(pictures: Mapping[str, LampPicture], spreads: Mapping[str, PointSpread]) -> Rows:
     rows: list[tuple[Cell, ...]] = [_HEAD]
     for key, picture in pictures.items():
@@ -138,21 +121,16 @@ def _table(pictures: Mapping[str, LampPicture], spreads: Mapping[str, PointSprea
 
 
 def _curves(spreads: Mapping[str, PointSpread]) -> Rows:
-    seen = _seen_angles()
-    columns = [np.degrees(ANGLES[seen]), *(spread.glow_per_sr[seen] for spread in spreads.values())]
+    columns = [np.degrees(ANGLES[_SEEN]), *(spread.glow_per_sr[_SEEN] for spread in spreads.values())]
     return [("angle (deg)", *(f"{key} (1/sr)" for key in spreads)), *np.column_stack(columns).tolist()]
-
-
-def _seen_angles() -> np.ndarray:
-    return (math.radians(0.01) < ANGLES) & (math.radians(60) > ANGLES)
 
 
 def _draw(spreads: Mapping[str, PointSpread], pictures: Mapping[str, LampPicture]) -> Figure:
     figure = canvas(8.6, 5.4, PHOTO_DPI)
     axes = figure.subplot_mosaic([["curves", 0, "counts 0"], ["curves", 1, "counts 1"]], width_ratios=(4, 3, 4))
-    curves, seen = axes["curves"], _seen_angles()
+    curves = axes["curves"]
     for (key, spread), (colour, line) in zip(spreads.items(), _STYLES, strict=False):
-        curves.loglog(np.degrees(ANGLES[seen]), spread.glow_per_sr[seen], line, color=colour, label=key, lw=1.5)
+        curves.loglog(np.degrees(ANGLES[_SEEN]), spread.glow_per_sr[_SEEN], line, color=colour, label=key, lw=1.5)
     curves.axvspan(
         curves.get_xlim()[0], math.degrees(SIDE_PX / 2 / lamps.FOCAL_PX), color=BARS_COLOUR, alpha=0.15, lw=0
     )

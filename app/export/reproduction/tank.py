@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 from dockpose.app.drawing.colours import BLUE, GREY, ORANGE, VERMILLION
-from dockpose.app.export.parts import Cell, Part, Rows, words
+from dockpose.app.export.parts import Cell, Part, Rows
 from dockpose.app.export.reproduction.pictures import canvas
 from dockpose.paper.tables import COLUMNS, TABLES, Table
 from dockpose.paper.tank import error_budget as budgets
@@ -41,32 +41,22 @@ def table_part(name: str, rows: list[Row]) -> Part:
     ours, pictures = np.nanmean(errors, axis=(0, 1)), errors.shape[0] * errors.shape[1]
     missed = int(np.isnan(errors[..., 0]).sum())
     ratio = table.mean_errors / ours
-    lights, beside, epnp = f"{table.lights} lights", "", ""
-    if table.epnp is not None:
-        lights += " (2 of them red and 2 blue)"
-        beside = ", and of EPnP, which is given by the colours which light is which"
-        epnp = " " + _epnp_words(table, rows)
     return Part.of(
         f"table_{name}",
         {},
         {"main": _values(table, rows), "errors": _errors(table, rows, ours), "pictures": _pictures(table, rows)},
         like="tank",
-        **{"name": name, "table": table, "poses": len(rows), "lights": lights, "beside": beside, "epnp": epnp},
-        paper_errors=_in_words(table.mean_errors),
-        our_errors=_in_words(ours),
+        **{"name": name, "table": table, "poses": len(rows), "ours": ours, "missed": missed},
         draws=DRAWS,
         pictures=pictures,
         right=sum(int(row.right.sum()) for row in rows),
-        missing=f" In {missed} no dock was found." if missed else "",
         least=ratio.min(),
         most=ratio.max(),
-        scale=_scale(table),
+        scales=_scales(table, table.estimated),
+        by_epnp=None if table.epnp is None else _by_epnp(table, rows),
+        epnp_scales=None if table.epnp is None else _scales(table, table.epnp),
+        gross_deg=GROSS_DEG,
     )
-
-
-def _in_words(errors: np.ndarray) -> str:
-    x, y, z, theta_x, theta_y = (f"{error:.2g}" for error in errors)
-    return f"{x}, {y} and {z} cm in x, y and z, and {theta_x} and {theta_y} degrees in theta x and theta y"
 
 
 def _absolute(table: Table, found: list[np.ndarray]) -> np.ndarray:
@@ -74,27 +64,16 @@ def _absolute(table: Table, found: list[np.ndarray]) -> np.ndarray:
     return np.abs(np.array(found) - table.measured[:, None])
 
 
-def _epnp_words(table: Table, rows: list[Row]) -> str:
-    """EPnP's errors but for the pictures that show another pose: angles or range far off, or none."""
+def _by_epnp(table: Table, rows: list[Row]) -> tuple[np.ndarray, int]:
+    """EPnP's errors (5,) but for pictures that show another pose, whose angle or range is far off; and how many."""
     errors = _absolute(table, [row.epnp for row in rows])
     gross = ~((errors[..., 3:] < GROSS_DEG).all(axis=-1) & (errors[..., 2] < 0.05 * table.measured[:, 2, None]))
-    return words(
-        "tank", "by_epnp", errors=_in_words(np.nanmean(errors[~gross], axis=0)), gross=gross.sum(), deg=GROSS_DEG
-    )
+    return np.nanmean(errors[~gross], axis=0), int(gross.sum())
 
 
-def _scale(table: Table) -> str:
-    """What the signs of the printed errors of z say."""
-    shares = 100 * (table.estimated - table.measured)[:, 2] / table.measured[:, 2]
-    if min(shares) < 0 < max(shares):
-        return words("tank", "both_signs")
-    mean = float(np.abs(shares).mean())
-    text = words("tank", "one_sign", size="large" if shares[0] > 0 else "small", mean=mean, mm=3 * mean)
-    if table.epnp is None:
-        return text
-    other = 100 * (table.epnp - table.measured)[:, 2] / table.measured[:, 2]
-    is_alike = bool((np.sign(other) == np.sign(shares)).all())
-    return text if is_alike else f"{text} {words('tank', 'epnp_differs', mean=other.mean())}"
+def _scales(table: Table, found: np.ndarray) -> np.ndarray:
+    """Signed errors (N,) of the printed z in per cent."""
+    return 100 * (found - table.measured)[:, 2] / table.measured[:, 2]
 
 
 def _rounded(name: str, errors: np.ndarray) -> list[Cell]:
@@ -147,46 +126,32 @@ def _pictures(table: Table, rows: list[Row]) -> Rows:
 
 def budget_part(budget: Budget) -> Part:
     """The part for a budget."""
-    camera, port, paper = budgets.CAMERA, budgets.CAMERA.port, _rms(poses_of_tables()[1])
-    assert port is not None
-    together, reading = _rms(budget.together), reading_steps() / np.sqrt(12)
-
-    def reached(values: np.ndarray) -> str:
-        return ", ".join(f"{name} {100 * share:.0f} %" for name, share in zip(_NAMES, values / paper, strict=True))
-
+    together, reading, rounded, paper = _sums(budget).values()
+    numbered = enumerate(budget.cameras, start=1)
+    cameras = [[number, one.fx, one.fy, one.cx, one.cy, *one.distortion] for number, one in numbered]
     return Part.of(
         "error_budget",
         {"main": _figure(budget)},
-        {"main": _budget_rows(budget), "tables": _by_table(budget), "calibrations": _cameras(budget)},
+        {"main": _budget_rows(budget), "tables": _by_table(budget), "calibrations": cameras},
         poses=len(poses_of_tables()[0]),
-        paper=_in_words(paper),
-        gap_mm=1000 * port.air_gap_m,
-        glass_mm=1000 * port.glass_m,
-        **{"camera": camera, "board": BOARD, "views": VIEWS, "budget": budget, "cameras": len(budget.cameras)},
-        sigma=_sigmas(budget),
-        together=_in_words(together),
-        right=100 * budget.right,
+        paper=paper,
+        **{"camera": budgets.CAMERA, "board": BOARD, "views": VIEWS, "budget": budget},
+        sigma=dict(zip(("fx", "fy", "cx", "cy", "k1", "k2"), np.std(cameras, axis=0)[1:7].tolist(), strict=True)),
+        together=together,
         largest_z=_largest(budget, 2),
         largest_angle=max(_largest(budget, 3), _largest(budget, 4), key=lambda one: one[1]),
-        ignored=_in_words(_rms(budget.items["ignored"])),
-        reached=reached(together),
+        ignored=_rms(budget.items["ignored"]),
         steps=reading_steps(),
         reading=reading,
-        reached_rounded=reached(np.hypot(together, reading)),
-        by_table=_by_table_in_words(budget),
-        pictures=_in_words(_rms(budget.pictures["both"])),
+        rounded=rounded,
+        worse=_worse(budget),
+        pictures=_rms(budget.pictures["both"]),
     )
 
 
 def _rms(errors: np.ndarray) -> np.ndarray:
     """Root mean squares (5,) over all but the last axis."""
     return np.sqrt(np.nanmean(errors.reshape(-1, 5) ** 2, axis=0))
-
-
-def _sigmas(budget: Budget) -> dict[str, float]:
-    """Standard deviations of what the calibrations find."""
-    found = np.array(_cameras(budget), dtype=float)[:, 1:7]
-    return dict(zip(("fx", "fy", "cx", "cy", "k1", "k2"), found.std(axis=0).tolist(), strict=True))
 
 
 def _largest(budget: Budget, column: int) -> tuple[str, float]:
@@ -202,16 +167,15 @@ def _mean_absolute(errors: np.ndarray) -> dict[str, np.ndarray]:
     return {name: np.nanmean(part, axis=(0, 1)) for name, part in zip(TABLES, parts, strict=True)}
 
 
-def _by_table_in_words(budget: Budget) -> str:
+def _worse(budget: Budget) -> list[str]:
     """Where the believable camera and ring are worse than the paper."""
     ours = _mean_absolute(budget.together)
-    worse = [
+    return [
         f"{column} of Table {name} ({found:.2g} against {printed:.2g})"
         for name, table in TABLES.items()
         for column, found, printed in zip(_NAMES, ours[name], table.mean_errors, strict=True)
         if found > printed
     ]
-    return words("error_budget", "worse" if worse else "not_worse", names=", ".join(worse))
 
 
 def _sums(budget: Budget) -> dict[str, np.ndarray]:
@@ -239,13 +203,6 @@ def _by_table(budget: Budget) -> Rows:
         rows.append(_rounded(f"Table {name}: ours, believable camera and ring", believable[name]))
         rows.append(_rounded(f"Table {name}: ours, all known exactly, noise and JPEG", exact[name]))
     return rows
-
-
-def _cameras(budget: Budget) -> Rows:
-    return [
-        [number, camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion]
-        for number, camera in enumerate(budget.cameras, start=1)
-    ]
 
 
 def _figure(budget: Budget) -> Figure:

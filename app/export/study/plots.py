@@ -7,7 +7,7 @@ from typing import Any
 from dockpose.app.drawing.colours import BLUE, GREEN, VERMILLION
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.pictures import draw_intervals
-from dockpose.study.scenes import HATS, METHODS, PRODUCT, RIVALS
+from dockpose.study.scenes import HATS, PRODUCT, RIVALS, methods, title_of
 from dockpose.study.summary import INTERVALS
 from dockpose.thresholds import METHODS as THRESHOLDS
 from matplotlib.axes import Axes
@@ -29,19 +29,15 @@ def _looks(label: str) -> tuple[str, str]:
     return (BLUE, "P") if label == PRODUCT else THRESHOLDS.look(label)
 
 
-def _groups() -> dict[str, list[str]]:
-    """Methods in two rows, since all would hide each other."""
-    first = [HATS, *RIVALS]
-    others = [label for label in METHODS if label not in first]
-    return {"HATS and the paper's rivals": first, "with local levels, and others": others}
-
-
 def factor_figure(factor: Mapping[str, Any]) -> Figure:
     """Success, false docks and errors of every method against one factor."""
     figure = new_figure(11.5, 5.6)
+    first = [HATS, *RIVALS]  # in two rows, since all would hide each other
+    others = [label for label in methods() if label not in first]
+    groups = {"HATS and the paper's rivals": first, "with local levels, and others": others}
     axes = figure.subplots(2, len(_PANELS), sharex=True, sharey="col")
     places = range(len(factor["bins"]))
-    for row, (group, labels) in zip(axes.tolist(), _groups().items(), strict=True):
+    for row, (group, labels) in zip(axes.tolist(), groups.items(), strict=True):
         for panel, (key, title, scale, is_log) in zip(row, _PANELS, strict=True):
             for number, label in enumerate(labels):
                 shares = [one[key] for one in factor["methods"][label]]
@@ -64,11 +60,11 @@ def factor_figure(factor: Mapping[str, Any]) -> Figure:
 def methods_figure(summary: Mapping[str, Any]) -> Figure:
     """Success and false docks of every method over all scenes."""
     figure = new_figure(9, 3.2)
-    order = sorted(METHODS, key=lambda label: summary["methods"][label]["success"]["value"] or 0)
+    order = sorted(methods(), key=lambda label: summary["methods"][label]["success"]["value"] or 0)
     for axes, (key, title, _, _) in zip(figure.subplots(1, 2, sharey=True), _PANELS, strict=False):
         for place, label in enumerate(order):
             draw_intervals(axes, [place], [summary["methods"][label][key]], _looks(label), across=True)
-        axes.set_yticks(range(len(order)), [METHODS[label].title for label in order])
+        axes.set_yticks(range(len(order)), [title_of(label) for label in order])
         axes.set_title(title, fontsize=9)
         axes.set_xlim(left=0)
         axes.grid(axis="x", **_GRID)
@@ -84,7 +80,7 @@ def against_figure(summary: Mapping[str, Any]) -> Figure:
     axes = figure.subplots(rows, 4, sharey=True).ravel()
     for place, rival in enumerate(RIVALS):
         draw_intervals(axes[0], [place], [summary["against"][HATS][rival]], _looks(rival))
-    names = [METHODS[rival].title for rival in RIVALS]
+    names = [title_of(rival) for rival in RIVALS]
     axes[0].set_xticks(range(len(RIVALS)), names, rotation=35, ha="right", fontsize=6)
     axes[0].set_title("all scenes with a dock", fontsize=8)
     for panel, factor in zip(axes[1:], factors.values(), strict=False):
@@ -147,7 +143,7 @@ def cost_figure(cost: Mapping[str, Mapping[int, float]]) -> Figure:
     for label, by_width in cost.items():
         colour, mark = _looks(label)
         line = "-" if label in (HATS, *RIVALS) else ":"
-        axes.plot(list(by_width), list(by_width.values()), line, marker=mark, color=colour, label=METHODS[label].title)
+        axes.plot(list(by_width), list(by_width.values()), line, marker=mark, color=colour, label=title_of(label))
     axes.set(xscale="log", yscale="log", xlabel="picture's width in pixels", ylabel="median time in ms")
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("{x:g}")
@@ -162,4 +158,4 @@ def cost_figure(cost: Mapping[str, Mapping[int, float]]) -> Figure:
 def _line(axes: Axes, places: Sequence[float], shares: Sequence[Mapping[str, Any]], label: str, scale: float) -> None:
     """A method's values against the bins, with their intervals."""
     colour, mark = _looks(label)
-    draw_intervals(axes, places, shares, (colour, f"{mark}-"), scale=scale, ms=3.5, label=METHODS[label].title)
+    draw_intervals(axes, places, shares, (colour, f"{mark}-"), scale=scale, ms=3.5, label=title_of(label))

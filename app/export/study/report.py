@@ -1,6 +1,7 @@
 """The study's page, its plots and its summary, from ``study.csv`` and ``cost.csv``."""
 
 import dataclasses
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -8,18 +9,18 @@ from typing import Any
 
 import numpy as np
 from dockpose.app.errors import writing
-from dockpose.app.export.parts import Cell, NumberTable, Part, Plot, Rows, page, words
+from dockpose.app.export.parts import Cell, NumberTable, Part, Plot, Rows, by_verdict, listed, page, sentences, words
 from dockpose.app.export.study import plots
-from dockpose.app.export.study.words import advice_text, calibration_text, claim_text, factor_text
 from dockpose.app.processing.study import COST_CSV, STUDY_CSV
 from dockpose.app.resources import versions
 from dockpose.files.durable_files import write_whole
-from dockpose.study.scenes import ELAPSED, HATS, METHODS, PRODUCT, RIVALS
+from dockpose.study.scenes import ELAPSED, HATS, PRODUCT, RIVALS, methods, title_of
 from dockpose.study.summary import Columns, columns_of, of_method, summary_of
 from markupsafe import Markup
 
 PLOTS = "plots"  # folder of the plots and tables
 _RANGES = ("range_diameters", "ring_radius_px", "attenuation_lengths")
+_TRUSTED = 0.9  # of the poses reported, from which on a range counts as one where they can be relied on
 _SHORT = (0, 2, 3, 7, 9)  # columns of the table by range that an operator needs
 
 
@@ -46,7 +47,10 @@ def page_of(summary: Mapping[str, Any], parts: Sequence[Part]) -> str:
 
 def advice_html(summary: Mapping[str, Any], *, with_tables: bool = True) -> str:
     """Which method when, and how far to trust the pose at which range, as a fragment of HTML."""
-    tables = [trust_table(summary, name) for name in _RANGES] if with_tables else [_short_table(summary)]
+    tables = [trust_table(summary, name) for name in _RANGES]
+    if not with_tables:  # of the pose's errors by range, what an operator needs
+        rows = [[row[column] for column in _SHORT] for row in tables[0].rows]
+        tables = [NumberTable.of("trust", "short", "trust", rows)]
     return page("advice.html", summary=summary, sentences=advice_text(summary), tables=tables)
 
 
@@ -62,17 +66,11 @@ def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
     return NumberTable.of("trust", "main", f"trust_{name}", rows, title=factor["title"])
 
 
-def _short_table(summary: Mapping[str, Any]) -> NumberTable:
-    """Of the pose's errors by range, what an operator needs."""
-    rows = [[row[column] for column in _SHORT] for row in trust_table(summary, _RANGES[0]).rows]
-    return NumberTable.of("trust", "short", "trust", rows)
-
-
 def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
     """All that the page shows after the advice."""
     texts = {
-        "claim": "\n".join([*claim_text(summary), *factor_text(summary)]),
-        "calibration": "\n".join(calibration_text(summary)),
+        "claim": "\n\n".join([*claim_text(summary), *factor_text(summary)]),
+        "calibration": "\n\n".join(calibration_text(summary)),
     }
     figures = {
         "claim": {"hats_against": plots.against_figure(summary)},
@@ -86,7 +84,7 @@ def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
         "factors": {"factors": _factors_rows(summary)},
         "cost": {"cost_of_methods": _cost_rows(cost)},
     }
-    numbers = {"scenes": summary["scenes"], "docks": summary["docks"], "product": METHODS[PRODUCT].title}
+    numbers = {"scenes": summary["scenes"], "docks": summary["docks"], "product": title_of(PRODUCT)}
     parts = [
         Part.of(key, figures.get(key, {}), tables.get(key, {}), files="", text=texts.get(key, ""), **numbers)
         for key in ("claim", "all", "factors", "calibration", "cost")
@@ -110,12 +108,11 @@ def _methods_rows(summary: Mapping[str, Any]) -> Rows:
 
 def _against_rows(summary: Mapping[str, Any]) -> Rows:
     rows: list[list[Cell]] = []
-    for first in (HATS, PRODUCT):
-        for rival in RIVALS:
-            one = summary["against"][first][rival]
-            points = [_hundred(one[key]) for key in ("value", "low", "high")]
-            counts = [one[key] for key in ("first_only", "second_only", "p_value")]
-            rows.append([METHODS[first].title, METHODS[rival].title, *points, *counts])
+    for first, rival in itertools.product((HATS, PRODUCT), RIVALS):
+        one = summary["against"][first][rival]
+        points = [_hundred(one[key]) for key in ("value", "low", "high")]
+        counts = [one[key] for key in ("first_only", "second_only", "p_value")]
+        rows.append([title_of(first), title_of(rival), *points, *counts])
     return rows
 
 
@@ -136,7 +133,7 @@ def _factors_rows(summary: Mapping[str, Any]) -> Rows:
 
 def _cost_by_width(cost: Columns) -> dict[str, dict[int, float]]:
     found = {}
-    for label in METHODS:
+    for label in methods():
         one = of_method(cost, label)
         widths = sorted({int(width) for width in one["width_px"]})
         found[label] = {width: float(np.median(one[ELAPSED][one["width_px"] == width])) for width in widths}
@@ -145,10 +142,75 @@ def _cost_by_width(cost: Columns) -> dict[str, dict[int, float]]:
 
 def _cost_rows(cost: Columns) -> Rows:
     return [
-        [method.title, *np.quantile(of_method(cost, label)[ELAPSED], (0.5, 0.95, 1.0)).tolist()]
-        for label, method in METHODS.items()
+        [title_of(label), *np.quantile(of_method(cost, label)[ELAPSED], (0.5, 0.95, 1.0)).tolist()]
+        for label in methods()
     ]
 
 
 def _hundred(value: float | None) -> float | None:
     return None if value is None else 100 * value
+
+
+def claim_text(summary: Mapping[str, Any]) -> list[str]:
+    """Whether HATS's claim against its rivals stands."""
+    against = {first: by_verdict(differences) for first, differences in summary["against"].items()}
+    return sentences("study.txt", "claim", summary, HATS, PRODUCT, against)
+
+
+def factor_text(summary: Mapping[str, Any]) -> list[str]:
+    """For each rival, where HATS is better or worse than it by more than chance."""
+    where: dict[str, dict[str, list[str]]] = {rival: {} for rival in RIVALS}
+    for rival, found in where.items():
+        for sort in ("better", "worse"):
+            if bins := _bins(summary, rival, sort):
+                found[sort] = bins
+    return sentences("study.txt", "factors", summary, where)
+
+
+def _bins(summary: Mapping[str, Any], rival: str, sort: str) -> list[str]:
+    """The bins of each factor in which HATS is better, or worse."""
+    found = []
+    for factor in summary["factors"].values():
+        names = by_verdict(dict(zip(factor["bins"], factor["against"][rival], strict=True))).get(sort)
+        if names:
+            found.append(f"{factor['title']} {'throughout' if names == factor['bins'] else listed(names)}")
+    return found
+
+
+def calibration_text(summary: Mapping[str, Any]) -> list[str]:
+    """Whether probabilities and intervals hold, and what a range that is too long or too short does to them."""
+    off = {}
+    for key, rows in summary["calibration"].items():
+        given = [row for row in rows if row["came"]["count"]]
+        off[key] = [row for row in given if not row["came"]["low"] <= row["told"] <= row["came"]["high"]]
+    too_far, lamps = summary["methods"][PRODUCT]["too_far"], _product_by(summary["factors"]["lamp_spacings"])
+    return sentences("study.txt", "calibration", summary, off, too_far, lamps)
+
+
+def advice_text(summary: Mapping[str, Any]) -> list[str]:
+    """Which method when, and how far to trust the pose at which range."""
+    best = max(methods(), key=lambda label: summary["methods"][label]["success"]["value"] or 0)
+    others = [label for label in (PRODUCT, HATS) if label != best]
+    reached = {}
+    for factor in (summary["factors"][name] for name in (*_RANGES, "lit_share")):
+        reached[factor["title"]] = {name: one["right_of_reported"] for name, one in _product_by(factor).items()}
+    return sentences("study.txt", "advice", summary, best, others, PRODUCT, _exceptions(summary), reached, _TRUSTED)
+
+
+def _product_by(factor: Mapping[str, Any]) -> dict[str, Any]:
+    """The program's result in each bin."""
+    return dict(zip(factor["bins"], factor["methods"][PRODUCT], strict=True))
+
+
+def _exceptions(summary: Mapping[str, Any]) -> list[str]:
+    """Where some other method does better than the program's by more than both intervals."""
+    found = []
+    for factor in summary["factors"].values():
+        for number, name in enumerate(factor["bins"]):
+            shares = {label: factor["methods"][label][number]["success"] for label in methods()}
+            ours = shares[PRODUCT]["high"]
+            lows = {label: one["low"] for label, one in shares.items() if None not in (one["low"], ours)}
+            better = [title_of(label) for label, low in lows.items() if low > ours]
+            if better:
+                found.append(f"{listed(better)} at {factor['title']} {name}")
+    return found

@@ -4,7 +4,7 @@ from html import escape
 
 import viser
 from dockpose import Camera, Dock
-from dockpose.app.drawing.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, set_up_words, usual_ranges_m
+from dockpose.app.export.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.chips import Chip, chips
@@ -70,7 +70,7 @@ class BudgetPanel(Panel):
         try:
             ranges_m = usual_ranges_m(camera, dock)
             rows = [budget_cells(budget(camera, dock, near, tilt)) for near in ranges_m for tilt in TILTS_DEG]
-            words = [set_up_words(camera, dock), *budget_sentences(camera, dock)]
+            words = budget_sentences(camera, dock)
         except ValueError as error:
             self._table.content = small(f"No budget: {escape(str(error))}.")
             return

@@ -1,4 +1,1 @@
-"""What the paper's figures show of lights: how water spreads them, and which level keeps them apart.
-
-May import all of the library but `dockpose.sources`.
-"""
+"""What the paper's figures show of lights: how water spreads them, and which level keeps them apart."""

@@ -11,11 +11,10 @@ from dockpose.pixels.bright import SATURATED
 from dockpose.thresholds import LEVELS, Histogram
 from dockpose.thresholds.hats import (
     DIM_LEVELS,
-    NOISE_FACTOR,
-    NOISE_MORE,
     REAL_LEVELS,
     REAL_SHARE,
     RISE_NOISE,
+    above_noise,
     background_limit,
     background_mode,
 )
@@ -71,18 +70,15 @@ def literal_hats(histogram: Histogram, scheme: Scheme | None = None) -> Vote:
     if scheme.is_bounded:
         top = max(floor, min(int(pixels.level.max()), SATURATED))
     if scheme.above_noise:
-        floor = _above_noise(groups, floor, top)
+        floor = above_noise(groups, floor, top)
     candidates = np.arange(LEVELS)[::-1] if scheme.has_every_level else local_peaks(histogram.counts)
     candidates = candidates[(candidates >= floor) & (candidates <= top)]
     counts = groups[candidates]
-    weights = _weights(candidates, floor, mode) if scheme.by_brightness else np.ones(len(candidates))
+    weights = np.ones(len(candidates))
+    if scheme.by_brightness:  # each stands for the brightness above the background down to the next, or the floor
+        reached = np.append(candidates[1:], floor - 1)
+        weights = np.log((candidates - mode + DIM_LEVELS) / (reached - mode + DIM_LEVELS))
     return _elected(scheme, candidates, counts, weights, histogram.noise)
-
-
-def _weights(candidates: np.ndarray, floor: int, mode: int) -> np.ndarray:
-    """How much of the logarithm of brightness above the background each stands for, down to the next or the floor."""
-    reached = np.append(candidates[1:], floor - 1)
-    return np.log((candidates - mode + DIM_LEVELS) / (reached - mode + DIM_LEVELS))
 
 
 def _elected(scheme: Scheme, candidates: np.ndarray, counts: np.ndarray, weights: np.ndarray, noise: float) -> Vote:
@@ -122,10 +118,3 @@ def _runs(counts: np.ndarray, weights: np.ndarray, in_a_row: bool) -> dict[int, 
         if count > 0 and len(run) > found.get(count, (0, 0, 0.0))[1]:
             found[count] = int(run[0]), len(run), float(weights[run].sum())
     return found
-
-
-def _above_noise(groups: np.ndarray, floor: int, top: int) -> int:
-    """Climb as long as the level above has far fewer groups, as ours does: what dissolves so fast is noise."""
-    while floor < top and groups[floor] > NOISE_FACTOR * groups[floor + 1] + NOISE_MORE:
-        floor += 1
-    return floor

@@ -1,5 +1,8 @@
 """Scenes to compare methods on: drawn at random, a plain and a hard half, or like those of the paper's photographs."""
 
+import tomllib
+from pathlib import Path
+
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -8,7 +11,7 @@ from dockpose.simulate import Lights, Pose, Scene, Sensor, truth_of
 from dockpose.simulate.emitters import emitters_of
 from dockpose.simulate.optics.glow import light_on_sensor
 from dockpose.simulate.optics.water import PRESETS
-from dockpose.simulate.parts import Background, Glare, Mirror, Snow, Text
+from dockpose.simulate.parts import Background, Mirror, Snow, Text
 from dockpose.study.draw import log_uniform, tilted_pose
 
 DIAMETER_M = 0.30
@@ -19,7 +22,7 @@ LEAST_SPACING_PX = 8.0  # of lights around a ring that is seen square on
 
 
 def draw_scene(seed: int, *, hard: bool) -> Scene:
-    """A dock wholly in view, as ``distribution`` in static/parts.toml says, exposed as a camera does."""
+    """A dock wholly in view, as ``distribution`` in static/parts.txt says, exposed as a camera does."""
     rng = np.random.default_rng([seed, int(hard)])
     scene = _plain(rng, seed)
     if hard:
@@ -103,48 +106,16 @@ FAINTEST = 0.25  # of the lights of the uneven ring, as a share of the brightest
 
 def tank_scenes(seed: int) -> dict[str, Scene]:
     """Return five scenes by name, from an easy one to reflections; the seed is that of their noise."""
-    plain = Scene(
-        camera=CAMERA,
-        dock=DOCK,
-        pose=Pose(position_m=(0.06, -0.04, 1.1), theta_x_deg=6.0, theta_y_deg=-12.0, roll_deg=9.0),
-        lights=Lights(level=300.0),
-        seed=seed,
-    )
-    replace = msgspec.structs.replace
-    return {
-        "plain tank": plain,
-        "uneven lighting": replace(
-            plain,
-            water=PRESETS["coastal"],
-            lights=Lights(level=400.0, brightness=uneven(seed, 10)),
-            background=Background(
-                level=40, gradient_x=45, gradient_y=-20, glares=(Glare(x_px=540, y_px=90, size_px=100, level=90),)
-            ),
-        ),
-        "glow in turbid water": replace(
-            plain,
-            pose=Pose(position_m=(0.03, 0.05, 1.3), theta_x_deg=-10.0, theta_y_deg=16.0, roll_deg=20.0),
-            water=PRESETS["harbour"],
-            lights=Lights(level=6000.0),
-            background=Background(level=30, backscatter_level=20),
-            sensor=Sensor(read_noise_levels=2.0),
-        ),
-        "strong ambient light": replace(
-            plain,
-            lights=Lights(level=300.0),
-            background=Background(
-                level=110, gradient_x=-40, gradient_y=-60, glares=(Glare(x_px=130, y_px=60, size_px=90, level=70),)
-            ),
-            sensor=Sensor(vignetting=0.3),
-        ),
-        "reflections": replace(
-            plain,
-            pose=Pose(position_m=(0.04, 0.14, 1.4), theta_x_deg=6.0, theta_y_deg=-12.0, roll_deg=9.0),
-            lights=Lights(level=2500.0, beam_exponent=0.5),
-            background=Background(level=16, gradient_y=-18),
-            mirror=Mirror(height_m=0.1, ripple_deg=0.35),
-        ),
-    }
+    described = tomllib.loads(Path(__file__).with_name("scenes.toml").read_text(encoding="utf-8"))
+    plain, scenes = described["plain tank"], {}
+    for name, own in described.items():
+        parts = {"water": "tank", "seed": seed} | plain | own
+        lights = parts["lights"]
+        if lights.get("brightness") == "uneven":
+            lights["brightness"] = uneven(seed, 10)
+        water = PRESETS[parts.pop("water")]
+        scenes[name] = msgspec.convert(parts | {"camera": CAMERA, "dock": DOCK, "water": water}, Scene)
+    return scenes
 
 
 def near_ring(seed: int, missing: tuple[int, ...] = ()) -> Scene:

@@ -22,7 +22,12 @@ _ROUNDS = 60  # far more than a calibration needs
 
 def rendered_calibration(camera: Camera, seed: int) -> Calibration:
     """Render pictures of a board through a camera's lens, and calibrate from them as ``dockpose calibrate`` does."""
-    drawing, rays, focal_px = _drawing(), _rays_of_pixels(camera), math.sqrt(camera.fx * camera.fy)
+    row, column = np.indices((BOARD.rows, BOARD.columns))
+    flat = np.kron(255 * ((row + column) % 2), np.ones((_SQUARE_PX, _SQUARE_PX))).astype(np.uint8)
+    drawing = np.pad(flat, _SQUARE_PX, constant_values=255)  # with a white rim of one square
+    x, y = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
+    lens, focal_px = msgspec.structs.replace(camera, port=None), math.sqrt(camera.fx * camera.fy)
+    rays = lens.rays(np.column_stack([x.ravel(), y.ravel()])).reshape(camera.height, camera.width, 3)  # units, in air
     pictures = (
         (f"view {number}", _picture(drawing, rays, pose, focal_px, np.random.default_rng([seed, 6, number])))
         for number, pose in enumerate(_board_poses(seed, 0))
@@ -76,20 +81,6 @@ def _board_poses(seed: int, number: int) -> Iterator[tuple[np.ndarray, np.ndarra
         middle = np.array([*rng.uniform(-_ASIDE_M, _ASIDE_M, 2), rng.uniform(*_RANGE_M)])
         size = BOARD.square_m * np.array([BOARD.columns, BOARD.rows, 0.0])
         yield rotation, middle - rotation @ (size / 2)
-
-
-def _drawing() -> np.ndarray:
-    """The board with a white rim of one square."""
-    row, column = np.indices((BOARD.rows, BOARD.columns))
-    flat = np.kron(255 * ((row + column) % 2), np.ones((_SQUARE_PX, _SQUARE_PX))).astype(np.uint8)
-    return np.pad(flat, _SQUARE_PX, constant_values=255)
-
-
-def _rays_of_pixels(camera: Camera) -> np.ndarray:
-    """Unit rays (H, W, 3) in air."""
-    lens = msgspec.structs.replace(camera, port=None)
-    x, y = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
-    return lens.rays(np.column_stack([x.ravel(), y.ravel()])).reshape(camera.height, camera.width, 3)
 
 
 def _picture(

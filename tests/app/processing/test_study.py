@@ -7,7 +7,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.experiment.lock import FolderLock
 from dockpose.app.processing import study as module
 from dockpose.app.processing.study import BLOCK, Study
-from dockpose.study.scenes import METHODS
+from dockpose.study.scenes import methods
 
 
 class StoppedError(Exception):
@@ -22,7 +22,7 @@ def worked_on(monkeypatch):
     def block_text(seed, start, stop):
         scenes.extend(range(start, stop))
         rows = [
-            f"{scene},{seed},{label},{scene * seed},320,240,1.5" for scene in range(start, stop) for label in METHODS
+            f"{scene},{seed},{label},{scene * seed},320,240,1.5" for scene in range(start, stop) for label in methods()
         ]
         return module.code_print(), "\n".join(["scene,seed,method,value,width_px,height_px,elapsed_ms", *rows, ""])
 
@@ -49,7 +49,7 @@ def test_rows_are_in_order_and_nothing_timed_is_among_them(tmp_path, worked_on):
     assert sorted(worked_on) == list(range(11))
     lines = (tmp_path / "study.csv").read_text().splitlines()
     assert lines[0] == "scene,seed,method,value,width_px,height_px"
-    assert [line.split(",")[0] for line in lines[1 :: len(METHODS)]] == [str(scene) for scene in range(11)]
+    assert [line.split(",")[0] for line in lines[1 :: len(methods())]] == [str(scene) for scene in range(11)]
     assert (tmp_path / "cost.csv").read_text().splitlines()[1] == "0,hats_and_local,320,240,1.5"
 
 
@@ -98,7 +98,7 @@ def test_all_that_a_run_has_done_is_in_its_table_even_where_the_folder_does_not_
 ):
     monkeypatch.setattr(Study, "_blocks", lambda study: [])
     run(tmp_path, 12)
-    assert len((tmp_path / "study.csv").read_text().splitlines()) == 1 + 12 * len(METHODS)
+    assert len((tmp_path / "study.csv").read_text().splitlines()) == 1 + 12 * len(methods())
 
 
 @pytest.mark.parametrize(

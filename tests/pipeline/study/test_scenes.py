@@ -1,7 +1,9 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from dockpose.study.judge import OUTCOMES
-from dockpose.study.scenes import ELAPSED, METHODS, PRODUCT, as_text, scene_rows
+from dockpose.study.scenes import ELAPSED, PRODUCT, as_text, find, methods, scene_rows
 
 
 def untimed(rows):
@@ -14,7 +16,7 @@ def rows():
 
 
 def test_a_row_for_each_method_with_the_same_factors(rows):
-    assert [row["method"] for row in rows] == list(METHODS)
+    assert [row["method"] for row in rows] == methods()
     for name in ("scene", "seed", "range_m", "lit_share", "lights", "tilt_deg"):
         assert len({row[name] for row in rows}) == 1
     assert {row["outcome"] for row in rows} <= set(OUTCOMES)
@@ -24,10 +26,17 @@ def test_the_same_scene_gives_the_same_rows(rows):
     assert untimed(scene_rows(1, 3)) == untimed(rows)
 
 
-def test_the_product_is_hats_with_its_fall_back():
-    assert METHODS[PRODUCT].threshold == METHODS["hats"].threshold == "hats"
-    assert [label for label, method in METHODS.items() if method.fall_back] == [PRODUCT]
-    assert "fixed" not in {method.threshold for method in METHODS.values()}
+def test_the_product_is_hats_with_its_fall_back(monkeypatch):
+    asked = {}
+    monkeypatch.setattr(
+        "dockpose.study.scenes.estimate", lambda image, camera, dock, settings, fall_back: (settings.method, fall_back)
+    )
+    for label in methods():
+        asked[label] = find(label, SimpleNamespace(image=None, scene=SimpleNamespace(camera=None, dock=None)))
+    assert asked.pop(PRODUCT) == ("hats", True)
+    assert asked == {label: (label, False) for label in methods()[1:]}
+    assert "hats" in asked
+    assert "fixed" not in asked
 
 
 @pytest.mark.parametrize(

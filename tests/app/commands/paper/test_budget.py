@@ -4,7 +4,7 @@ import io
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.cli import main
-from dockpose.app.drawing.budget import budget_cells, budget_sentences, usual_ranges_m
+from dockpose.app.export.budget import budget_cells, budget_sentences, usual_ranges_m
 from dockpose.camera.files import save_camera
 from dockpose.study.budget import budget, farthest_apart_m, nearest_m
 
@@ -78,4 +78,4 @@ def test_cells_say_what_is_not_seen():
 
 def test_sentences_name_no_range_where_none_will_do():
     blurred = budget_sentences(CAMERA, DOCK, noise_px=20.0)
-    assert "no range at all at a tilt of 10°" in blurred[2]
+    assert "no range at all at a tilt of 10°" in blurred[3]

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 from dockpose.app.cli import main
 from dockpose.study.judge import OUTCOMES
-from dockpose.study.scenes import METHODS
+from dockpose.study.scenes import methods
 from dockpose.study.summary import FACTORS
 
 SCENES = 6
@@ -31,7 +31,7 @@ def alone(tmp_path_factory, few_plots):
 @pytest.mark.slow
 def test_the_table_loads_with_pandas(alone):
     table = pd.read_csv(alone / "study.csv")
-    assert len(table) == SCENES * len(METHODS)
+    assert len(table) == SCENES * len(methods())
     assert set(table["outcome"]) <= set(OUTCOMES)
     assert table["range_m"].dtype == float
     assert not [name for name in table if "elapsed" in name]

@@ -5,7 +5,7 @@ from dockpose.paper.closed_loop import RULES, Course
 
 def course(right, off_axis_deg=0.5):
     flags = np.array(right, dtype=bool)
-    return Course(2.0, 20.0, flags, np.ones(len(flags), bool), np.linspace(20.0, off_axis_deg, len(flags)))
+    return Course(2.0, 20.0, flags, np.linspace(20.0, off_axis_deg, len(flags)))
 
 
 def courses():

@@ -1,7 +1,7 @@
 import pytest
 from dockpose.app.export.parts import Plot
 from dockpose.app.export.study.plots import factor_figure, methods_figure
-from dockpose.study.scenes import METHODS
+from dockpose.study.scenes import methods, title_of
 from dockpose.study.summary import summary_of
 from dockpose.thresholds import METHODS as THRESHOLDS
 from dockpose.thresholds import register_threshold
@@ -19,7 +19,7 @@ def test_a_factors_plot_names_every_method_and_bin(monkeypatch):
     register_threshold("half_way", title="Half way up (mean)")(lambda grey: 128)
     one = summary()["factors"]["tilt_deg"]
     svg = Plot.of("tilt_deg", "", factor_figure(one)).svg.decode()
-    titles = [method.title for method in METHODS.values()]
+    titles = [title_of(label) for label in methods()]
     assert "Half way up" in titles
     for title in titles:
         assert title in svg

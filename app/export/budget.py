@@ -5,6 +5,7 @@ import math
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.drawing.numbers import MISSING, length_words, number
+from dockpose.app.export.parts import sentences
 from dockpose.study.budget import (
     USUAL_NOISE_PX,
     Budget,
@@ -49,31 +50,10 @@ def _digits(value: float) -> str:
 
 
 def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> list[str]:
-    """Say up to where the dock's lights, its range and its attitude can be known."""
+    """Say whose budget it is, and up to where the dock's lights, its range and its attitude can be known."""
     apart, good = farthest_apart_m(camera, dock), farthest_within_m(camera, dock, _GOOD_SHARE, 20.0, noise_px)
     told = {tilt: farthest_told_m(camera, dock, _SURE, tilt, noise_px) for tilt in (10.0, 20.0)}
-    words = " and ".join(f"up to {_metres(range_m)} at a tilt of {tilt:g}°" for tilt, range_m in told.items())
-    within = f"up to {_metres(good)}"
-    if good >= 0.999 * apart:
-        within = "wherever its lights can be seen one by one"
     return [
-        f"The lights can be seen one by one up to {_metres(apart)}.",
-        f"The range is known to {100 * _GOOD_SHARE:.0f} % {within}.",
-        f"One picture tells the two poses apart, with a chance of {100 * _SURE:.0f} %, {words}. "
-        "Farther away, several pictures from different places do.",
+        *sentences("budget.txt", "set_up", camera, dock, length_words(dock.diameter), noise_px),
+        *sentences("budget.txt", "reach", apart, good, _GOOD_SHARE, told, _SURE),
     ]
-
-
-def set_up_words(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> str:
-    """Say whose budget it is."""
-    focal = f"{camera.fx:.0f}" if round(camera.fx) == round(camera.fy) else f"{camera.fx:.0f}, {camera.fy:.0f}"
-    port = " behind its port" if camera.port is not None else ""
-    return (
-        f"A dock of {length_words(dock.diameter)} with {dock.lights} lights, straight ahead of a camera of "
-        f"{camera.width} x {camera.height} pixels with a focal length of {focal} px{port}; "
-        f"the lights' centres have a noise of {noise_px:g} px. All errors are one sigma."
-    )
-
-
-def _metres(range_m: float) -> str:
-    return "no range at all" if range_m == 0 else f"{range_m:.2g} m"

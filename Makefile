@@ -91,7 +91,7 @@ soak: $(VENV)/.test
 
 # Renders every scene of sample_images/ again from its YAML.
 samples: $(VENV)/.installed
-	$(BIN)/python -m dockpose.simulate sample_images
+	$(BIN)/python -c "from dockpose.simulate.files import render_folder; render_folder('sample_images')"
 
 # Makes the report on the paper and the study's advice that the page's help shows: some ten minutes.
 report: $(VENV)/.installed

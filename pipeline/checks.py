@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Collection
 from functools import lru_cache
 from typing import Any
 
@@ -129,6 +130,12 @@ def check_is(name: str, value: Any, kind: type) -> None:
     """Raise a ValueError that names the argument unless ``value`` is of that class."""
     if not isinstance(value, kind):
         raise ValueError(f"{name} is {shown(value)}; it must be a {kind.__name__}")
+
+
+def check_one_of(name: str, value: Any, allowed: Collection[Any]) -> None:
+    """Raise a ValueError that names the argument and what it may be, unless ``value`` is one of these."""
+    if value not in allowed:
+        raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(map(str, allowed))}")
 
 
 def check_turn(name: str, value: Any) -> int:

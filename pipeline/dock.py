@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number, check_whole, make_plain
+from dockpose.checks import check_number, check_one_of, check_whole, make_plain
 
 LIGHT_COLOURS = ("white", "red", "green", "blue")
 _CLOSEST_DEG = 0.5  # two lights closer together than this are the same
@@ -80,8 +80,7 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
             if not math.hypot(*offset) < self.radius:
                 raise ValueError(f"offsets_m[{index}] is {list(offset)}; it must be below the radius, {self.radius:g}")
         for index, colour in enumerate(self.colours):
-            if colour not in LIGHT_COLOURS:
-                raise ValueError(f"colours[{index}] is {colour!r}; it must be one of {', '.join(LIGHT_COLOURS)}")
+            check_one_of(f"colours[{index}]", colour, LIGHT_COLOURS)
 
     def _check_angles(self) -> None:
         for index, angle in enumerate(self.angles_deg):

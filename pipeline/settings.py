@@ -1,11 +1,11 @@
 """Detection and tracking settings."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number, check_whole, make_plain
+from dockpose.checks import check_number, check_one_of, check_whole, make_plain
 from dockpose.lights.markers import CENTROIDS
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.thresholds import LEVELS, METHODS
@@ -71,8 +71,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         make_plain(self)
-        _check_one_of("method", self.method, METHODS)
-        _check_one_of("centroid", self.centroid, CENTROIDS)
+        check_one_of("method", self.method, METHODS)
+        check_one_of("centroid", self.centroid, CENTROIDS)
         check_whole("min_area_px", self.min_area_px, least=1)
         if self.level is not None:
             check_whole("level", self.level, least=0)
@@ -83,8 +83,3 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         check_masks(self.masks)
         for name in ("max_speed_m_per_s", "max_turn_deg_per_s", "lost_after_s"):
             check_number(name, getattr(self, name), above=0)
-
-
-def _check_one_of(name: str, value: str, allowed: Collection[str]) -> None:
-    if value not in allowed:
-        raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(allowed)}")

@@ -19,7 +19,7 @@ from dockpose.app.inputs.sidecar import known
 from dockpose.app.processing.following import Followed, Following
 from dockpose.app.processing.parallel import Found, SequenceWork, split, workers
 from dockpose.sources import NO_WISHES, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
-from dockpose.tracking import Smoother
+from dockpose.tracking.smoother import Smoother
 from dockpose.tracking.tracker import Tracked
 
 _RATE_HZ = 25.0  # of an annotated video of a source that gives no rate

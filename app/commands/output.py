@@ -115,7 +115,7 @@ class SourceWriter:
         self._files: list[PoseFile | RerunFile] = []
         for path, kind in ((results.to.out, PoseFile), (results.to.rerun, RerunFile)):
             if path is not None:
-                self._files.append(files.enter_context(kind(path, source, tell)))
+                self._files.append(files.enter_context(contextlib.closing(kind(path, source, tell))))
 
     def write(
         self,

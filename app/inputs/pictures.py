@@ -13,7 +13,7 @@ from dockpose.camera.image import orientation_sentence, turned
 from dockpose.files.yaml_file import FileError
 from dockpose.pose.known import KnownPose
 from dockpose.sources import list_pictures
-from dockpose.sources.pictures import read_picture, read_tagged
+from dockpose.sources.pictures import read_tagged
 
 Result = TypeVar("Result")
 FIRST_SAMPLE = "plain"
@@ -124,7 +124,7 @@ def load_sample(name: str) -> Picture:
     beside = read_sidecar(path)
     if beside.camera is None or beside.dock is None:
         raise FileError(f"{path.with_suffix('.yaml')}: a sample scene needs the keys camera and dock")
-    return Picture(path, *read_picture(path), beside.camera, beside.dock, beside.truth)
+    return Picture(path, *read_tagged(path)[:2], beside.camera, beside.dock, beside.truth)
 
 
 def sample_source(text: str) -> str:

@@ -216,11 +216,9 @@ def _find_charuco(grey: np.ndarray, board: Board, name: str) -> Sighting | None:
         corners, numbers, _, _ = detector.detectBoard(image)
         if corners is None or numbers is None or len(corners) < _FEWEST_CORNERS:
             continue
-        seen = [int(number) for number in np.ravel(np.asarray(numbers))]
-        across = board.columns - 1
-        if len({number // across for number in seen}) < 2 or len({number % across for number in seen}) < 2:
+        seen = np.ravel(np.asarray(numbers))
+        if min(len(np.unique(each)) for each in np.divmod(seen, board.columns - 1)) < 2:
             continue
-        places = [list(corner) for corner in pattern.getChessboardCorners()]
-        flat = np.array([places[number] for number in seen], dtype=np.float32)
+        flat = np.array(pattern.getChessboardCorners(), dtype=np.float32)[seen]
         return Sighting(name, flat, np.asarray(corners).reshape(-1, 2).astype(np.float32))
     return None

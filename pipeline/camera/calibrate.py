@@ -24,7 +24,7 @@ from dockpose.camera.fitting import (
     sigmas_of,
 )
 from dockpose.camera.image import to_grey, to_levels
-from dockpose.checks import check_is
+from dockpose.checks import check_is, check_one_of
 from numpy.typing import ArrayLike
 
 LENS_CHOICES = ("auto", *LENSES)
@@ -174,8 +174,7 @@ def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, le
     CalibrationError
         If fewer than three pictures show the board in poses of its own, or they do not determine the camera.
     """
-    if lens not in LENS_CHOICES:
-        raise ValueError(f"lens is {lens!r}; it must be one of {', '.join(LENS_CHOICES)}")
+    check_one_of("lens", lens, LENS_CHOICES)
     check_is("board", board, Board)
     gathering = Gathering(board)
     for name, grey in pictures:
@@ -185,9 +184,7 @@ def calibrate(pictures: Iterable[tuple[str, ArrayLike | None]], board: Board, le
 
 def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
     """Calibrate a camera from gathered boards, by their residuals: outliers are dropped one at a time."""
-    kept = Gathering(
-        gathering.board, False, list(gathering.sightings), dict(gathering.views), gathering.size, gathering.counted_as
-    )
+    kept = replace(gathering, distinct=False, sightings=list(gathering.sightings), views=dict(gathering.views))
     if len(kept.sightings) < FEWEST_PICTURES or kept.size is None:
         raise CalibrationError(_too_few(kept))
     size, rungs = kept.size, ()

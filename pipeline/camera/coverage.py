@@ -13,11 +13,7 @@ _ALIKE_SHARE = 0.05  # of the longer side: boards whose outlines are nearer than
 _SEEN_TWICE = 2  # pictures whose board reaches into a part of the picture
 _TILTED_DEG, _TILTED_PICTURES = 15.0, 2
 _NEAR_AND_FAR = 1.4  # largest distance of the board, relative to the smallest
-_PLACES = (
-    ("upper left", "top", "upper right"),
-    ("left", "middle", "right"),
-    ("lower left", "bottom", "lower right"),
-)
+_PLACES = (("upper left", "top", "upper right"), ("left", "middle", "right"), ("lower left", "bottom", "lower right"))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import cv2
 import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.checks import check_one_of
 from dockpose.files.durable_files import write_whole
 from dockpose.files.yaml_file import FileError, read_yaml, to_yaml
 
@@ -16,19 +17,21 @@ _DISTORTION_MODELS = {"plumb_bob": (4, 5), "rational_polynomial": (8,), "equidis
 _FISHEYE_MODELS = ("equidistant", "fisheye")
 
 
-class _Matrix(msgspec.Struct):
+class Matrix(msgspec.Struct):
+    """A matrix of so many rows and columns."""
+
     rows: int
     cols: int
     data: list[float]
 
 
-class _Calibration(msgspec.Struct):
+class CalibrationFile(msgspec.Struct):
     """The keys that ROS camera_info and OpenCV's calibration share; others are ignored."""
 
     image_width: int
     image_height: int
-    camera_matrix: _Matrix
-    distortion_coefficients: _Matrix
+    camera_matrix: Matrix
+    distortion_coefficients: Matrix
     distortion_model: str | None = None
 
 
@@ -55,18 +58,13 @@ def load_camera(path: str | Path) -> Camera:
         if "camera" in content:
             return msgspec.convert(content["camera"], Camera, strict=False)
         if "camera_matrix" in content or "image_width" in content:
-            return camera_of_calibration(content)
+            return camera_of_calibration(msgspec.convert(content, CalibrationFile, strict=False))
     except (msgspec.ValidationError, ValueError) as error:
         raise FileError(f"{path}: {error}") from error
     raise FileError(
         f"{path}: is not a camera file: it has neither the key camera (dockpose) nor camera_matrix (ROS, OpenCV); "
         f"its keys are {', '.join(map(str, content)) or 'none'}"
     )
-
-
-def camera_of_calibration(content: dict[str, Any]) -> Camera:
-    """Return the camera that the keys of a ROS camera_info file describe."""
-    return _from_calibration(msgspec.convert(content, _Calibration, strict=False))
 
 
 def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose") -> None:
@@ -86,8 +84,7 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
     ValueError
         If the format is unknown, or cannot hold a port.
     """
-    if file_format not in FORMATS:
-        raise ValueError(f"file_format is {file_format!r}; it must be one of {', '.join(FORMATS)}")
+    check_one_of("file_format", file_format, FORMATS)
     if camera.port is not None and file_format != "dockpose":
         raise ValueError(f"file_format is {file_format!r}, which has no place for the port; use dockpose")
     if file_format == "opencv":
@@ -97,7 +94,8 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
     write_whole(Path(path), to_yaml(content).encode())
 
 
-def _from_calibration(file: _Calibration) -> Camera:
+def camera_of_calibration(file: CalibrationFile) -> Camera:
+    """Return the camera that ROS camera_info or OpenCV's calibration describes."""
     matrix = _values("camera_matrix", file.camera_matrix)
     if matrix.shape != (3, 3):
         raise ValueError(f"camera_matrix is {matrix.shape[0]} x {matrix.shape[1]}; it must be 3 x 3")
@@ -106,17 +104,17 @@ def _from_calibration(file: _Calibration) -> Camera:
         raise ValueError(f"camera_matrix is {matrix.tolist()}; it must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
     distortion = _values("distortion_coefficients", file.distortion_coefficients).ravel()
     model = file.distortion_model
-    if model is not None and model not in _DISTORTION_MODELS:
-        raise ValueError(f"distortion_model is {model!r}; it must be one of {', '.join(_DISTORTION_MODELS)}")
-    if model is not None and len(distortion) not in (0, *_DISTORTION_MODELS[model]):
-        wanted = " or ".join(map(str, _DISTORTION_MODELS[model]))
-        raise ValueError(f"distortion_coefficients has {len(distortion)} values; {model} has {wanted}")
+    if model is not None:
+        check_one_of("distortion_model", model, _DISTORTION_MODELS)
+        if len(distortion) not in (0, *_DISTORTION_MODELS[model]):
+            wanted = " or ".join(map(str, _DISTORTION_MODELS[model]))
+            raise ValueError(f"distortion_coefficients has {len(distortion)} values; {model} has {wanted}")
     coefficients = tuple(distortion.tolist())
     size = file.image_width, file.image_height
     return Camera(fx, fy, cx, cy, *size, coefficients, fisheye=model in _FISHEYE_MODELS)
 
 
-def _values(name: str, matrix: _Matrix) -> np.ndarray:
+def _values(name: str, matrix: Matrix) -> np.ndarray:
     if matrix.rows < 0 or matrix.cols < 0 or matrix.rows * matrix.cols != len(matrix.data):
         raise ValueError(f"{name} says {matrix.rows} x {matrix.cols}, but its data has {len(matrix.data)} values")
     return np.array(matrix.data).reshape(matrix.rows, matrix.cols)

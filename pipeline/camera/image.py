@@ -66,9 +66,8 @@ def decode(data: bytes, name: str = "image") -> np.ndarray:
     if is_gif:  # not read by OpenCV before 4.11
         with Image.open(io.BytesIO(data)) as picture:
             return of_pillow(picture, name)
-    image = None
-    if not _is_cut_short(data):  # OpenCV sets memory aside for as much as a damaged PNG says that follows
-        image = _decoded(data)
+    # OpenCV sets memory aside for as much as a damaged PNG says that follows.
+    image = None if _is_cut_short(data) else _decoded(data)
     if image is None:
         raise ImageError(f"{name}: the picture is damaged or cut short ({len(data)} bytes)")
     return as_picture(image, name)
@@ -84,7 +83,7 @@ def tiff_pages(data: Any, name: str) -> list[tiff.Page]:
 
 def decode_page(page: tiff.Page, name: str) -> np.ndarray:
     """Decode one page of a TIFF as :func:`decode` does; its errors too."""
-    check_size(page.width, page.height, page.samples * page.sample_bytes, name)
+    check_size(*page.size, name)
     try:
         image = page.decoded(_decoded)
     except ValueError as error:
@@ -120,10 +119,8 @@ def orientation_of(source: bytes | Image.Image) -> int:
         elif source.startswith(b"\x89PNG") and not any(mark in source for mark in _PNG_WITH_TAGS):
             return 1
         else:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                with Image.open(io.BytesIO(source)) as picture:
-                    return orientation_of(picture)
+            with opened_quietly(io.BytesIO(source)) as picture:
+                return orientation_of(picture)
     except Exception:  # damaged tags, for which Pillow raises many kinds of errors
         return 1
     return tag if tag in _ORIENTATIONS and tag else 1
@@ -171,13 +168,11 @@ def check_size(width: int, height: int, pixel_bytes: int, name: str) -> None:
 def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
     """Width, height and bytes of a decoded pixel; whether it is an animation, and a GIF."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with Image.open(io.BytesIO(data)) as header:
-                is_deep = header.mode.startswith(("I", "F")) or (data.startswith(b"\x89PNG") and data[24] == 16)
-                channels = 3 if header.mode == "P" else len(header.getbands())
-                size, is_animated = header.size, is_animation(header)
-                return *size, channels * (2 if is_deep else 1), is_animated, header.format == "GIF"
+        with opened_quietly(io.BytesIO(data)) as header:
+            is_deep = header.mode.startswith(("I", "F")) or (data.startswith(b"\x89PNG") and data[24] == 16)
+            channels = 3 if header.mode == "P" else len(header.getbands())
+            size, is_animated = header.size, is_animation(header)
+            return *size, channels * (2 if is_deep else 1), is_animated, header.format == "GIF"
     except UnidentifiedImageError as error:
         raise ImageError(f"{name}: is not a picture that can be read (PNG, JPEG, TIFF, BMP, GIF, WebP, PNM)") from error
     except Image.DecompressionBombError as error:
@@ -185,6 +180,13 @@ def _header(data: bytes, name: str) -> tuple[int, int, int, bool, bool]:
         raise ImageError(f"{name}: the picture has far more than the {at_most} megapixels that are read") from error
     except Exception as error:  # Pillow's readers raise many kinds on damaged headers
         raise ImageError(f"{name}: the picture's header is damaged or cut short ({error})") from error
+
+
+def opened_quietly(source: Path | io.BytesIO) -> Image.Image:
+    """Open a picture with Pillow, without its warnings."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return Image.open(source)
 
 
 def is_animation(picture: Image.Image) -> bool:

@@ -1,6 +1,6 @@
 """The flat port before a camera that is known in air, from pictures of a board in the water."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -45,18 +45,16 @@ def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     bare = replace(camera, port=replace(known, air_gap_m=0.0, glass_m=0.0))
     start = replace(camera, port=known)
     poses = np.array([_pose(each, start, known.water_index) for each in sightings])
-    both = _shared(camera, known, ("air_gap", "glass"))
-    glass_sigma, slope = _glass(sightings, poses, both)
-    shared = both if glass_sigma < _TOLD_M else _shared(camera, known, ("air_gap",))
+    glass_sigma, slope = _glass(sightings, poses, camera, known)
+    shared = _shared(camera, known, ("air_gap", "glass") if glass_sigma < _TOLD_M else ("air_gap",))
     numbers, poses = adjust(sightings, poses, shared)
-    fitted = _shared(camera, known, shared.names, numbers)
-    found = sigmas(sightings, poses, fitted)
+    found = sigmas(sightings, poses, Shared(shared.names, numbers, shared.steps, shared.camera_of))
     if not found.values["air_gap"] < _UNTOLD_M:
         raise CalibrationError(
             f"the pictures cannot determine the port's air gap (to {1000 * found.values['air_gap']:.0f} mm at best); "
             "take more, with the board near the window and reaching into the picture's corners"
         )
-    with_port = fitted.camera_of(numbers)
+    with_port = shared.camera_of(numbers)
     errors = np.array([rms_px(residuals(with_port, each, pose)) for each, pose in zip(sightings, poses, strict=True)])
     if not np.sqrt((errors**2).mean()) < _WORST_SHARE * max(camera.width, camera.height):
         raise CalibrationError(
@@ -71,9 +69,9 @@ def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     return FittedPort(with_port, found, glass_sigma, slope, errors, without, (float(away.min()), float(away.max())))
 
 
-def _shared(camera: Camera, port: FlatPort, names: tuple[str, ...], numbers: np.ndarray | None = None) -> Shared:
-    """The port's lengths that are fitted, from those of a port or from numbers."""
-    start = np.array([port.air_gap_m, port.glass_m][: len(names)]) if numbers is None else numbers
+def _shared(camera: Camera, port: FlatPort, names: tuple[str, ...]) -> Shared:
+    """The port's lengths that are fitted, from those of a port on."""
+    start = np.array([port.air_gap_m, port.glass_m][: len(names)])
 
     def camera_of(each: np.ndarray) -> Camera:
         lengths = np.maximum(each, 0.0).tolist()  # a step may lead below
@@ -83,20 +81,17 @@ def _shared(camera: Camera, port: FlatPort, names: tuple[str, ...], numbers: np.
     return Shared(names, start, np.full(len(names), _STEP_M), camera_of)
 
 
-def _glass(sightings: Sequence[Sighting], poses: np.ndarray, both: Shared) -> tuple[float, float]:
+def _glass(sightings: Sequence[Sighting], poses: np.ndarray, camera: Camera, port: FlatPort) -> tuple[float, float]:
     """Standard error of the glass, fitted with the gap; and how the gap grows with it, from two fits of the gap."""
+    both = _shared(camera, port, ("air_gap", "glass"))
     numbers, settled = adjust(sightings, poses, both)
     fitted = Shared(both.names, np.maximum(numbers, 2 * _STEP_M), both.steps, both.camera_of)
     sigma = sigmas(sightings, settled, fitted).values["glass"]
     gaps = []
     for glass_m in (0.005, 0.015):
-        alone = Shared(("air_gap",), both.numbers[:1], both.steps[:1], _with_glass(both, glass_m))
+        alone = _shared(camera, replace(port, glass_m=glass_m), ("air_gap",))
         gaps.append(float(adjust(sightings, poses, alone)[0][0]))
     return sigma, (gaps[1] - gaps[0]) / 0.010
-
-
-def _with_glass(both: Shared, glass_m: float) -> Callable[[np.ndarray], Camera]:
-    return lambda each: both.camera_of(np.array([each[0], glass_m]))
 
 
 def _pose(sighting: Sighting, camera: Camera, water_index: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -45,24 +46,10 @@ class Page:
         return values[0]
 
     @property
-    def width(self) -> int:
-        """In pixels."""
-        return self.number(_WIDTH, 0)
-
-    @property
-    def height(self) -> int:
-        """In pixels."""
-        return self.number(_HEIGHT, 0)
-
-    @property
-    def samples(self) -> int:
-        """Of a pixel: its colours, and its opacity."""
-        return self.number(_SAMPLES, 1)
-
-    @property
-    def sample_bytes(self) -> int:
-        """Of a decoded sample."""
-        return (self.number(_BITS, 1) + 7) // 8
+    def size(self) -> tuple[int, int, int]:
+        """Width and height in pixels, and bytes of a decoded pixel: its colours, and its opacity."""
+        sample_bytes = (self.number(_BITS, 1) + 7) // 8
+        return self.number(_WIDTH, 0), self.number(_HEIGHT, 0), self.number(_SAMPLES, 1) * sample_bytes
 
     @property
     def orientation(self) -> int:
@@ -70,11 +57,8 @@ class Page:
         return self.number(_ORIENTATION, 1)
 
     def decoded(self, decode: Callable[[bytes], np.ndarray | None]) -> np.ndarray:
-        """Its pixels, (H, W), (H, W, 3) BGR or (H, W, 4) BGRA with an opacity that is still to be applied.
-
-        ``decode`` turns a file of one page into pixels. Raises ValueError for what is damaged, or not read.
-        """
-        samples, bits, photometric = self.samples, self.number(_BITS, 1), self.number(_PHOTOMETRIC, 1)
+        """Its pixels, (H, W), (H, W, 3) BGR or (H, W, 4) BGRA; ``decode`` reads a file of one page. Or ValueError."""
+        samples, bits, photometric = (self.number(tag, 1) for tag in (_SAMPLES, _BITS, _PHOTOMETRIC))
         is_inverted = photometric == _WHITE_IS_0 and bits >= 8
         if (is_inverted and bits not in (8, 16)) or (samples == 2):
             what = "grey with opacity" if samples == 2 else f"of {bits} bits with white as 0"
@@ -91,24 +75,23 @@ class Page:
             pixels = _one(plain, chunks, self.order, decode)
         if is_inverted:
             pixels = np.iinfo(pixels.dtype).max - pixels
-        if pixels.ndim == 3 and pixels.shape[2] == 4 and self._opacity() != _UNASSOCIATED:
+        opacity = self.number(_EXTRA, 0) if photometric == _RGB else 0
+        if pixels.ndim == 3 and pixels.shape[2] == 4 and opacity != _UNASSOCIATED:
             pixels = np.ascontiguousarray(pixels[:, :, :3])  # on black already, or no opacity at all
         return pixels
 
-    def _opacity(self) -> int:
-        return self.number(_EXTRA, 0) if self.number(_PHOTOMETRIC, 1) == _RGB else 0
-
     def _of_planes(self, plain: Tags, chunks: list[bytes], decode: Callable[[bytes], np.ndarray | None]) -> np.ndarray:
         """Pixels of a page that has each colour by itself, as a grey page of its own."""
-        if self.number(_PHOTOMETRIC, 1) != _RGB or self.samples not in (3, 4) or len(chunks) % self.samples:
+        samples = self.number(_SAMPLES, 1)
+        if self.number(_PHOTOMETRIC, 1) != _RGB or samples not in (3, 4) or len(chunks) % samples:
             raise ValueError("is a TIFF with separate planes that are not red, green and blue, which is not read")
         grey = {tag: value for tag, value in plain.items() if tag != _EXTRA}
         grey |= {_SAMPLES: (3, (1,)), _PHOTOMETRIC: (3, (1,))}
         for tag in (_BITS, _FORMAT):
             if tag in grey:
                 grey[tag] = (3, grey[tag][1][:1])
-        each = len(chunks) // self.samples
-        planes = [_one(grey, chunks[i * each : (i + 1) * each], self.order, decode) for i in range(self.samples)]
+        each = len(chunks) // samples
+        planes = [_one(grey, chunks[i * each : (i + 1) * each], self.order, decode) for i in range(samples)]
         return np.dstack([planes[2], planes[1], planes[0], *planes[3:]])
 
     def _chunks(self) -> list[bytes]:
@@ -129,8 +112,8 @@ def pages(data: Any) -> list[Page]:
     found: list[Page] = []
     try:
         order = "<" if data[:2] == b"II" else ">"
-        is_big = struct.unpack(f"{order}H", data[2:4])[0] == 43
-        place, seen = struct.unpack(f"{order}Q", data[8:16])[0] if is_big else _long(data, order, 4), set[int]()
+        is_big, seen = struct.unpack(f"{order}H", data[2:4])[0] == 43, set[int]()
+        (place,) = struct.unpack(f"{order}Q", data[8:16]) if is_big else struct.unpack(f"{order}I", data[4:8])
         while place and place not in seen and len(seen) < _MAX_PAGES:
             seen.add(place)
             tags, place = _directory(data, order, place, is_big)
@@ -141,10 +124,6 @@ def pages(data: Any) -> list[Page]:
     if not found:
         raise ValueError("the TIFF has no picture in it")
     return [page for page in found if not page.number(_KIND, 0) & _NO_PICTURE] or found[:1]
-
-
-def _long(data: Any, order: str, place: int) -> int:
-    return struct.unpack(f"{order}I", data[place : place + 4])[0]
 
 
 def _directory(data: Any, order: str, place: int, is_big: bool) -> tuple[Tags, int]:
@@ -176,10 +155,8 @@ def _directory(data: Any, order: str, place: int, is_big: bool) -> tuple[Tags, i
 def _one(tags: Tags, chunks: Sequence[bytes], order: str, decode: Callable[[bytes], np.ndarray | None]) -> np.ndarray:
     """Pixels of a TIFF of one page that is put together from tags and strips or tiles."""
     is_tiled = 322 in tags
-    places, at = [], 8
-    for chunk in chunks:
-        places.append(at)
-        at += len(chunk) + len(chunk) % 2
+    filled = [chunk + bytes(len(chunk) % 2) for chunk in chunks]
+    *places, at = accumulate(map(len, filled), initial=8)
     tags = tags | {
         _TILES if is_tiled else _STRIPS: (4, tuple(places)),
         _TILE_BYTES if is_tiled else _STRIP_BYTES: (4, tuple(map(len, chunks))),
@@ -193,13 +170,11 @@ def _one(tags: Tags, chunks: Sequence[bytes], order: str, decode: Callable[[byte
         value = struct.pack(f"{order}{form}", *values)
         count = len(values[0]) if letter == "s" else len(values) // len(letter)
         if len(value) > 4:
-            value, place = b"", behind + len(beyond)
-            beyond += struct.pack(f"{order}{form}", *values) + bytes(struct.calcsize(f"={form}") % 2)
-            value = struct.pack(f"{order}I", place)
+            place = struct.pack(f"{order}I", behind + len(beyond))
+            value, beyond = place, beyond + value + bytes(len(value) % 2)
         entries += struct.pack(f"{order}HHI", tag, kind, count) + value.ljust(4, b"\0")
     head = (b"II*\0" if order == "<" else b"MM\0*") + struct.pack(f"{order}I", at)
-    body = b"".join(chunk + bytes(len(chunk) % 2) for chunk in chunks)
-    pixels = decode(head + body + struct.pack(f"{order}H", len(tags)) + entries + bytes(4) + beyond)
+    pixels = decode(head + b"".join(filled) + struct.pack(f"{order}H", len(tags)) + entries + bytes(4) + beyond)
     if pixels is None:
         raise ValueError("the picture is damaged or cut short, or of a kind of TIFF that is not read")
     return pixels

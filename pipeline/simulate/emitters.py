@@ -23,9 +23,6 @@ class Emitters:
     radii_m: np.ndarray  # (N,): radii of the lamps
     colours: np.ndarray  # (N, 3): response of the blue, green and red bands to each
 
-    def __len__(self) -> int:
-        return len(self.points_m)
-
 
 def emitters_of(scene: Scene, truth: Truth) -> Emitters:
     """Collect everything in a scene that shines and whose light can reach the camera."""

@@ -69,27 +69,13 @@ def load_sequence(path: str | Path) -> FilmPlan:
     try:
         if isinstance(content.get("water"), str):
             content["water"] = preset(content["water"])
-        scene = msgspec.convert(content, Scene)
-    except (msgspec.ValidationError, ValueError) as error:
-        raise FileError(f"{path}: {error}") from error
-    try:
-        return msgspec.convert({"scene": scene, "motion": motion}, FilmPlan)
+        return msgspec.convert({"scene": msgspec.convert(content, Scene), "motion": motion}, FilmPlan)
     except (msgspec.ValidationError, ValueError) as error:
         raise FileError(f"{path}: {error}") from error
 
 
 def save_scene(scene: Scene, folder: str | Path, name: str) -> None:
-    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder.
-
-    Parameters
-    ----------
-    scene : Scene
-        What to render.
-    folder : str or Path
-        Where to write.
-    name : str
-        Of the two files, without their endings.
-    """
+    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder."""
     image, truth = render(scene)
     save_picture(image, scene, truth, folder, name, compression=_SMALLEST_FILES)
 
@@ -131,18 +117,7 @@ def truth_row(frame: RenderedFrame) -> dict[str, Any]:
 
 
 def render_folder(folder: str | Path) -> list[str]:
-    """Render every scene file of a folder again; return their names.
-
-    Parameters
-    ----------
-    folder : str or Path
-        The folder of the scene files, NAME.yaml.
-
-    Returns
-    -------
-    list of str
-        The names of the scenes.
-    """
+    """Render every scene file NAME.yaml of a folder again; return their names."""
     paths = sorted(Path(folder).glob("*.yaml"))
     for path in paths:
         save_scene(load_scene(path), folder, path.stem)

@@ -1,9 +1,6 @@
 """How the vehicle moves: an approach, a sweep past the dock, hovering, or a course steered by an estimator."""
 
-import math
-
-import numpy as np
-from dockpose.checks import check_number, check_whole
+from dockpose.checks import check_whole
 from dockpose.simulate.parts import Part
 
 
@@ -31,15 +28,11 @@ class Motion(Part, frozen=True, kw_only=True, tag_field="kind"):
     drift_deg: float = 0.0
     drift_time_s: float = 4.0
 
+    _above_0 = ("rate_hz", "drift_time_s")
+
     def __post_init__(self) -> None:
         super().__post_init__()
         check_whole("frames", self.frames, least=1)
-        check_number("rate_hz", self.rate_hz, above=0)
-        check_number("drift_time_s", self.drift_time_s, above=0)
-
-    def position_m(self, position_m: np.ndarray, share: float) -> np.ndarray:
-        """Position of the dock after this share (0 to 1) of the motion, given its position in the scene."""
-        return position_m
 
 
 class Approach(Motion, frozen=True, kw_only=True, tag="approach"):
@@ -54,14 +47,7 @@ class Approach(Motion, frozen=True, kw_only=True, tag="approach"):
     start_m: float = 20.0
     end_m: float = 1.0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_number("start_m", self.start_m, above=0)
-        check_number("end_m", self.end_m, above=0)
-
-    def position_m(self, position_m: np.ndarray, share: float) -> np.ndarray:
-        """Position of the dock after this share (0 to 1) of the motion, given its position in the scene."""
-        return position_m * (self.start_m + share * (self.end_m - self.start_m)) / position_m[2]
+    _above_0 = (*Motion._above_0, "start_m", "end_m")
 
 
 class Sweep(Motion, frozen=True, kw_only=True, tag="sweep"):
@@ -77,11 +63,6 @@ class Sweep(Motion, frozen=True, kw_only=True, tag="sweep"):
 
     reach_m: float = 1.0
     angle_deg: float = 0.0
-
-    def position_m(self, position_m: np.ndarray, share: float) -> np.ndarray:
-        """Position of the dock after this share (0 to 1) of the motion, given its position in the scene."""
-        angle = math.radians(self.angle_deg)
-        return position_m + (2 * share - 1) * self.reach_m * np.array([math.cos(angle), math.sin(angle), 0])
 
 
 class Hover(Motion, frozen=True, kw_only=True, tag="hover"):
@@ -106,6 +87,4 @@ class ClosedLoop(Motion, frozen=True, kw_only=True, tag="closed_loop"):
     speed_m_per_s: float = 0.3
     turn_deg_per_s: float = 20.0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_number("end_m", self.end_m, above=0)
+    _above_0 = (*Motion._above_0, "end_m")

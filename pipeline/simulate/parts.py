@@ -1,17 +1,13 @@
 """The parts of a scene: pose, lights, what surrounds them, and the sensor."""
 
 import math
+from typing import ClassVar
 
 import msgspec
-from dockpose.checks import check_number, check_whole, make_plain
+from dockpose.checks import check_number, check_one_of, check_whole, make_plain
 
 # Response of the blue, green and red bands to a lamp of each colour.
-COLOURS = {
-    "white": (1.0, 1.0, 1.0),
-    "red": (0.02, 0.08, 1.0),
-    "green": (0.10, 1.0, 0.10),
-    "blue": (1.0, 0.15, 0.02),
-}
+COLOURS = {"white": (1.0, 1.0, 1.0), "red": (0.02, 0.08, 1.0), "green": (0.10, 1.0, 0.10), "blue": (1.0, 0.15, 0.02)}
 SENSOR_COLOURS = ("grey", "bgr", "bayer")
 BITS = (8, 10, 12, 16)
 
@@ -19,12 +15,16 @@ BITS = (8, 10, 12, 16)
 class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A part of a scene: checks that its numbers are finite, and not negative unless listed in ``_SIGNED``."""
 
+    _above_0: ClassVar[tuple[str, ...]] = ()  # numbers that may not be 0 either
+
     def __post_init__(self) -> None:
         make_plain(self)
         for name in self.__struct_fields__:
             value = getattr(self, name)
             if isinstance(value, float):
                 check_number(name, value, least=-math.inf if name in _SIGNED else 0)
+        for name in self._above_0:
+            check_number(name, getattr(self, name), above=0)
 
 
 # Numbers that may be negative.
@@ -95,17 +95,17 @@ class Lights(Part, frozen=True, kw_only=True):
     missing: tuple[int, ...] = ()
     flicker: float = 0.0
 
+    _above_0 = ("radius_m",)
+
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_number("radius_m", self.radius_m, above=0)
         if self.flicker > 1:
             raise ValueError(f"flicker is {self.flicker!r}; it is a probability, 0 to 1")
         for name in ("brightness", "size", "angles_deg"):
             for index, value in enumerate(getattr(self, name)):
                 check_number(f"{name}[{index}]", value, least=-math.inf if name in _SIGNED else 0)
         for index, colour in enumerate(self.colours):
-            if colour not in COLOURS:
-                raise ValueError(f"colours[{index}] is {colour!r}; it must be one of {', '.join(COLOURS)}")
+            check_one_of(f"colours[{index}]", colour, COLOURS)
 
 
 class Glare(Part, frozen=True, kw_only=True):
@@ -230,16 +230,14 @@ class Sensor(Part, frozen=True, kw_only=True):
     colour: str = "grey"
     jpeg_quality: int | None = None
 
+    _above_0 = ("exposure", "gain", "electrons_per_level", "blur_px")
+
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("exposure", "gain", "electrons_per_level", "blur_px"):
-            check_number(name, getattr(self, name), above=0)
         if self.vignetting > 1:
             raise ValueError(f"vignetting is {self.vignetting!r}; it must be within 0 to 1")
-        if self.bits not in BITS:
-            raise ValueError(f"bits is {self.bits!r}; it must be one of {', '.join(map(str, BITS))}")
-        if self.colour not in SENSOR_COLOURS:
-            raise ValueError(f"colour is {self.colour!r}; it must be one of {', '.join(SENSOR_COLOURS)}")
+        check_one_of("bits", self.bits, BITS)
+        check_one_of("colour", self.colour, SENSOR_COLOURS)
         if self.jpeg_quality is not None:
             if self.bits != 8:
                 raise ValueError(f"jpeg_quality is {self.jpeg_quality!r} with {self.bits} bits; JPEG stores 8")

@@ -1,7 +1,7 @@
 """Rendering: from a scene to its picture."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -12,26 +12,6 @@ from dockpose.simulate.parts import Sensor
 from dockpose.simulate.scene import Scene
 from dockpose.simulate.surroundings import add_snow, background_picture, burn_in, hide
 from dockpose.simulate.truth import Truth, random_stream, truth_of
-
-
-@dataclass(frozen=True)
-class Rendering:
-    """A simulated picture and its components.
-
-    Attributes
-    ----------
-    image : (H, W) or (H, W, 3) BGR array, uint8 or uint16
-        The picture; uint16 for more than 8 bits.
-    truth : Truth
-        What it shows.
-    direct, glow : (H, W) float32 arrays
-        Unscattered and scattered light of all lamps, in grey levels before exposure; of a colour picture the green.
-    """
-
-    image: np.ndarray
-    truth: Truth
-    direct: np.ndarray
-    glow: np.ndarray
 
 
 def render(scene: Scene) -> tuple[np.ndarray, Truth]:
@@ -66,56 +46,25 @@ def render(scene: Scene) -> tuple[np.ndarray, Truth]:
     >>> int(truth.visible.sum())
     10
     """
-    rendering = render_parts(scene)
-    return rendering.image, rendering.truth
-
-
-def render_parts(scene: Scene) -> Rendering:
-    """Render the picture of a scene, and keep its direct and scattered light; see :func:`render`.
-
-    Parameters
-    ----------
-    scene : Scene
-        What to render.
-
-    Returns
-    -------
-    Rendering
-        The picture, what it shows, and its light in parts.
-
-    Raises
-    ------
-    ValueError
-        If a lamp is farther away than the water's point spread function is valid.
-    """
     truth = truth_of(scene)
     emitters = emitters_of(scene, truth)
     if scene.sensor.colour == "grey":
-        light, direct, glow = _band(scene, emitters, scene.water)
-    else:
-        bands = [
-            _band(scene, _as_seen(emitters, index), scene.water.in_band(name), scene.background.colour[index])
-            for index, name in enumerate(BANDS)
-        ]
-        light = np.dstack([band[0] for band in bands])
-        _, direct, glow = bands[BANDS.index("green")]
-    return Rendering(expose(light, scene), truth, direct, glow)
+        return expose(_band(scene, emitters, scene.water), scene), truth
+    levels = emitters.levels[:, None] * emitters.colours
+    bands = [
+        _band(scene, replace(emitters, levels=seen), scene.water.in_band(name), share)
+        for name, seen, share in zip(BANDS, levels.T, scene.background.colour, strict=True)
+    ]
+    return expose(np.dstack(bands), scene), truth
 
 
-def _band(
-    scene: Scene, emitters: Emitters, water: Water, background: float = 1.0
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light on the sensor in one spectral band, and the direct and scattered part that the lamps have in it."""
+def _band(scene: Scene, emitters: Emitters, water: Water, background: float = 1.0) -> np.ndarray:
+    """Light (H, W) on the sensor in one spectral band."""
     direct, glow = light_on_sensor(scene, emitters, water)
     light = background_picture(scene, water, background) + direct + glow
     add_snow(light, scene)
     hide(light, scene.occluders)
-    return light, direct, glow
-
-
-def _as_seen(emitters: Emitters, band: int) -> Emitters:
-    levels = emitters.levels * emitters.colours[:, band]
-    return Emitters(emitters.points_m, levels, emitters.intensity, emitters.radii_m, emitters.colours)
+    return light
 
 
 # The upper left corner of the mosaic, which OpenCV calls BG: a row of B G, then one of G R.

@@ -10,12 +10,6 @@ from dockpose.simulate import parts
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import PRESETS, Water, preset
 
-# The parts that every scene has.
-_KINDS = {
-    **{"camera": Camera, "dock": Dock, "pose": parts.Pose, "lights": parts.Lights, "water": Water},
-    **{"psf": Psf, "background": parts.Background, "sensor": parts.Sensor},
-}
-
 
 class Scene(parts.Part, frozen=True, kw_only=True):
     """One picture to simulate; each part is described by its own class.
@@ -99,3 +93,7 @@ class Scene(parts.Part, frozen=True, kw_only=True):
     def light_colours(self) -> tuple[str, ...]:
         """Name of each light's colour."""
         return self.lights.colours or self.dock.colours or ("white",) * len(self.light_angles_rad)
+
+
+# The parts that every scene has.
+_KINDS = {field.name: field.type for field in msgspec.structs.fields(Scene) if isinstance(field.type, type)}

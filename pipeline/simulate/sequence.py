@@ -112,25 +112,7 @@ def film(sequence: FilmPlan, observe: Observe | None = None) -> Iterator[Rendere
 
 
 def scenes(sequence: FilmPlan) -> Iterator[tuple[float, Scene]]:
-    """Yield the time and the scene of each frame without rendering it; not possible for a closed loop.
-
-    Parameters
-    ----------
-    sequence : FilmPlan
-        The sequence.
-
-    Yields
-    ------
-    time_s : float, seconds
-        Time since the first frame.
-    scene : Scene
-        The frame's scene.
-
-    Raises
-    ------
-    ValueError
-        If the sequence is a closed loop, or the dock ends up behind the camera.
-    """
+    """Yield the time in seconds and the scene of each frame without rendering it; ValueError for a closed loop."""
     scene, motion = sequence.scene, sequence.motion
     if isinstance(motion, ClosedLoop):
         raise ValueError("motion is a closed loop: where it goes depends on its pictures")
@@ -140,9 +122,19 @@ def scenes(sequence: FilmPlan) -> Iterator[tuple[float, Scene]]:
     drift, rotation = _Drift(scene, motion), dock_rotation(scene)
     for index in range(motion.frames):
         time_s = index / motion.rate_hz
-        place = motion.position_m(np.array(scene.pose.position_m), index / max(1, motion.frames - 1))
+        place = _place(motion, np.array(scene.pose.position_m), index / max(1, motion.frames - 1))
         position, turned = _carried(place, rotation, drift.at(time_s))
         yield time_s, _with_pose(scene, position, turned, index)
+
+
+def _place(motion: Motion, position_m: np.ndarray, share: float) -> np.ndarray:
+    """Position of the dock after this share (0 to 1) of a motion, given its position in the scene."""
+    if isinstance(motion, Approach):
+        return position_m * (motion.start_m + share * (motion.end_m - motion.start_m)) / position_m[2]
+    if isinstance(motion, Sweep):
+        angle = math.radians(motion.angle_deg)
+        return position_m + (2 * share - 1) * motion.reach_m * np.array([math.cos(angle), math.sin(angle), 0])
+    return position_m
 
 
 def _steered(scene: Scene, motion: ClosedLoop, observe: Observe) -> Iterator[RenderedFrame]:

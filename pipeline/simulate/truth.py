@@ -81,20 +81,7 @@ def dock_rotation(scene: Scene) -> np.ndarray:
 
 
 def truth_dict(scene: Scene, truth: Truth) -> dict[str, Any]:
-    """The truth as plain values with their units in the names, for a file; None for what has no image.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    truth : Truth
-        What its picture shows.
-
-    Returns
-    -------
-    dict
-        Positions in metres, angles in degrees, places in the picture in pixels.
-    """
+    """The truth as plain values with their units in the names, for a file; None for what has no image."""
     ellipse = truth.ellipse
     return {
         "position_m": _numbers(truth.position_m),

@@ -7,7 +7,7 @@ May import `dockpose.estimate` and `dockpose.simulate`, since simulated courses 
 
 from dockpose.sources.bags import Bag
 from dockpose.sources.capture import NO_WISHES, Wishes
-from dockpose.sources.exposure import ExposureHint, ExposureWatch, exposure_hint
+from dockpose.sources.exposure import ExposureWatch
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell, read_ahead
 from dockpose.sources.live import Arrival, Live
 from dockpose.sources.names import BAG_ENDINGS, VIDEO_ENDINGS, Kind, camera_number, kind_of
@@ -23,7 +23,6 @@ __all__ = [
     "VIDEO_ENDINGS",
     "Arrival",
     "Bag",
-    "ExposureHint",
     "ExposureWatch",
     "Frame",
     "Frames",
@@ -36,7 +35,6 @@ __all__ = [
     "Video",
     "Wishes",
     "camera_number",
-    "exposure_hint",
     "kind_of",
     "list_pictures",
     "numeric",

@@ -1,11 +1,11 @@
-"""What a live source is read through, and OpenCV's cameras, without their messages on standard error."""
+"""What cameras are asked for, and OpenCV's cameras, without their messages on standard error."""
 
 import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import av
 import cv2
@@ -45,69 +45,27 @@ class Wishes:
 NO_WISHES = Wishes()
 
 
-class Capture(Protocol):
-    """An open camera or stream."""
-
-    @property
-    def time_s(self) -> float | None:
-        """Time of the frame that was grabbed last by the source's own clock, in seconds; None where it has none."""
-
-    @property
-    def about(self) -> str:
-        """What it gives, in words, as "1280 x 720 MJPG at 30 frames/s"; empty where it does not say."""
-        ...
-
-    @property
-    def packets(self) -> tuple[av.Packet, ...]:
-        """The frame that was grabbed last as it was sent, and what was sent with it; empty where that is not known."""
-        ...
-
-    @property
-    def unix_at_zero_s(self) -> float | None:
-        """Time of day at the zero of ``time_s`` by the sender, in seconds since 1970 (UTC); None where unknown."""
-
-    @property
-    def shown(self) -> Callable[[], np.ndarray] | None:
-        """Returns the frame that was grabbed last as it is shown, where only its brightness was retrieved."""
-
-    def ask(self, wishes: Wishes) -> tuple[str, ...]:
-        """Set what can be set, and say in words what was refused."""
-        ...
-
-    def grab(self) -> bool:
-        """Wait for the next frame; False if there is none or it is corrupt."""
-        ...
-
-    def retrieve(self) -> tuple[bool, np.ndarray | None]:
-        """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
-        ...
-
-    def release(self) -> None:
-        """Release the device or the connection."""
-
-
 class Camera:
-    """A camera of this machine, by its number, with whichever backend the system has; check ``is_open``.
+    """A camera of this machine, by its number, with whichever backend the system has. Raises OSError without one.
 
     With Video4Linux, grey formats keep all their levels (GREY is uint8, Y10 to Y16 are uint16), and of Motion JPEG the
     data are there as they were sent; other pictures are BGR, uint8. This was tried with no real camera, but with one
     that answers as OpenCV's source says that Video4Linux does.
     """
 
-    unix_at_zero_s = None
+    unix_at_zero_s = None  # time of day at the zero of ``time_s``
 
     def __init__(self, number: int, *, grey: bool = False) -> None:
         self._grey = grey
         self._decoder = av.CodecContext.create("mjpeg", "r")
         self.shown: Callable[[], np.ndarray] | None = None
         self._capture = cv2.VideoCapture(number, cv2.CAP_ANY)
-        self.about = self._words(NO_WISHES) if self.is_open else ""
+        if not self._capture.isOpened():
+            self.release()
+            raise OSError("no camera has that number, or another program uses it")
+        # What it gives, in words, as "1280 x 720 MJPG at 30 frames/s", and the last frame as it was sent.
+        self.about = self._words(NO_WISHES)
         self.packets: tuple[av.Packet, ...] = ()
-
-    @property
-    def is_open(self) -> bool:
-        """Whether there is a camera of that number, and no other program has it."""
-        return self._capture.isOpened()
 
     @property
     def time_s(self) -> float | None:
@@ -148,32 +106,32 @@ class Camera:
         """Wait for the next frame; False if there is none."""
         return self._capture.grab()
 
-    def retrieve(self) -> tuple[bool, np.ndarray | None]:
+    def retrieve(self) -> np.ndarray | None:
         """Return the frame that was grabbed last, (H, W, 3) BGR uint8, or (H, W) uint8 or uint16 of a grey format."""
         self.packets, self.shown = (), None
         good, image = self._capture.retrieve()
         if not good or image is None or image.size == 0:
-            return False, None
+            return None
         if image.dtype == np.uint8 and image.ravel()[:2].tobytes() == _JPEG_BEGINS and min(image.shape[:2]) == 1:
             return self._of_jpeg(image.tobytes())
-        return True, image[:, :, 0] if image.ndim == 3 and image.shape[2] == 1 else image
+        return image[:, :, 0] if image.ndim == 3 and image.shape[2] == 1 else image
 
     def release(self) -> None:
         """Release the camera."""
         self._capture.release()
 
-    def _of_jpeg(self, data: bytes) -> tuple[bool, np.ndarray | None]:
+    def _of_jpeg(self, data: bytes) -> np.ndarray | None:
         """Decode as streams and recordings are decoded, so that a recording shows the very same."""
         self.packets = (av.Packet(data),)
         try:
             decoded = self._decoder.decode(self.packets[0])
         except FFmpegError:
-            return False, None
+            return None
         if not decoded or not isinstance(decoded[0], av.VideoFrame) or decoded[0].is_corrupt:
-            return False, None
+            return None
         if self._grey:
             self.shown = partial(picture_of, decoded[0])
-        return True, picture_of(decoded[0], grey=self._grey)
+        return picture_of(decoded[0], grey=self._grey)
 
     def _refused_of_format(self, wishes: Wishes) -> list[str]:
         """What was refused of the format, the size and the rate; drivers take the nearest without a word."""

@@ -36,18 +36,13 @@ _BEGINNINGS = (
 
 @dataclass(frozen=True)
 class Order:
-    """What the packets of a video tell of its frames, without decoding them.
-
-    ``stamps`` are those of the frames as they are shown, (N,) int64 ticks that grow, None where packets have none;
-    ``ranks`` the frame's index for each packet in the order of the file, (N,), None where only the decoder knows; and
-    ``joins`` the packets at which the clock jumps. Frames can be sought where their stamps identify them.
-    """
+    """What the packets of a video tell of its N frames, without decoding them."""
 
     count: int
-    stamps: np.ndarray | None
-    ranks: np.ndarray | None
-    joins: tuple[int, ...] = ()
-    is_sought: bool = False
+    stamps: np.ndarray | None  # (N,) int64 ticks that grow, of the frames as they are shown; None where there are none
+    ranks: np.ndarray | None  # (N,): index of the frame of each packet of the file; None where only the decoder knows
+    joins: tuple[int, ...] = ()  # packets at which the clock jumps
+    is_sought: bool = False  # whether stamps identify the frames
 
 
 def order_of(container: InputContainer, stream: av.VideoStream) -> Order:

@@ -38,13 +38,7 @@ class ExposureHint:
 
 
 def exposure_hint(image: np.ndarray, found: Estimate) -> ExposureHint:
-    """Judge the exposure of a picture (H, W) or (H, W, 3) by the lights of the dock that was found in it.
-
-    "saturated" where at least half of the lights are cut off at the top of the scale, so that their levels no longer
-    tell where their middle is; "drowned" where at least half of them hardly stand out of the noise. Without a dock,
-    "saturated" where a twentieth of the picture is, and "dark" where it uses a quarter of the scale. Of colours the
-    brightest channel counts, which is cut off first.
-    """
+    """Judge the exposure of a picture (H, W) or (H, W, 3) by the lights found, in colour by the brightest channel."""
     scale = (1 << (8 * image.dtype.itemsize if found.status != "ok" else significant_bits(image))) - 1
     top = _TOP_SHARE * scale
     if found.status != "ok" or found.ring is None or found.markers is None:

@@ -187,32 +187,25 @@ def growing(stamps: Sequence[int]) -> tuple[list[int], list[int]]:
 
 
 Item = TypeVar("Item")
+_AHEAD = 4  # items
 _END = object()
 
 
-def read_ahead(items: Iterable[Item], at_most: int = 4) -> Iterator[Item]:
-    """Yield the items in order, fetched by a thread that is up to ``at_most`` ahead; its errors come in turn."""
-    waiting: queue.Queue[tuple[object, BaseException | None]] = queue.Queue(maxsize=at_most)
+def read_ahead(items: Iterable[Item]) -> Iterator[Item]:
+    """Yield the items in order, fetched by a thread that is a few ahead; its errors come in turn."""
+    waiting: queue.Queue[tuple[object, BaseException | None]] = queue.Queue(maxsize=_AHEAD)
     stop = threading.Event()
 
-    def put(item: object, error: BaseException | None = None) -> bool:
-        while not stop.is_set():
-            try:
-                waiting.put((item, error), timeout=0.1)
-            except queue.Full:
-                continue
-            return True
-        return False
-
     def run() -> None:
+        error: BaseException | None = None
         try:
             for item in items:
-                if not put(item):
+                waiting.put((item, None))
+                if stop.is_set():
                     return
-        except BaseException as error:  # raised again where the items are consumed
-            put(_END, error)
-        else:
-            put(_END)
+        except BaseException as raised:  # raised again where the items are consumed
+            error = raised
+        waiting.put((_END, error))
 
     thread = threading.Thread(target=run, name="dockpose reading ahead", daemon=True)
     thread.start()
@@ -226,4 +219,6 @@ def read_ahead(items: Iterable[Item], at_most: int = 4) -> Iterator[Item]:
             yield item  # pyright: ignore[reportReturnType]
     finally:
         stop.set()
+        while not waiting.empty():  # so that the thread, which may wait for room, comes to its end
+            waiting.get()
         thread.join(timeout=5.0)

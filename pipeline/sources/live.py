@@ -7,8 +7,11 @@ from dataclasses import dataclass
 
 import av
 import numpy as np
-from dockpose.sources.capture import NO_WISHES, Capture, Wishes
+from dockpose.sources.capture import NO_WISHES, Camera, Wishes
 from dockpose.sources.frames import Frame, Frames, SourceError, Tell
+from dockpose.sources.stream import StreamCapture
+
+Capture = Camera | StreamCapture
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.5, 8.0
 _MOST_DELAY_S = 1.0  # of a frame after the time stamp of its driver
@@ -43,12 +46,9 @@ class Live(Frames):
         tell: Tell | None = None,
         *,
         wishes: Wishes = NO_WISHES,
-        first_pause_s: float = FIRST_PAUSE_S,
-        longest_pause_s: float = LONGEST_PAUSE_S,
     ) -> None:
         super().__init__(source, tell)
         self._connect = connect
-        self._pauses_s = (first_pause_s, longest_pause_s)
         self._stop = threading.Event()
         self._changed = threading.Condition()
         self._newest: Frame | None = None
@@ -125,12 +125,9 @@ class Live(Frames):
             asked, self._asked = self._asked, None
             if asked is not None:
                 self._ask(capture, asked)
-            good = capture.grab()
-            arrived_s = time.monotonic()
-            image = None
-            if good:
-                good, image = capture.retrieve()
-            if not good or image is None:
+            is_there, arrived_s = capture.grab(), time.monotonic()
+            image = capture.retrieve() if is_there else None
+            if image is None:
                 failures += 1
                 continue
             if failures:
@@ -167,14 +164,13 @@ class Live(Frames):
 
     def _bring_back(self) -> Capture | None:
         """Reconnect until the source answers; None if it was closed meanwhile."""
-        pause_s, longest_s = self._pauses_s
-        lost_s = time.monotonic()
+        pause_s, lost_s = FIRST_PAUSE_S, time.monotonic()
         self._tell(f"{self.source}: no more frames come; it is tried again after {pause_s:g} s")
         while not self._stop.wait(pause_s):
             try:
                 capture = self._connect()
             except SourceError as error:
-                pause_s = min(2 * pause_s, longest_s)
+                pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
                 self._tell(f"{error}; it is tried again after {pause_s:g} s")
                 continue
             self._ask(capture, self.wishes)

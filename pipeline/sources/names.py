@@ -34,13 +34,7 @@ class Kind(enum.Enum):
 
 
 def kind_of(source: str) -> Kind:
-    """Tell what kind of source a text names.
-
-    An existing file or folder takes precedence, whatever its name: a video or a bag by its suffix, a scene if it is
-    YAML, else a picture, or the pages of one; a folder that rosbag2 wrote is a bag. Otherwise digits alone are a
-    camera's number, as is a device like ``/dev/video0``, and a text that begins like an address (``rtsp://``,
-    ``http://``) is a stream.
-    """
+    """Tell what kind of source a text names; what exists goes first, whatever its name, a camera before a stream."""
     path = Path(source)
     try:
         is_folder, is_file = path.is_dir(), path.exists()

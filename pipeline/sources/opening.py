@@ -2,7 +2,6 @@
 
 import os
 import time
-from pathlib import Path
 
 import numpy as np
 from dockpose.checks import check_turn, shown
@@ -83,7 +82,30 @@ def open_frames(
     """
     check_turn("rotate", rotate)
     kind, name = _kind_and_name(source)
-    frames = _opened(kind, name, tell, rate_hz, timeout_s, grey, wishes, topic)
+    if kind not in (Kind.CAMERA, Kind.STREAM, Kind.FOLDER, Kind.GLOB):
+        check_regular(name)
+    frames: Frames
+    if kind is Kind.VIDEO:
+        frames = Video(name, tell, grey=grey, rate_hz=rate_hz)
+    elif kind is Kind.PAGES:
+        frames = Pages(name, rate_hz, tell)
+    elif kind is Kind.BAG:
+        frames = Bag(name, tell, topic)
+    elif kind is Kind.SIMULATED:
+        try:
+            frames = Simulated(load_sequence(name), name, tell)
+        except FileError as error:
+            raise SourceError(str(error)) from error
+    elif kind is Kind.CAMERA:
+        number = camera_number(name) or 0
+        frames = Live(f"camera {number}", lambda: _camera(number, grey), tell, wishes=wishes)
+    elif kind is Kind.STREAM:
+        frames = _open_stream(name, tell, timeout_s, grey)
+    else:
+        paths = list_pictures(name)
+        if kind is Kind.PICTURE and not paths[0].exists():
+            raise SourceError(f"{name}: there is no such file")
+        frames = Pictures(paths, name, rate_hz, tell)
     frames.turn(rotate)
     return frames
 
@@ -95,40 +117,6 @@ def _kind_and_name(source: object) -> tuple[Kind, str]:
     if not isinstance(name, str):
         raise ValueError(f"source is {shown(source)}; it must be a path, a camera's number or a stream's address")
     return kind_of(name), name
-
-
-def _opened(
-    kind: Kind,
-    source: str,
-    tell: Tell | None,
-    rate_hz: float | None,
-    timeout_s: float,
-    grey: bool,
-    wishes: Wishes,
-    topic: str | None,
-) -> Frames:
-    if kind not in (Kind.CAMERA, Kind.STREAM, Kind.FOLDER, Kind.GLOB):
-        check_regular(source)
-    if kind is Kind.VIDEO:
-        return Video(source, tell, grey=grey, rate_hz=rate_hz)
-    if kind is Kind.PAGES:
-        return Pages(Path(source), source, rate_hz, tell)
-    if kind is Kind.BAG:
-        return Bag(source, tell, topic)
-    if kind is Kind.SIMULATED:
-        try:
-            return Simulated(load_sequence(source), source, tell)
-        except FileError as error:
-            raise SourceError(str(error)) from error
-    if kind is Kind.CAMERA:
-        number = camera_number(source) or 0
-        return Live(f"camera {number}", lambda: _camera(number, grey), tell, wishes=wishes)
-    if kind is Kind.STREAM:
-        return _open_stream(source, tell, timeout_s, grey)
-    paths = list_pictures(source)
-    if kind is Kind.PICTURE and not paths[0].exists():
-        raise SourceError(f"{source}: there is no such file")
-    return Pictures(paths, source, rate_hz, tell)
 
 
 def _open_stream(address: str, tell: Tell | None, timeout_s: float, grey: bool) -> Frames:
@@ -147,14 +135,12 @@ def _stream(address: str, timeout_s: float, grey: bool) -> StreamCapture:
     except OSError as error:
         if time.monotonic() - start_s >= 0.9 * timeout_s:
             raise SourceError(f"{address}: does not answer within {timeout_s:g} s") from error
-        raise SourceError(
-            f"{address}: cannot be opened: nothing answers there, or what answers is not a video"
-        ) from error
+        what = "nothing answers there, or what answers is not a video"
+        raise SourceError(f"{address}: cannot be opened: {what}") from error
 
 
 def _camera(number: int, grey: bool) -> Camera:
-    camera = Camera(number, grey=grey)
-    if not camera.is_open:
-        camera.release()
-        raise SourceError(f"camera {number}: no camera has that number, or another program uses it")
-    return camera
+    try:
+        return Camera(number, grey=grey)
+    except OSError as error:
+        raise SourceError(f"camera {number}: {error}") from error

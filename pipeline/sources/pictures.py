@@ -7,7 +7,6 @@ import itertools
 import mmap
 import re
 import threading
-import warnings
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -46,19 +45,19 @@ class Pictures(Indexed):
 class Pages(Indexed):
     """The pages of a TIFF, or the frames of an animated GIF, WebP or PNG, each decoded when it is due."""
 
-    def __init__(self, path: Path, source: str, rate_hz: float | None = None, tell: Tell | None = None) -> None:
+    def __init__(self, source: str, rate_hz: float | None = None, tell: Tell | None = None) -> None:
         super().__init__(source, tell)
         self.rate_hz = self._asked_hz = rate_hz
+        self._path, self._lock = Path(source), threading.Lock()
         try:
-            with path.open("rb") as file:
+            with self._path.open("rb") as file:
                 self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
             self._pages = decoding.tiff_pages(self._data, source) if is_tiff(self._data) else []
-            self._times_s = [] if self._pages else _times_s(path)
+            self._times_s = [] if self._pages else _times_s(self._path)
         except SourceError:
             raise
         except Exception as error:  # Pillow's readers raise many kinds on damaged files
             raise SourceError(f"{source}: cannot be read ({error})") from error
-        self._path, self._lock = path, threading.Lock()
         self._animation: Image.Image | None = None
         self.count = len(self._pages or self._times_s)
         if rate_hz is None and len(times := [time for time in self._times_s if time is not None]) > 1:
@@ -82,7 +81,7 @@ class Pages(Indexed):
 
     def _of_animation(self, index: int, name: str) -> np.ndarray:
         if self._animation is None:
-            self._animation = _quietly(self._path)
+            self._animation = decoding.opened_quietly(self._path)
             self._tell_orientation(decoding.orientation_of(self._animation), self.source)
         try:
             self._animation.seek(index)
@@ -100,7 +99,7 @@ def has_pages(path: Path) -> bool:
             if is_tiff(file.read(4)):
                 with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
                     return len(decoding.tiff_pages(data, str(path))) > 1
-        with _quietly(path) as picture:
+        with decoding.opened_quietly(path) as picture:
             return decoding.is_animation(picture)
     except Exception:  # Pillow's readers raise many kinds on damaged files
         return False
@@ -108,7 +107,7 @@ def has_pages(path: Path) -> bool:
 
 def _times_s(path: Path) -> list[float | None]:
     """When each frame of an animation is shown, in seconds; None for all where one of them has no duration."""
-    with _quietly(path) as picture:
+    with decoding.opened_quietly(path) as picture:
         decoding.check_size(*picture.size, 4, str(path))
         count = min(getattr(picture, "n_frames", 1), _MAX_FRAMES)
         times_s: list[float] = [0.0]
@@ -121,30 +120,16 @@ def _times_s(path: Path) -> list[float | None]:
     return [round(time, 6) if is_timed else None for time in times_s[:-1]]
 
 
-def _quietly(path: Path) -> Image.Image:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return Image.open(path)
-
-
-def read_picture(path: Path) -> tuple[np.ndarray, str]:
-    """Read a picture file. Returns ``image`` (H, W)."""
-    return read_tagged(path)[:2]
-
-
 def read_tagged(path: Path) -> tuple[np.ndarray, str, float | None, int]:
-    """Read a picture file as :func:`read_picture`, when it was taken as :func:`taken_unix_s`, and its orientation."""
+    """Read a picture file (H, W): with its checksum, when it was taken as :func:`taken_unix_s`, and its orientation."""
     data = decoding.read_picture_file(path)
     image = decoding.decode(data, str(path))
     return image, hashlib.sha256(data).hexdigest(), taken_unix_s(data), decoding.orientation_of(data)
 
 
 def taken_unix_s(data: bytes) -> float | None:
-    """When a picture was taken by its EXIF tags, in seconds since 1970-01-01 00:00 UTC; None where it is not sure.
-
-    DateTimeOriginal is a clock on the wall; without OffsetTimeOriginal nobody knows of which time zone. The fraction of
-    the second is that of SubSecTimeOriginal (EXIF 2.31, section 4.6.5).
-    """
+    """When a picture was taken by EXIF 2.31, in seconds since 1970-01-01 00:00 UTC; None where it is not sure."""
+    # DateTimeOriginal is a clock on the wall; without OffsetTimeOriginal nobody knows of which time zone.
     if not data.startswith(_WITH_EXIF):
         return None
     try:
@@ -159,23 +144,19 @@ def taken_unix_s(data: bytes) -> float | None:
 
 
 def list_pictures(source: str) -> list[Path]:
-    """List the picture files that a text stands for, in numeric order (frame2 before frame10).
-
-    They are those of a folder, or those that a glob matches; SourceError where there are none. Anything else stands for
-    itself, whether it exists or not.
-    """
+    """List the files of a folder or glob in numeric order (frame2 before frame10); else the text stands for itself."""
     path = Path(source)
     if path.is_dir():
         found = [entry for entry in path.iterdir() if entry.suffix.lower() in PICTURE_ENDINGS and entry.is_file()]
-        if not found:
-            raise SourceError(f"{source}: the folder has no pictures ({', '.join(PICTURE_ENDINGS)})")
-        return sorted(found, key=numeric)
-    if not path.exists() and glob.has_magic(source):
+        none = f"the folder has no pictures ({', '.join(PICTURE_ENDINGS)})"
+    elif not path.exists() and glob.has_magic(source):
         found = [Path(match) for match in glob.glob(source, recursive=True) if Path(match).is_file()]
-        if not found:
-            raise SourceError(f"{source}: no file matches")
-        return sorted(found, key=numeric)
-    return [path]
+        none = "no file matches"
+    else:
+        return [path]
+    if not found:
+        raise SourceError(f"{source}: {none}")
+    return sorted(found, key=numeric)
 
 
 def numeric(path: Path) -> list[tuple[int, int, str]]:

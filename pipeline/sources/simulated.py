@@ -11,17 +11,15 @@ from dockpose.sources.frames import Frame, Frames, SourceError, Tell
 
 
 class Simulated(Frames):
-    """Frames of a simulated sequence, each rendered when it is due; ``observe`` steers a closed loop."""
+    """Frames of a simulated sequence, each rendered when it is due; what is found steers a closed loop."""
 
-    def __init__(
-        self, sequence: FilmPlan, source: str, tell: Tell | None = None, observe: Observe | None = None
-    ) -> None:
+    def __init__(self, sequence: FilmPlan, source: str, tell: Tell | None = None) -> None:
         super().__init__(source, tell)
         self.sequence = sequence
         self.count = sequence.frames
         self.rate_hz = None if sequence.motion is None else sequence.motion.rate_hz
         self.camera, self.dock = sequence.scene.camera, sequence.scene.dock
-        self._observe = observe or (lambda image, camera: estimate(image, camera, sequence.scene.dock).selected)
+        self._observe: Observe = lambda image, camera: estimate(image, camera, sequence.scene.dock).selected
 
     def __iter__(self) -> Iterator[Frame]:
         return self.between(0, self.sequence.frames)

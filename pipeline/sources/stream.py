@@ -5,7 +5,6 @@ from functools import partial
 
 import av
 import numpy as np
-from av.container import InputContainer
 from av.error import FFmpegError
 from dockpose.sources.capture import Wishes
 from dockpose.sources.container import opened
@@ -25,7 +24,7 @@ class StreamCapture:
     def __init__(self, address: str, timeout_s: float, *, grey: bool = False) -> None:
         self._grey = grey
         try:
-            self._container = _opened(address, timeout_s)
+            self._container = opened(address, options=_OPTIONS, timeout=(timeout_s, timeout_s))
         except (FFmpegError, ValueError) as error:
             raise OSError(str(error)) from error
         if not self._container.streams.video:
@@ -80,9 +79,9 @@ class StreamCapture:
         self._frame = self._waiting.pop(0)
         return not self._frame.is_corrupt
 
-    def retrieve(self) -> tuple[bool, np.ndarray | None]:
+    def retrieve(self) -> np.ndarray | None:
         """Return the frame that was grabbed last, (H, W) or (H, W, 3) BGR, uint8 or uint16."""
-        return (False, None) if self._frame is None else (True, picture_of(self._frame, grey=self._grey))
+        return None if self._frame is None else picture_of(self._frame, grey=self._grey)
 
     @property
     def shown(self) -> Callable[[], np.ndarray] | None:
@@ -92,7 +91,3 @@ class StreamCapture:
     def release(self) -> None:
         """Close the connection."""
         self._container.close()
-
-
-def _opened(address: str, timeout_s: float) -> InputContainer:
-    return opened(address, options=_OPTIONS, timeout=(timeout_s, timeout_s))

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.compiled import compiled
 from dockpose.pose.circle import CirclePose, PoseErrors
 from dockpose.settings import Settings
 
@@ -74,7 +73,17 @@ class Chain:
             travel, turn = command
             state = np.concatenate([(state[:3] - travel) @ turn, state[3:] @ turn])
             rates = np.concatenate([rates[:3] @ turn, rates[3:] @ turn])
-        return Chain(*_predicted(state, rates, self.variances, sigmas, time_s))
+        kept = math.exp(-time_s / MEMORY_S)
+        moved = MEMORY_S * (1 - kept)
+        value, both, rate = self.variances
+        rate = np.minimum(rate, sigmas**2)
+        added = sigmas**2 * (1 - kept**2)
+        variances = (
+            value + 2 * moved * both + moved**2 * rate + added * time_s**2 / 3,
+            kept * (both + moved * rate) + added * time_s / 2,
+            kept**2 * rate + added,
+        )
+        return Chain(_with_unit_normal(state + moved * rates), kept * rates, np.array(variances))
 
     def pose(self, camera: Camera) -> CirclePose:
         """The state as a pose with its standard errors, without correlations of position and attitude."""
@@ -88,10 +97,7 @@ class Chain:
             self.normal,
             camera,
             sigma_position_m=(sigma_x, sigma_y, sigma_z),
-            sigma_theta_rad=(
-                min(math.pi, math.sqrt(variances[4] / level2)),
-                min(math.pi, sigma_theta_y),
-            ),
+            sigma_theta_rad=(min(math.pi, math.sqrt(variances[4] / level2)), min(math.pi, sigma_theta_y)),
         )
         # A small rotation w moves the normal n by w x n, so that n x (w x n) is the part of w that shows.
         rotation = pose.rotation
@@ -108,7 +114,12 @@ class Chain:
 
     def update(self, pose: CirclePose) -> Chain:
         """Update with the pose that is measured now."""
-        return Chain(*_updated(self.state, self.rates, self.variances, pose.position_m, pose.normal, _errors(pose)))
+        value, both, rate = self.variances
+        spread = value + _errors(pose) ** 2
+        gain, rate_gain = value / spread, both / spread
+        innovation = np.concatenate([pose.position_m, pose.normal]) - self.state
+        variances = np.array([value - gain * value, both - gain * both, rate - rate_gain * both])
+        return Chain(_with_unit_normal(self.state + gain * innovation), self.rates + rate_gain * innovation, variances)
 
 
 def speed_sigmas(state: np.ndarray, speeds: Speeds) -> np.ndarray:
@@ -134,53 +145,7 @@ def _normal_error(pose: CirclePose) -> float:
     return math.hypot(max(pose.sigma_theta_rad), _LEAST_SIGMA_RAD)
 
 
-@compiled
-def _predicted(
-    state: np.ndarray, rates: np.ndarray, variances: np.ndarray, sigmas: np.ndarray, time_s: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """State, rates and variances some time later; ``sigmas`` (6,) are the standard deviations of the rates."""
-    kept = math.exp(-time_s / MEMORY_S)
-    moved = MEMORY_S * (1 - kept)
-    after, rates_after, variances_after = np.empty(6), np.empty(6), np.empty((3, 6))
-    for axis in range(6):
-        value, both, rate = variances[0, axis], variances[1, axis], min(variances[2, axis], sigmas[axis] ** 2)
-        added = sigmas[axis] ** 2 * (1 - kept**2)
-        variances_after[0, axis] = value + 2 * moved * both + moved**2 * rate + added * time_s**2 / 3
-        variances_after[1, axis] = kept * (both + moved * rate) + added * time_s / 2
-        variances_after[2, axis] = kept**2 * rate + added
-        after[axis] = state[axis] + moved * rates[axis]
-        rates_after[axis] = kept * rates[axis]
-    _make_unit_normal(after)
-    return after, rates_after, variances_after
-
-
-@compiled
-def _updated(
-    state: np.ndarray,
-    rates: np.ndarray,
-    variances: np.ndarray,
-    position_m: np.ndarray,
-    normal: np.ndarray,
-    errors: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """State, rates and variances after a measured position and normal with standard errors (6,)."""
-    after, rates_after, variances_after = np.empty(6), np.empty(6), np.empty((3, 6))
-    for axis in range(6):
-        value, both, rate = variances[0, axis], variances[1, axis], variances[2, axis]
-        measured = position_m[axis] if axis < 3 else normal[axis - 3]
-        spread = value + errors[axis] ** 2
-        gain, rate_gain, innovation = value / spread, both / spread, measured - state[axis]
-        after[axis] = state[axis] + gain * innovation
-        rates_after[axis] = rates[axis] + rate_gain * innovation
-        variances_after[0, axis] = value - gain * value
-        variances_after[1, axis] = both - gain * both
-        variances_after[2, axis] = rate - rate_gain * both
-    _make_unit_normal(after)
-    return after, rates_after, variances_after
-
-
-@compiled
-def _make_unit_normal(state: np.ndarray) -> None:
-    length = math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2)
-    for axis in range(3, 6):
-        state[axis] /= length
+def _with_unit_normal(state: np.ndarray) -> np.ndarray:
+    """A state (6,) whose normal has unit length."""
+    normal = state[3:]
+    return np.concatenate([state[:3], normal / math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)])

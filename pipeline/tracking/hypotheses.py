@@ -71,14 +71,13 @@ class Hypotheses:
 
     def is_within_reach(self, pair: Pair, speeds: Speeds) -> bool:
         """Whether the dock, at its top speed, can have reached a frame's candidates since it was last seen."""
-        return any(self._reaches(pose, speeds) for pose in pair)
-
-    def _reaches(self, pose: CirclePose, speeds: Speeds) -> bool:
-        position = pose.position_m.tolist()
-        distance = math.hypot(*position)
-        error = _SURE_SIGMAS * math.hypot(*(pose.sigma_position_m or ())) + _SURE_SHARE * distance
-        apart = math.dist(position, self.chains[self.chosen].position_m.tolist())
-        return apart <= speeds.reach_m(distance, self.gap_s) + error
+        there = self.chains[self.chosen].position_m.tolist()
+        for pose in pair:
+            distance = math.hypot(*pose.position_m.tolist())
+            error = _SURE_SIGMAS * math.hypot(*(pose.sigma_position_m or ())) + _SURE_SHARE * distance
+            if math.dist(pose.position_m.tolist(), there) <= speeds.reach_m(distance, self.gap_s) + error:
+                return True
+        return False
 
     def log_likelihood(self, found: Estimate) -> float:
         """How well a frame's ring lies where the dock is predicted: by its squared Mahalanobis distance and spread."""

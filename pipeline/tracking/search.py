@@ -1,6 +1,6 @@
 """Searching frame after frame: first around the previous frame's ring, then the whole picture if that fails."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,23 +22,14 @@ _ANGLES = np.linspace(0, 2 * np.pi, 24, endpoint=False)  # sampled on the ring
 _CIRCLE = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
-@dataclass(frozen=True)
-class _Last:
-    """The previous frame: its estimate, and the region around its ring."""
-
-    found: Estimate
-    index: int
-    time_s: float | None
-    ring: Region | None
-
-
 class Search:
     """Searches frames around the last ring, each 25th as a whole, so that blocks can be searched in any order."""
 
     def __init__(self, camera: Camera, dock: Dock, settings: Settings, *, whole_first: int = 0) -> None:
         self._camera, self._dock, self._whole_first = camera, dock, whole_first
         self._speeds = Speeds.of(settings)
-        self._last: _Last | None = None
+        # The previous frame's estimate, index and time, and the region around its ring.
+        self._last: tuple[Estimate, int, float | None, Region | None] | None = None
 
     def see(self, image: Any, index: int, time_s: float | None, settings: Settings) -> Estimate:
         """Search the next frame, a picture (H, W) or (H, W, 3)."""
@@ -51,26 +42,27 @@ class Search:
             found = estimate(image, self._camera, self._dock, settings)
             found = replace(found, elapsed_ms=first_ms + found.elapsed_ms)
             ring = self._ring_of(found)
-        self._last = _Last(found, index, time_s, ring)
+        self._last = found, index, time_s, ring
         return found
 
     def remember(self, found: Estimate, index: int, time_s: float | None) -> None:
         """Continue after a frame that was searched elsewhere."""
-        self._last = _Last(found, index, time_s, self._ring_of(found))
+        self._last = found, index, time_s, self._ring_of(found)
 
     def _ring_of(self, found: Estimate) -> Region | None:
         return ring_region(found.candidates[0], found.camera, self._dock) if found.candidates else None
 
     def _region(self, width: int, height: int, index: int, time_s: float | None) -> Region | None:
         """The region to search in a picture of that size; None for all of it."""
-        last = self._last
-        if last is None or last.ring is None or index < self._whole_first or index // BLOCK != last.index // BLOCK:
+        if self._last is None or index < self._whole_first:
             return None
-        if last.found.ring is not None and last.found.ring.rivals:  # which of them is tracked is not known here
+        found, last_index, last_s, ring = self._last
+        if ring is None or index // BLOCK != last_index // BLOCK:
             return None
-        camera, ring = last.found.camera, last.ring
-        distance = float(np.linalg.norm(last.found.candidates[0].position_m))
-        reach = self._speeds.reach_m(distance, period_s(last.time_s, time_s)) / distance
+        if found.ring is not None and found.ring.rivals:  # which of them is tracked is not known here
+            return None
+        camera, distance = found.camera, float(np.linalg.norm(found.candidates[0].position_m))
+        reach = self._speeds.reach_m(distance, period_s(last_s, time_s)) / distance
         margin = _MARGIN_PX + _SHARE * max(ring[2:]) + reach * max(camera.fx, camera.fy)
         across = max(ring[2] + 2 * margin, _LEAST * width)
         down = max(ring[3] + 2 * margin, _LEAST * height)
@@ -84,7 +76,7 @@ class Search:
         """Whether the ring found in a region is complete, as far as one can tell."""
         if ring is None or self._last is None:
             return False
-        all_there = (found.lights_on_ring or 0) >= (self._last.found.lights_on_ring or 0)
+        all_there = (found.lights_on_ring or 0) >= (self._last[0].lights_on_ring or 0)
         return all_there and is_within(ring, region)
 
 
@@ -95,13 +87,13 @@ def period_s(before_s: float | None, now_s: float | None) -> float:
     return max(_LEAST_PERIOD_S, now_s - before_s)
 
 
-def ring_region(pose: CirclePose, camera: Camera, dock: Dock, margin_px: float = 0.0) -> Region | None:
-    """The bounding box of a dock's ring in the picture, plus a margin; None where part of the ring has no image."""
+def ring_region(pose: CirclePose, camera: Camera, dock: Dock) -> Region | None:
+    """The bounding box of a dock's ring in the picture; None where part of the ring has no image."""
     seen = camera.project(pose.position_m + dock.radius * _CIRCLE @ pose.rotation[:, :2].T)
     if not np.isfinite(seen).all():
         return None
     (left, top), (right, bottom) = seen.min(axis=0).tolist(), seen.max(axis=0).tolist()
-    return left - margin_px, top - margin_px, right - left + 2 * margin_px, bottom - top + 2 * margin_px
+    return left, top, right - left, bottom - top
 
 
 def is_within(inner: Region, outer: Region) -> bool:

@@ -2,7 +2,7 @@
 
 import math
 import os
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -115,8 +115,7 @@ class Tracked:
         time_unix_s: float | None = None,
     ) -> dict[str, Any]:
         """The estimate's JSON object with the final choice, ``track``, and the predicted and the filtered pose."""
-        track, candidates = self.track, self.estimate.candidates
-        camera, chain = self.estimate.camera, self.chain
+        candidates, camera, chain = self.estimate.candidates, self.estimate.camera, self.chain
         before = None if self.step is None or chain is None or not self.step.goes_on else self.step.before
         after = None if self.step is None or chain is None else self.step.after
         return self.estimate.to_dict(source, frame, time_s, sha256, time_unix_s) | {
@@ -127,12 +126,7 @@ class Tracked:
             "predicted": None if before is None or chain is None else before.chains[chain].pose(camera).summary(),
             "filtered": None if after is None or chain is None else after.chains[chain].pose(camera).summary(),
             "smoothed": None,
-            "track": {
-                "probability": track.probability,
-                "age": track.age,
-                "predicted": track.predicted,
-                "lost": track.lost,
-            },
+            "track": asdict(self.track),
         }
 
 

@@ -15,7 +15,7 @@ from dockpose.paper.closed_loop import choose_by_table
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
-from dockpose.simulate.sequence import steer
+from dockpose.simulate.sequence import scenes, steer
 from dockpose.study.draw import unit
 from dockpose.study.judge import nearest
 
@@ -91,7 +91,7 @@ def approach(seed: int, dock: Dock, *, exact: bool = True) -> Iterator[simulate.
         first, length = int(rng.integers(sequence.frames)), int(rng.integers(8, 25))
         missing = tuple(int(number) for number in rng.choice(LIGHTS, MISSING, replace=False))
         out |= {index: missing for index in range(first, first + length)}
-    for index, (time_s, scene) in enumerate(simulate.scenes(sequence)):
+    for index, (time_s, scene) in enumerate(scenes(sequence)):
         lights = msgspec.structs.replace(
             scene.lights, level=_exposed(scene, sequence.scene), missing=out.get(index, ())
         )

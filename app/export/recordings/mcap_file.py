@@ -20,11 +20,8 @@ _FIRST_S = 1.0  # stamp of the first frame where the time of day is not known; a
 _WITHOUT_DAY = "seconds since the first frame, plus 1; the source does not know the time of day"
 
 
-class PoseFile(contextlib.AbstractContextManager["PoseFile"]):
-    """An MCAP file with the poses of each frame; as a context manager it finishes itself.
-
-    A program that is killed leaves what it had written, which readers of MCAP files without an index read.
-    """
+class PoseFile:
+    """An MCAP file with the poses of each frame; killed, it leaves what readers without an index read."""
 
     def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:
         try:
@@ -45,9 +42,6 @@ class PoseFile(contextlib.AbstractContextManager["PoseFile"]):
         self._begin_s: float | None = None  # of the clock of the stamps, at the frames' time 0
         self._clock = ""
         self._count = 0
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
         """Add a frame."""

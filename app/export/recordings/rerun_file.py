@@ -1,6 +1,5 @@
 """A recording for the viewer Rerun: pictures, lights, both poses in 3D, their chances, how each frame was judged."""
 
-import contextlib
 import math
 import os
 import threading
@@ -21,8 +20,8 @@ _LEVELS = {"green": "INFO", "amber": "WARN", "red": "ERROR"}
 _RING_POINTS = 49
 
 
-class RerunFile(contextlib.AbstractContextManager["RerunFile"]):
-    """A recording in metres and the camera's frame, with timelines frame, time and time_of_day where they are known."""
+class RerunFile:
+    """A recording, written frame by frame; positions are in metres, in the camera's frame."""
 
     def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:
         try:
@@ -37,9 +36,6 @@ class RerunFile(contextlib.AbstractContextManager["RerunFile"]):
         self._is_open = True
         self._stream.log("camera", rerun.ViewCoordinates.RDF, static=True)
         self._camera: object = None
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
         """Add a frame; its times are in seconds since the source began, and since 1970."""

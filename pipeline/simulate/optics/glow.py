@@ -37,10 +37,7 @@ class _Lamp:
     direct: np.ndarray
     glow: np.ndarray
     radius_px: float
-
-    @property
-    def rad_per_px(self) -> float:
-        return math.sqrt(abs(np.linalg.det(self.angle_of_px)))
+    rad_per_px: float
 
 
 def light_on_sensor(scene: Scene, emitters: Emitters, water: Water) -> tuple[np.ndarray, np.ndarray]:
@@ -84,6 +81,7 @@ def _lamps(scene: Scene, emitters: Emitters, water: Water) -> list[_Lamp]:
                 direct=spread_of(spread.direct_share * optics),
                 glow=np.maximum(spread_of(spread.glow_transfer * optics), 0.0),
                 radius_px=radius_rad / rad_per_px,
+                rad_per_px=rad_per_px,
             )
         )
     return lamps
@@ -138,15 +136,11 @@ def _weights(distances: np.ndarray, distance_m: float) -> list[tuple[int, float]
 def _tails(scene: Scene, water: Water, distances: np.ndarray, lamps: list[_Lamp], near_px: float) -> list[np.ndarray]:
     """Glow (n,) of unit share at each distance, on ``ANGLES``, smoothed within ``near_px``."""
     near_rad = near_px * float(np.median([lamp.rad_per_px for lamp in lamps]))
-    tails = []
-    for distance_m in distances:
-        spread = point_spread(scene.psf, water, float(distance_m), np.random.default_rng(scene.seed))
-        share = spread.glow_share
-        if share == 0:
-            tails.append(np.zeros_like(ANGLES))
-            continue
-        tails.append(_smooth_within(spread.glow_per_sr / share, near_rad))
-    return tails
+    spreads = [
+        point_spread(scene.psf, water, float(distance_m), np.random.default_rng(scene.seed)) for distance_m in distances
+    ]
+    # Of a share of 0, as of clear water, there is no glow at any angle.
+    return [_smooth_within(spread.glow_per_sr / (spread.glow_share or 1.0), near_rad) for spread in spreads]
 
 
 def _smooth_within(glow: np.ndarray, near_rad: float) -> np.ndarray:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number, make_plain
+from dockpose.checks import check_number, check_one_of, make_plain
 from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, spread_of, transfer_of
 from dockpose.simulate.optics.water import Water, mean_phase_transform, scattering_angle_rad
 
@@ -29,8 +29,7 @@ class Psf(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         make_plain(self)
-        if self.model not in MODELS:
-            raise ValueError(f"psf model is {self.model!r}; it must be one of {', '.join(MODELS)}")
+        check_one_of("psf model", self.model, MODELS)
         for name in ("inner_cutoff_deg", "width_deg", "mtf_distance_m"):
             check_number(name, getattr(self, name), above=0)
         if self.theta0_rad is not None:

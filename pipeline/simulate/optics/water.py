@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from dockpose.checks import check_number, make_plain
+from dockpose.checks import check_number, check_one_of, make_plain
 from dockpose.simulate.optics.hankel import mean_bessel
 
 PHASE_FUNCTIONS = ("clear", "coastal", "harbour", "average")
@@ -31,10 +31,7 @@ class Water(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         make_plain(self)
         for name in ("absorption_per_m", "scattering_per_m"):
             check_number(name, getattr(self, name), least=0)
-        if self.phase_function not in PHASE_FUNCTIONS:
-            raise ValueError(
-                f"phase_function is {self.phase_function!r}; it must be one of {', '.join(PHASE_FUNCTIONS)}"
-            )
+        check_one_of("phase_function", self.phase_function, PHASE_FUNCTIONS)
 
     @property
     def attenuation_per_m(self) -> float:

@@ -7,7 +7,7 @@ from itertools import accumulate
 from typing import Any
 
 from dockpose.camera.camera import Camera
-from dockpose.sources.bags.files import BagFiles
+from dockpose.sources.bags.files import opened_files
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
 from dockpose.sources.bags.storage import Place, Topic
 from dockpose.sources.frames import Frame, Indexed, SourceError, Tell, growing
@@ -19,15 +19,11 @@ _DECIMALS = 9
 
 
 class Bag(Indexed):
-    """The pictures of one topic of a bag of ROS 1 or ROS 2, each read when it is due.
-
-    Without ``topic``, of the only one that has pictures. ``tell`` hears of messages that cannot be read, and on opening
-    of a bag that is damaged or cut short, or whose time stamps are none or run back.
-    """
+    """The pictures of one topic of a bag of ROS 1 or ROS 2, or of the only topic with pictures, each read when due."""
 
     def __init__(self, source: str, tell: Tell | None = None, topic: str | None = None) -> None:
         super().__init__(source, tell)
-        self._files = BagFiles(source)
+        self._storages, self._is_unfinished, self._open = opened_files(source)
         try:
             self.topic = self._chosen(topic)
             self._places = self._places_of(self.topic)
@@ -43,14 +39,14 @@ class Bag(Indexed):
                 self.rate_hz = (self.count - 1) * 1e9 / self._times_ns[-1]
             self.camera, self.camera_topic = self._camera()  # and where it is from; None where there is none
         except BaseException as error:
-            self._files.close()
+            self.close()
             if isinstance(error, SourceError) and not str(error).startswith(source):
                 raise SourceError(f"{source}: {error}") from error
             raise
 
     def close(self) -> None:
         """Release the files."""
-        self._files.close()
+        self._open.close()
 
     def _frame(self, index: int) -> Frame:
         name = f"{self.source}: frame {index}"
@@ -65,7 +61,7 @@ class Bag(Indexed):
 
     def _chosen(self, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
-        known = {one.name: one for storage in self._files.storages for one in storage.topics.values()}
+        known = {one.name: one for storage in self._storages for one in storage.topics.values()}
         pictures = sorted(name for name, one in known.items() if _has_pictures(one))
         if topic is not None:
             wanted = topic if topic in known or topic.startswith("/") else f"/{topic}"
@@ -75,7 +71,7 @@ class Bag(Indexed):
             listed = f"pictures are on {', '.join(pictures)}" if pictures else "no topic has pictures"
             raise SourceError(f"{self.source}: topic {topic}: {there}; {listed}")
         if not pictures:
-            faults = [fault for storage in self._files.storages for fault in storage.faults]
+            faults = [fault for storage in self._storages for fault in storage.faults]
             if faults:
                 raise SourceError(f"{self.source}: no topic of the bag has pictures that can be read: {faults[0]}")
             others = ", ".join(f"{name} ({one.kind or one.encoding})" for name, one in sorted(known.items()))
@@ -86,12 +82,12 @@ class Bag(Indexed):
 
     def _places_of(self, name: str) -> list[Place]:
         found: list[Place] = []
-        for storage in self._files.storages:
+        for storage in self._storages:
             found += storage.places([key for key, topic in storage.topics.items() if topic.name == name])
         return found
 
     def _message(self, place: Place) -> Any:
-        storage = self._files.storages[place.file]
+        storage = self._storages[place.file]
         topic = storage.topics[place.topic]
         return deserialised(storage.read(place), topic)
 
@@ -111,7 +107,7 @@ class Bag(Indexed):
 
     def _stamp_ns(self, place: Place) -> int | None:
         """The time stamp in the head of a message; None where it cannot be read."""
-        storage = self._files.storages[place.file]
+        storage = self._storages[place.file]
         try:
             head = storage.read(place)[:12]
             if storage.topics[place.topic].encoding == "ros1":
@@ -133,38 +129,35 @@ class Bag(Indexed):
         """The camera that the topic beside that of the pictures describes, and that topic."""
         above = self.topic.rsplit("/", 1)[0]
         names = [f"{above}/camera_info", f"{above.rsplit('/', 1)[0]}/camera_info"]  # of a compressed one, one level up
-        for name in names[: 2 if self._is_compressed() else 1]:
-            for place in self._places_of(name):
-                storage = self._files.storages[place.file]
-                if storage.topics[place.topic].kind != CAMERA_INFO:
-                    break
-                try:
-                    camera = camera_in(self._message(place), self._is_rectified())
-                except ValueError as error:
-                    self._tell(f"{self.source}: the camera of {name} cannot be used ({error})")
-                    break
-                if camera is not None:
-                    return camera, name
-                self._tell(f"{self.source}: the camera of {name} was not calibrated (its focal length is 0)")
-                break
+        for name in names[: 2 if self._kind_of(self._places[0]) == COMPRESSED else 1]:
+            places = self._places_of(name)
+            if not places or self._kind_of(places[0]) != CAMERA_INFO:
+                continue
+            try:
+                camera = camera_in(self._message(places[0]), self._is_rectified())
+            except ValueError as error:
+                self._tell(f"{self.source}: the camera of {name} cannot be used ({error})")
+                continue
+            if camera is not None:
+                return camera, name
+            self._tell(f"{self.source}: the camera of {name} was not calibrated (its focal length is 0)")
         return None, None
 
     def _is_rectified(self) -> bool:
         """Whether a program took the distortion out of the pictures, by the name that ROS gives such topics."""
         return "rect" in self.topic.removesuffix("/compressed").rsplit("/")[-1]
 
-    def _is_compressed(self) -> bool:
-        place = self._places[0]
-        return self._files.storages[place.file].topics[place.topic].kind == COMPRESSED
+    def _kind_of(self, place: Place) -> str:
+        return self._storages[place.file].topics[place.topic].kind
 
     def _tell_faults(self) -> None:
-        for fault in [fault for storage in self._files.storages for fault in storage.faults]:
+        for fault in [fault for storage in self._storages for fault in storage.faults]:
             self._skip(f"{self.source}: {fault}")
         frames = "1 frame is" if self.count == 1 else f"{self.count} frames are"
-        if any(storage.is_cut_short for storage in self._files.storages):
+        if any(storage.is_cut_short for storage in self._storages):
             self.is_cut_short = True
             self._tell(f"{self.source}: the bag is cut short: {frames} there")
-        elif self._files.is_unfinished:
+        elif self._is_unfinished:
             self._tell(f"{self.source}: the bag was not closed, as it has no metadata.yaml: {frames} there")
 
 

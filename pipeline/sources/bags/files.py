@@ -1,5 +1,6 @@
 """The files of a bag: one by itself, or those of a folder as rosbag2 writes it."""
 
+import contextlib
 import tempfile
 from collections.abc import Callable
 from functools import partial
@@ -19,89 +20,68 @@ _MOST_TIMES = 1000  # that a file expands by, beyond the size of a chunk; dark p
 _PART_BYTES = 1 << 20
 
 
-class BagFiles:
-    """The files of a bag, open."""
+def opened_files(source: str) -> tuple[list[Storage], bool, contextlib.ExitStack]:
+    """The files of a bag, whether its recorder was killed before it closed it, and what closes them."""
+    path = Path(source)
+    try:
+        import mcap.records  # noqa: F401
+        import rosbags.typesys  # noqa: F401
+    except ImportError as error:
+        needed = "needs the packages that read bags: pip install 'dockpose[ros]'"
+        raise SourceError(f"{source}: {needed}") from error
+    paths, is_by_message, is_unfinished = [path], False, path.is_dir() and not (path / BAG_METADATA).is_file()
+    if is_unfinished:
+        paths = sorted(filter(is_rosbag2_file, path.iterdir()), key=numeric)
+    elif path.is_dir():
+        paths, is_by_message = _described(path)
+    if not paths:
+        raise SourceError(f"{path}: the bag has no files")
+    expand = partial(expanded, "zstd") if is_by_message else None
+    with contextlib.ExitStack() as stack:
+        storages = [_opened(each, number, expand, stack) for number, each in enumerate(paths)]
+        return storages, is_unfinished, stack.pop_all()
 
-    def __init__(self, source: str) -> None:
-        path = Path(source)
-        self.storages: list[Storage] = []
-        self.is_unfinished = False
-        self._unpacked: tempfile.TemporaryDirectory[str] | None = None
-        try:
-            import mcap.records  # noqa: F401
-            import rosbags.typesys  # noqa: F401
-        except ImportError as error:
-            needed = "needs the packages that read bags: pip install 'dockpose[ros]'"
-            raise SourceError(f"{source}: {needed}") from error
-        try:
-            if path.is_dir():
-                self._open_folder(path)
-            else:
-                self._open(path)
-        except BaseException:
-            self.close()
-            raise
 
-    def close(self) -> None:
-        """Release the files."""
-        for storage in self.storages:
-            storage.close()
-        if self._unpacked is not None:
-            self._unpacked.cleanup()
-
-    def _open_folder(self, folder: Path) -> None:
-        expand: Callable[[bytes], bytes] | None = None
-        if (folder / BAG_METADATA).is_file():
-            paths, is_by_message = _described(folder)
-            expand = partial(expanded, "zstd") if is_by_message else None
+def _opened(path: Path, number: int, expand: Callable[[bytes], bytes] | None, stack: contextlib.ExitStack) -> Storage:
+    try:
+        check_regular(path)
+        if path.stat().st_size == 0:
+            raise SourceError("the file is empty (0 bytes)")
+        if path.suffix.lower() == _PACKED:
+            path = _unpacked(path, Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dockpose-"))))
+        ending = path.suffix.lower()
+        if ending == ".db3":
+            storage: Storage = SqliteFile(path, number, expand)
         else:
-            self.is_unfinished = True
-            paths = sorted(filter(is_rosbag2_file, folder.iterdir()), key=numeric)
-        for path in paths:
-            self._open(path, expand)
-        if not self.storages:
-            raise SourceError(f"{folder}: the bag has no files")
+            storage = McapFile(path, number) if ending == ".mcap" else Ros1File(path, number)
+    except OSError as error:
+        raise SourceError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except SourceError as error:
+        raise SourceError(f"{path}: {error}") from error
+    stack.callback(storage.close)
+    return storage
 
-    def _open(self, path: Path, expand: Callable[[bytes], bytes] | None = None) -> None:
-        number = len(self.storages)
-        try:
-            check_regular(path)
-            if path.stat().st_size == 0:
-                raise SourceError("the file is empty (0 bytes)")
-            if path.suffix.lower() == _PACKED:
-                path = self._unpack(path)
-            ending = path.suffix.lower()
-            if ending == ".db3":
-                self.storages.append(SqliteFile(path, number, expand))
-            else:
-                self.storages.append(McapFile(path, number) if ending == ".mcap" else Ros1File(path, number))
-        except OSError as error:
-            raise SourceError(f"{path}: cannot be read ({error.strerror or error})") from error
-        except SourceError as error:
-            raise SourceError(f"{path}: {error}") from error
 
-    def _unpack(self, path: Path) -> Path:
-        """Expand a file that was compressed as a whole, into a folder that is deleted at the end."""
-        import zstandard
+def _unpacked(path: Path, folder: Path) -> Path:
+    """Expand a file that was compressed as a whole into a folder."""
+    import zstandard
 
-        if self._unpacked is None:
-            self._unpacked = tempfile.TemporaryDirectory(prefix="dockpose-")
-        whole = Path(self._unpacked.name) / path.stem
-        most = MOST_BYTES + _MOST_TIMES * path.stat().st_size
-        too_much = SourceError(f"expands to more than {_MOST_TIMES} times its size, as no bag does")
-        try:
-            with path.open("rb") as file, whole.open("wb") as target:
-                if zstandard.frame_content_size(file.read(32)) > most:  # as far as the file says
+    whole = folder / path.stem
+    most = MOST_BYTES + _MOST_TIMES * path.stat().st_size
+    too_much = SourceError(f"expands to more than {_MOST_TIMES} times its size, as no bag does")
+    try:
+        with path.open("rb") as file, whole.open("wb") as target:
+            if zstandard.frame_content_size(file.read(32)) > most:  # as far as the file says
+                raise too_much
+            file.seek(0)
+            reader = zstandard.ZstdDecompressor().stream_reader(file)
+            while part := reader.read(_PART_BYTES):
+                target.write(part)
+                if target.tell() > most:
                     raise too_much
-                file.seek(0)
-                reader = zstandard.ZstdDecompressor().stream_reader(file)
-                while part := reader.read(_PART_BYTES):
-                    target.write(part)
-                    if target.tell() > most:
-                        raise too_much
-        except zstandard.ZstdError as error:
-            raise SourceError(f"is damaged: {error}") from error
-        return whole
+    except zstandard.ZstdError as error:
+        raise SourceError(f"is damaged: {error}") from error
+    return whole
 
 
 def _described(folder: Path) -> tuple[list[Path], bool]:

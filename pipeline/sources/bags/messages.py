@@ -5,7 +5,7 @@ from typing import Any
 import cv2
 import numpy as np
 from dockpose.camera.camera import Camera
-from dockpose.camera.files import camera_of_calibration
+from dockpose.camera.files import CalibrationFile, Matrix, camera_of_calibration
 from dockpose.camera.image import ImageError, decode
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
@@ -55,10 +55,8 @@ def _rows(message: Any, pixel_bytes: int, name: str) -> np.ndarray:
         raise ImageError(
             f"{name}: says {width} x {height} pixels of {pixel_bytes} bytes in rows of {step}, but has {len(data)}"
         )
-    padded = np.zeros(step * height, np.uint8) if len(data) < step * height else data[: step * height]
-    if len(data) < step * height:  # the last row need not be filled up
-        padded[: len(data)] = data
-    return np.ascontiguousarray(padded.reshape(height, step)[:, :used])
+    # The last row need not be filled up.
+    return np.ascontiguousarray(np.lib.stride_tricks.as_strided(data, (height, used), (step, 1)))
 
 
 def camera_in(message: Any, is_rectified: bool = False) -> Camera | None:
@@ -74,20 +72,9 @@ def camera_in(message: Any, is_rectified: bool = False) -> Camera | None:
     matrix = matrix.copy()
     matrix[:2, 2] -= (x, y)
     distortion = [] if is_rectified else D.tolist()
-    return camera_of_calibration(
-        {
-            "image_width": width,
-            "image_height": height,
-            "camera_matrix": {"rows": 3, "cols": 3, "data": matrix.ravel().tolist()},
-            "distortion_coefficients": {
-                "rows": 1,
-                "cols": len(distortion),
-                "data": distortion,
-            },
-            # A driver that knows none leaves it empty.
-            "distortion_model": None if is_rectified else message.distortion_model or None,
-        }
-    )
+    model = None if is_rectified else message.distortion_model or None  # a driver that knows none leaves it empty
+    matrices = Matrix(3, 3, matrix.ravel().tolist()), Matrix(1, len(distortion), distortion)
+    return camera_of_calibration(CalibrationFile(width, height, *matrices, model))
 
 
 def _field(message: Any, name: str) -> np.ndarray:

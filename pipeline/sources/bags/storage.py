@@ -90,10 +90,7 @@ class Record(NamedTuple):
 
 
 class ChunkedFile(Storage):
-    """A file of records, of which chunks hold others; read by its index, or else record by record.
-
-    Both libraries that read such bags end at the first chunk that is damaged or cut short, and expand any size.
-    """
+    """A file of records, of which chunks hold others; read by its index, or else record by record."""
 
     _magic: bytes
     _refusal: str

@@ -10,7 +10,8 @@ from dockpose.app.commands.compare import table
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing.comparison import compare, compared
 from dockpose.camera.files import save_camera
-from dockpose.simulate import render, save_scene
+from dockpose.simulate import render
+from dockpose.simulate.files import save_scene
 from dockpose.simulate.parts import Text
 from dockpose.thresholds import METHODS, fixed
 

@@ -17,7 +17,7 @@ from dockpose.app.drawing.colours import MASK_COLOUR, bgr
 from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
 from dockpose.camera.files import save_camera
 from dockpose.lights.masks import hidden_pixels
-from dockpose.simulate import save_scene
+from dockpose.simulate.files import save_scene
 from dockpose.simulate.parts import Text
 from PIL import ExifTags, Image
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from dockpose.app.inputs.pictures import expand, load_sample, sample_names, sample_path, sample_source, samples_folder
 from dockpose.app.web.panels.source import SAMPLE_WORDS
-from dockpose.simulate import load_scene, render, render_folder
+from dockpose.simulate import load_scene, render
+from dockpose.simulate.files import render_folder
 from dockpose.simulate.truth import truth_of
 from dockpose.sources import SourceError
 

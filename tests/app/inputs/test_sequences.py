@@ -284,7 +284,10 @@ EDITS = {
     ],
     "opening.py": [
         ("from dockpose.sources.frames import Frames, SourceError, Tell\n", "from .levels import Levels\n"),
-        ("        check_regular(source)\n", "    if kind is Kind.LEVELS:\n        return Levels(source, tell)\n"),
+        (
+            "        frames = Bag(name, tell, topic)\n",
+            "    elif kind is Kind.LEVELS:\n        frames = Levels(name, tell)\n",
+        ),
     ],
 }
 

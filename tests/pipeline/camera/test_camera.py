@@ -42,11 +42,15 @@ def test_rays_and_project_are_inverses_over_the_whole_picture(camera):
         np.testing.assert_allclose(camera.distort(camera.undistort(pixels)), pixels, atol=1e-6)
 
 
-@pytest.mark.parametrize("camera", [BARREL, STRONG_BARREL, FISHEYE])
-def test_rays_and_project_are_inverses_through_a_window_too(camera):
+@pytest.mark.parametrize(
+    ("camera", "distance_m"),
+    [*((BARREL, distance_m) for distance_m in (0.1, 0.5, 3.0, 20.0)), (STRONG_BARREL, 2.0), (FISHEYE, 2.0)],
+)
+def test_rays_and_project_are_inverses_through_a_window_too(camera, distance_m):
     wet = msgspec.structs.replace(camera, port=FlatPort(0.03, 0.01))
     pixels = whole_picture(wet)
-    np.testing.assert_allclose(wet.project(wet.ray_starts(pixels) + 2 * wet.rays(pixels)), pixels, atol=1e-6)
+    points = wet.ray_starts(pixels) + distance_m * wet.rays(pixels)
+    np.testing.assert_allclose(wet.project(points), pixels, atol=1e-6)
 
 
 def test_a_fisheye_projects_as_opencv_does():

@@ -1,4 +1,5 @@
 import cv2
+import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera
@@ -45,16 +46,15 @@ def write(tmp_path):
 
 
 @pytest.mark.parametrize("file_format", FORMATS)
-@pytest.mark.parametrize("distortion", [CAMERA.distortion, (*CAMERA.distortion, 0.1, 0.2, 1 / 3)])
-def test_round_trip_is_exact(tmp_path, file_format, distortion):
-    camera = Camera(CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy, 640, 480, distortion)
-    save_camera(camera, tmp_path / "c.yaml", file_format)
-    assert load_camera(tmp_path / "c.yaml") == camera
-
-
-@pytest.mark.parametrize("file_format", FORMATS)
-def test_a_fisheye_comes_back_as_one(tmp_path, file_format):
-    camera = Camera(300 / 7, 301 / 7, 320, 240, 640, 480, (-0.1 / 3, 1e-7 / 3, 3.3e-05, -2 / 3e3), fisheye=True)
+@pytest.mark.parametrize(
+    "camera",
+    [
+        CAMERA,
+        msgspec.structs.replace(CAMERA, distortion=(*CAMERA.distortion, 0.1, 0.2, 1 / 3)),
+        msgspec.structs.replace(CAMERA, distortion=CAMERA.distortion[:4], fisheye=True),
+    ],
+)
+def test_round_trip_is_exact(tmp_path, file_format, camera):
     save_camera(camera, tmp_path / "c.yaml", file_format)
     assert load_camera(tmp_path / "c.yaml") == camera
 
@@ -124,20 +124,18 @@ def test_a_wrong_ros_file_says_which_key(write, old, new, message):
     assert "camera.yaml" in str(raised.value)
 
 
-def test_an_unknown_key_of_our_own_format_is_named(write):
-    text = "camera: {fx_px: 1, fy_px: 1, cx_px: 1, cy_px: 1, width_px: 1, height_px: 1, focal: 3}\n"
-    with pytest.raises(FileError, match="focal"):
-        load_camera(write(text))
-
-
-def test_a_missing_key_of_our_own_format_is_named(write):
-    with pytest.raises(FileError, match="height_px"):
-        load_camera(write("camera: {fx_px: 1, fy_px: 1, cx_px: 1, cy_px: 1, width_px: 1}\n"))
-
-
-@pytest.mark.parametrize("text", ["", "just words", "- a\n- b\n", "threshold: 3\n"])
-def test_a_file_without_a_camera_is_refused(write, text):
-    with pytest.raises(FileError, match=r"camera\.yaml"):
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("camera: {fx_px: 1, fy_px: 1, cx_px: 1, cy_px: 1, width_px: 1, height_px: 1, focal: 3}\n", "focal"),
+        ("camera: {fx_px: 1, fy_px: 1, cx_px: 1, cy_px: 1, width_px: 1}\n", "height_px"),
+        ("camera: !!python/object/apply:os.getcwd []\n", "not valid YAML"),
+        ("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix 3\n", "without rows, cols and data"),
+        *((text, r"camera\.yaml") for text in ("", "just words", "- a\n- b\n", "threshold: 3\n")),
+    ],
+)
+def test_a_file_without_a_camera_or_with_a_wrong_one_is_refused(write, text, message):
+    with pytest.raises(FileError, match=message):
         load_camera(write(text))
 
 
@@ -147,16 +145,6 @@ def test_a_file_that_is_no_text_or_is_missing_is_refused(tmp_path):
         load_camera(tmp_path / "c.yaml")
     with pytest.raises(FileError, match=r"none\.yaml: cannot be read"):
         load_camera(tmp_path / "none.yaml")
-
-
-def test_yaml_that_would_run_code_is_refused(write):
-    with pytest.raises(FileError, match="not valid YAML"):
-        load_camera(write("camera: !!python/object/apply:os.getcwd []\n"))
-
-
-def test_a_broken_opencv_matrix_is_refused(write):
-    with pytest.raises(FileError, match="without rows, cols and data"):
-        load_camera(write("%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix 3\n"))
 
 
 def test_an_unknown_format_is_named(tmp_path):

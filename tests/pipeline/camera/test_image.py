@@ -28,19 +28,16 @@ def png_header(width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", content) + chunk(b"IEND", b"")
 
 
-@pytest.mark.parametrize("ending", [".png", ".tiff", ".bmp", ".pgm"])
-def test_lossless_grey_comes_back(ending):
-    np.testing.assert_array_equal(decode(encoded(GRADIENT, ending)), GRADIENT)
-
-
-def test_16_bit_grey_comes_back():
-    image = GRADIENT.astype(np.uint16) * 250
-    np.testing.assert_array_equal(decode(encoded(image)), image)
-
-
-def test_16_bit_colour_comes_back():
-    image = np.random.default_rng(0).integers(0, 65536, (5, 7, 3), dtype=np.uint16)
-    np.testing.assert_array_equal(decode(encoded(image)), image)
+@pytest.mark.parametrize(
+    ("image", "ending"),
+    [
+        *((GRADIENT, ending) for ending in (".png", ".tiff", ".bmp", ".pgm")),
+        (GRADIENT.astype(np.uint16) * 250, ".png"),
+        (np.random.default_rng(0).integers(0, 65536, (5, 7, 3), dtype=np.uint16), ".png"),
+    ],
+)
+def test_what_loses_nothing_comes_back(image, ending):
+    np.testing.assert_array_equal(decode(encoded(image, ending)), image)
 
 
 def test_transparent_pixels_are_put_on_black():
@@ -52,13 +49,10 @@ def test_transparent_pixels_are_put_on_black():
     assert decoded[1].max() == 0
 
 
-def test_grey_of_colour_by_hand():
+def test_grey_by_hand():
     # ITU-R BT.601: 0.299 R + 0.587 G + 0.114 B; the picture is B, G, R.
     image = np.array([[[255, 0, 0], [0, 255, 0], [0, 0, 255]]], np.uint8)
     assert to_grey(image).tolist() == [[29, 150, 76]]
-
-
-def test_grey_of_grey_is_itself():
     assert to_grey(GRADIENT) is GRADIENT
     np.testing.assert_array_equal(to_grey(GRADIENT[:, :, None]), GRADIENT)
 
@@ -72,7 +66,6 @@ def test_grey_of_grey_is_itself():
         (encoded(np.tile(GRADIENT, (50, 50)), ".jpg")[:600], r"dock\.png: .*(damaged|cut short)"),
         (encoded(GRADIENT)[:20], r"dock\.png: "),
         (png_header(10001, 10000), r"dock\.png: .*10001 x 10000, 100 megapixels"),
-        (png_header(20000, 20000), r"dock\.png: .*megapixels"),
         (png_header(2**31 - 1, 2**31 - 1), r"dock\.png: "),
     ],
 )
@@ -89,17 +82,6 @@ def test_a_jpeg_that_was_cut_short_is_refused_wherever_it_ends_and_despite_its_t
     for length in (len(thumbnail), len(whole) // 2, len(whole) - 20, len(whole) - 2):
         with pytest.raises(ImageError, match=r"damaged|cut short"):
             decode(whole[:length], "dock.jpg")
-
-
-def test_a_huge_picture_costs_no_memory():
-    data = png_header(20000, 20000)
-    tracemalloc.start()
-    try:
-        with pytest.raises(ImageError):
-            decode(data, "huge.png")
-        assert tracemalloc.get_traced_memory()[1] < 5_000_000
-    finally:
-        tracemalloc.stop()
 
 
 @pytest.mark.parametrize(
@@ -148,12 +130,21 @@ def deep_png_header(width: int, height: int) -> bytes:
     return plain[:12] + chunk + struct.pack(">I", zlib.crc32(chunk)) + plain[33:]
 
 
-def test_a_picture_that_would_take_too_much_memory_is_refused_before_it_is_decoded():
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (png_header(20000, 20000), r"big: .*megapixels"),
+        (deep_png_header(7000, 7000), r"big: the picture is 7000 x 7000 with 8 bytes a pixel, 392 MB; at most 200"),
+    ],
+)
+def test_a_picture_that_would_take_too_much_memory_is_refused_before_it_is_decoded(data, message):
     tracemalloc.start()
-    with pytest.raises(ImageError, match=r"big: the picture is 7000 x 7000 with 8 bytes a pixel, 392 MB; at most 200"):
-        decode(deep_png_header(7000, 7000), "big")
-    assert tracemalloc.get_traced_memory()[1] < 1e6
-    tracemalloc.stop()
+    try:
+        with pytest.raises(ImageError, match=message):
+            decode(data, "big")
+        assert tracemalloc.get_traced_memory()[1] < 1e6
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16])

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from dockpose import Dock
 from dockpose.files.yaml_file import FileError, to_yaml
-from dockpose.simulate import Lights, Pose, Sensor, load_scene, render, render_folder, save_scene
-from dockpose.simulate.optics.water import preset
+from dockpose.simulate import Lights, Pose, Sensor, load_scene, render
+from dockpose.simulate.files import render_folder, save_scene
+from dockpose.simulate.optics.psf import Psf, point_spread
+from dockpose.simulate.optics.water import Water, preset
 from dockpose.simulate.parts import Background, Lamp, Mirror, Panel, Snow
 
 from tests.support.scenes import PLAIN, QUIET, changed, random_scene
@@ -45,6 +47,13 @@ from tests.support.scenes import PLAIN, QUIET, changed, random_scene
         (lambda: changed(water="soup"), "water is 'soup'"),
         (lambda: changed(water=0.3), "water is 0.3; it must be of the class Water"),
         (lambda: changed(psf="voss"), "psf is 'voss'; it must be of the class Psf"),
+        (lambda: Psf(model="fog"), "psf model is 'fog'"),
+        (lambda: Psf(width_deg=0.0), "width_deg is 0.0"),
+        (lambda: Psf(tilt_deg=85.0), "tilt_deg is 85.0"),
+        (lambda: Psf(theta0_rad=-1.0), "theta0_rad is -1.0"),
+        (lambda: Psf(model="mtf"), "mtf_csv is None"),
+        (lambda: point_spread(Psf(), Water(0.1, 0.1), -1.0), "distance_m is -1.0"),
+        (lambda: point_spread(Psf(), Water(0.1, 0.1), math.nan), "distance_m is nan"),
     ],
 )
 def test_bad_numbers_are_named(make, message):
@@ -82,6 +91,21 @@ def test_16_bit_scenes_are_stored_whole(tmp_path):
         ({"pose": {"position_m": [0, 0, -2]}}, "position_m z is -2"),
         ({"sensor": {"bits": "many"}}, "bits"),
         ({"seed": 1.5}, "seed"),
+        ({"motion": {"kind": "approach", "speed": 3}}, "speed"),
+        ({"motion": {"kind": "fly"}}, "fly"),
+        ({"motion": {"frames": 3}}, "kind"),
+        ({"motion": "approach"}, "motion"),
+        ({"motion": {"kind": "approach", "start_m": -20.0}}, "start_m is -20"),
+        ({"motion": {"kind": "approach", "end_m": 0.0}}, "end_m is 0"),
+        ({"motion": {"kind": "approach", "end_m": math.nan}}, "end_m is nan"),
+        ({"motion": {"kind": "sweep", "reach_m": -1.0}}, "reach_m is -1"),
+        ({"motion": {"kind": "hover", "drift_m": math.inf}}, "drift_m is inf"),
+        ({"motion": {"kind": "hover", "frames": 0}}, "frames is 0"),
+        ({"motion": {"kind": "hover", "frames": 2.5}}, "frames"),
+        ({"motion": {"kind": "hover", "rate_hz": 0.0}}, "rate_hz is 0"),
+        ({"motion": {"kind": "hover", "drift_time_s": 0.0}}, "drift_time_s is 0"),
+        ({"motion": {"kind": "closed_loop", "end_m": -1.0}}, "end_m is -1"),
+        ({"motion": {"kind": "closed_loop", "speed_m_per_s": -1.0}}, "speed_m_per_s is -1"),
     ],
 )
 def test_a_wrong_scene_file_names_the_key(tmp_path, change, message):

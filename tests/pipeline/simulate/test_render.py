@@ -10,12 +10,19 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.camera.port import FlatPort
 from dockpose.pose.circle import circle_poses
-from dockpose.simulate import Lights, Pose, Sensor, render, render_parts, truth_of
+from dockpose.simulate import Lights, Pose, Sensor, render, truth_of
+from dockpose.simulate.emitters import emitters_of
+from dockpose.simulate.optics import glow
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import Water, preset
 from dockpose.simulate.parts import Background, Glare
 
 from tests.support.scenes import CAMERA, DOCK, PLAIN, QUIET, changed, near, random_scene
+
+
+def light_of(scene):
+    """The direct light and the glow of all lamps."""
+    return glow.light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water)
 
 
 def test_truth_by_hand():
@@ -44,8 +51,8 @@ def test_the_same_scene_gives_the_same_bytes_and_another_seed_other_noise():
 
 
 def test_direct_light_fades_by_beer_and_lambert_along_each_path():
-    near_light = render_parts(changed(water=Water(0.0, 0.0))).direct
-    faded = render_parts(changed(water=Water(0.3, 0.4))).direct
+    near_light = light_of(changed(water=Water(0.0, 0.0)))[0]
+    faded = light_of(changed(water=Water(0.3, 0.4)))[0]
     truth = truth_of(PLAIN)
     for point, place in zip(truth.lights_px, truth.lights_m, strict=True):
         ratio = near(faded, point).sum() / near(near_light, point).sum()
@@ -55,8 +62,8 @@ def test_direct_light_fades_by_beer_and_lambert_along_each_path():
 def test_a_light_far_away_falls_with_the_square_of_its_distance():
     lights = Lights(beam_exponent=0.0)
     clear = Water(0.0, 0.0)
-    one = render_parts(changed(lights=lights, water=clear)).direct.sum()
-    two = render_parts(changed(lights=lights, water=clear, pose=Pose(position_m=(0.0, 0.0, 2.0)))).direct.sum()
+    one = light_of(changed(lights=lights, water=clear))[0].sum()
+    two = light_of(changed(lights=lights, water=clear, pose=Pose(position_m=(0.0, 0.0, 2.0))))[0].sum()
     assert one / two == pytest.approx((4 + 0.15**2) / (1 + 0.15**2), rel=0.01)
 
 
@@ -65,8 +72,8 @@ def test_a_tilted_light_falls_with_its_beam(exponent):
     lights, clear = Lights(beam_exponent=exponent), Water(0.0, 0.0)
     pose = Pose(position_m=(0.0, 0.0, 3.0), theta_y_deg=40.0)
     truth = truth_of(changed(pose=pose))
-    tilted = render_parts(changed(lights=lights, water=clear, pose=pose)).direct.sum()
-    even = render_parts(changed(lights=Lights(beam_exponent=0.0), water=clear, pose=pose)).direct.sum()
+    tilted = light_of(changed(lights=lights, water=clear, pose=pose))[0].sum()
+    even = light_of(changed(lights=Lights(beam_exponent=0.0), water=clear, pose=pose))[0].sum()
     unit = truth.lights_m / np.linalg.norm(truth.lights_m, axis=1, keepdims=True)
     assert tilted / even == pytest.approx(np.mean((-unit @ truth.normal) ** exponent), rel=0.02)
 
@@ -106,9 +113,6 @@ def test_the_centre_of_an_isolated_light_lies_at_the_truth_at_any_subpixel_place
 
 def brute_force_glow(scene):
     """The glow of each lamp at every pixel, one after the other."""
-    from dockpose.simulate.emitters import emitters_of
-    from dockpose.simulate.optics import glow
-
     y, x = np.mgrid[: scene.camera.height, : scene.camera.width]
     total = np.zeros(x.shape)
     for lamp in glow._lamps(scene, emitters_of(scene, truth_of(scene)), scene.water):
@@ -129,7 +133,7 @@ def test_the_fast_glow_is_the_glow_of_every_lamp_at_every_pixel(model, water):
     # A tenth of a grey level is far below what an 8-bit sensor stores.
     pose = Pose(position_m=(0.05, -0.03, 1.2), theta_x_deg=20.0, theta_y_deg=25.0)
     scene = changed(pose=pose, water=preset(water), psf=Psf(model=model), lights=Lights(level=1000.0))
-    fast, slow = render_parts(scene).glow, brute_force_glow(scene)
+    fast, slow = light_of(scene)[1], brute_force_glow(scene)
     assert np.abs(fast - slow).max() < 0.1
     assert fast.sum() == pytest.approx(slow.sum(), rel=0.01)
 
@@ -141,10 +145,11 @@ def test_histograms_as_in_figures_5_to_7(model, tilt_deg):
     # the bright end, and so does the sum; the glow of equal lamps does so at its own, much dimmer, bright end.
     lights = Lights(level=600.0, radius_m=0.012, beam_exponent=0.0)
     pose, psf = Pose(position_m=(0.0, 0.0, 1.5)), Psf(model=model, tilt_deg=tilt_deg)
-    rendering = render_parts(changed(psf=psf, pose=pose, lights=lights, water=preset("coastal"), seed=4))
-    assert rendering.image.max() < 255
-    assert rendering.glow.max() < rendering.direct.max() / 4
-    for name, part in {"direct": rendering.direct, "glow": rendering.glow, "sum": rendering.image}.items():
+    scene = changed(psf=psf, pose=pose, lights=lights, water=preset("coastal"), seed=4)
+    (image, _), (direct, scattered) = render(scene), light_of(scene)
+    assert image.max() < 255
+    assert scattered.max() < direct.max() / 4
+    for name, part in {"direct": direct, "glow": scattered, "sum": image}.items():
         counts, _ = np.histogram(part, bins=40, range=(0, part.max()))
         assert counts[20:].argmax() >= 15, name
         assert counts[20:].max() > 2 * np.median(counts[20:34]), name
@@ -155,8 +160,8 @@ def test_an_asymmetric_glow_is_wider_along_its_axis_and_keeps_its_energy():
     one = Lights(missing=tuple(range(1, 10)), level=3000.0)
     pose = Pose(position_m=(-0.15, 0.0, 1.0))
     scene = changed(lights=one, pose=pose, water=preset("harbour"), camera=Camera(700, 700, 320, 240, 640, 480))
-    even = render_parts(scene).glow
-    tilted = render_parts(msgspec.structs.replace(scene, psf=Psf(tilt_deg=60.0))).glow
+    even = light_of(scene)[1]
+    tilted = light_of(msgspec.structs.replace(scene, psf=Psf(tilt_deg=60.0)))[1]
     assert even[240, 320 + 30] == pytest.approx(even[240 + 30, 320], rel=0.02)
     assert tilted[240, 320 + 30] > 1.5 * tilted[240 + 30, 320]
     assert tilted[240 + 30, 320] != pytest.approx(tilted[240 - 30, 320], rel=0.01)
@@ -198,10 +203,10 @@ def test_missing_and_flickering_lights_are_dark_and_not_visible():
 def test_uneven_brightness_size_and_spacing_are_drawn():
     angles = (0.0, 30.0, 80.0, 100.0, 150.0, 180.0, 200.0, 260.0, 300.0, 340.0)
     lights = Lights(level=200.0, brightness=(1.0,) * 9 + (0.25,), angles_deg=angles)
-    rendering = render_parts(changed(lights=lights))
-    truth = rendering.truth
+    scene = changed(lights=lights)
+    truth, direct = truth_of(scene), light_of(scene)[0]
     np.testing.assert_allclose(truth.lights_px[1], [319.5 + 105 * math.cos(math.radians(30)), 239.5 + 52.5])
-    dim, bright = near(rendering.direct, truth.lights_px[9]).sum(), near(rendering.direct, truth.lights_px[0]).sum()
+    dim, bright = near(direct, truth.lights_px[9]).sum(), near(direct, truth.lights_px[0]).sum()
     assert dim / bright == pytest.approx(0.25, rel=0.02)
 
 

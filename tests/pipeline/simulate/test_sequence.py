@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from dockpose import estimate
 from dockpose import simulate as sim
-from dockpose.files.yaml_file import FileError, to_yaml
+from dockpose.files.yaml_file import FileError
 from dockpose.pose.circle import CirclePose
 from dockpose.simulate.files import TRUTH_COLUMNS, truth_row
 from dockpose.simulate.optics.psf import Psf
-from dockpose.simulate.sequence import steer
+from dockpose.simulate.sequence import scenes, steer
 
 from tests.support.scenes import CAMERA, DOCK
 
@@ -21,11 +21,11 @@ SCENE = sim.Scene(camera=CAMERA, dock=DOCK, pose=TILTED, lights=sim.Lights(level
 
 
 def positions(motion, scene=SCENE):
-    return np.array([each.pose.position_m for _, each in sim.scenes(sim.FilmPlan(scene=scene, motion=motion))])
+    return np.array([each.pose.position_m for _, each in scenes(sim.FilmPlan(scene=scene, motion=motion))])
 
 
 def attitudes(motion, scene=SCENE):
-    poses = [each.pose for _, each in sim.scenes(sim.FilmPlan(scene=scene, motion=motion))]
+    poses = [each.pose for _, each in scenes(sim.FilmPlan(scene=scene, motion=motion))]
     return np.array([(pose.theta_x_deg, pose.theta_y_deg, pose.roll_deg) for pose in poses])
 
 
@@ -36,9 +36,6 @@ def test_an_approach_closes_in_evenly_and_keeps_the_dock_in_its_place():
     assert (attitudes(motion) == [15, 30, 5]).all()
     for position in path:  # 700 px * 0.3 / 2.5, on the same ray throughout
         np.testing.assert_allclose(CAMERA.project(position[None])[0], [319.5 + 84, 239.5 + 28])
-
-
-def test_the_ends_of_an_approach_can_be_set():
     assert positions(sim.Approach(frames=3, start_m=6.0, end_m=2.0))[:, 2].tolist() == pytest.approx([6, 4, 2])
 
 
@@ -51,7 +48,7 @@ def test_a_sweep_passes_the_dock_from_out_of_view_to_out_of_view():
 
 
 def test_times_follow_the_rate():
-    times = [time_s for time_s, _ in sim.scenes(sim.FilmPlan(scene=SCENE, motion=sim.Sweep(frames=4, rate_hz=5.0)))]
+    times = [time_s for time_s, _ in scenes(sim.FilmPlan(scene=SCENE, motion=sim.Sweep(frames=4, rate_hz=5.0)))]
     assert times == pytest.approx([0, 0.2, 0.4, 0.6])
 
 
@@ -178,61 +175,25 @@ def test_steering_by_hand():
 
 
 def test_a_scene_file_may_have_a_motion(tmp_path):
-    for motion in (
-        sim.Approach(frames=7, end_m=2.0),
-        sim.Sweep(reach_m=0.5),
-        sim.Hover(),
-        sim.ClosedLoop(end_m=1.2),
-        None,
-    ):
-        sequence = sim.FilmPlan(scene=SCENE, motion=motion)
-        sim.save_sequence(sequence, tmp_path / "s.yaml")
-        assert sim.load_sequence(tmp_path / "s.yaml") == sequence
-    assert sim.load_scene(tmp_path / "s.yaml") == SCENE
-
-
-def test_a_scene_with_a_motion_is_not_one_picture(tmp_path):
-    sim.save_sequence(sim.FilmPlan(scene=SCENE, motion=sim.Hover()), tmp_path / "s.yaml")
-    with pytest.raises(FileError, match="has a motion"):
-        sim.load_scene(tmp_path / "s.yaml")
-
-
-@pytest.mark.parametrize(
-    ("motion", "message"),
-    [
-        ({"kind": "approach", "speed": 3}, "speed"),
-        ({"kind": "fly"}, "fly"),
-        ({"frames": 3}, "kind"),
-        ("approach", "motion"),
-        ({"kind": "approach", "start_m": -20.0}, "start_m is -20"),
-        ({"kind": "approach", "end_m": 0.0}, "end_m is 0"),
-        ({"kind": "approach", "end_m": math.nan}, "end_m is nan"),
-        ({"kind": "sweep", "reach_m": -1.0}, "reach_m is -1"),
-        ({"kind": "hover", "drift_m": math.inf}, "drift_m is inf"),
-        ({"kind": "hover", "frames": 0}, "frames is 0"),
-        ({"kind": "hover", "frames": 2.5}, "frames"),
-        ({"kind": "hover", "rate_hz": 0.0}, "rate_hz is 0"),
-        ({"kind": "hover", "drift_time_s": 0.0}, "drift_time_s is 0"),
-        ({"kind": "closed_loop", "end_m": -1.0}, "end_m is -1"),
-        ({"kind": "closed_loop", "speed_m_per_s": -1.0}, "speed_m_per_s is -1"),
-    ],
-)
-def test_a_wrong_motion_is_named(tmp_path, motion, message):
     path = tmp_path / "s.yaml"
-    path.write_text(to_yaml(msgspec.to_builtins(SCENE) | {"motion": motion}))
-    with pytest.raises(FileError, match=message) as raised:
-        sim.load_sequence(path)
-    assert "s.yaml" in str(raised.value)
+    for motion in (sim.Approach(frames=7, end_m=2.0), sim.Sweep(reach_m=0.5), sim.Hover(), sim.ClosedLoop(end_m=1.2)):
+        sequence = sim.FilmPlan(scene=SCENE, motion=motion)
+        sim.save_sequence(sequence, path)
+        assert sim.load_sequence(path) == sequence
+        with pytest.raises(FileError, match="has a motion"):
+            sim.load_scene(path)
+    sim.save_sequence(sim.FilmPlan(scene=SCENE), path)
+    assert sim.load_scene(path) == SCENE
 
 
 def test_what_cannot_be_filmed_is_told():
     with pytest.raises(ValueError, match="observe is None"):
         next(sim.film(sim.FilmPlan(scene=SCENE, motion=sim.ClosedLoop())))
     with pytest.raises(ValueError, match="closed loop"):
-        next(sim.scenes(sim.FilmPlan(scene=SCENE, motion=sim.ClosedLoop())))
+        next(scenes(sim.FilmPlan(scene=SCENE, motion=sim.ClosedLoop())))
     through = sim.FilmPlan(scene=SCENE, motion=sim.Hover(drift_m=50.0))
     with pytest.raises(ValueError, match="position_m z is -"):
-        list(sim.scenes(through))
+        list(scenes(through))
     far = sim.FilmPlan(
         scene=msgspec.structs.replace(SCENE, psf=Psf(model="hou", theta0_rad=0.3)), motion=sim.Approach()
     )

@@ -6,12 +6,14 @@ import re
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
-from dockpose.simulate import Lights, Pose, Scene, Sensor
+from dockpose.simulate import Lights, Pose, Scene, Sensor, render, truth_of
+from dockpose.simulate.emitters import emitters_of
+from dockpose.simulate.optics.glow import light_on_sensor
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
-from dockpose.simulate.render import Rendering, render_parts
 from dockpose.simulate.surroundings import background_picture
-from dockpose.sources import ExposureWatch, Frame, exposure_hint
+from dockpose.sources import ExposureWatch, Frame
+from dockpose.sources.exposure import exposure_hint
 
 CAMERA = Camera(fx=700.0, fy=700.0, cx=319.5, cy=239.5, width=640, height=480)
 # Where half of the lights are at the limit, a few pixels or a deviation of the noise decide: there either is right.
@@ -44,11 +46,11 @@ def scene_of(seed: int) -> Scene:
     )
 
 
-def truth(scene: Scene, rendering: Rendering) -> tuple[float, float]:
+def middle_light(scene: Scene) -> tuple[float, float]:
     """Middle light's share of what is cut off of its core, and its height in deviations of the noise."""
-    light = background_picture(scene, scene.water, 1.0) + rendering.direct + rendering.glow
-    found = []
-    for x, y in np.rint(rendering.truth.lights_px[rendering.truth.visible]).astype(int):
+    truth, found = truth_of(scene), []
+    light = sum(light_on_sensor(scene, emitters_of(scene, truth), scene.water), background_picture(scene, scene.water))
+    for x, y in np.rint(truth.lights_px[truth.visible]).astype(int):
         near = light[max(0, y - 12) : y + 13, max(0, x - 12) : x + 13]
         around = light[max(0, y - 25) : y + 26, max(0, x - 25) : x + 26]
         water, peak = np.percentile(around, 20), min(light[y - 3 : y + 4, x - 3 : x + 4].max(), 255.0)
@@ -64,11 +66,11 @@ def test_lights_are_called_saturated_or_drowned_where_they_are_and_good_in_betwe
     seen = {"saturated": 0, "drowned": 0, "good": 0}
     for seed in range(36):
         scene = scene_of(seed)
-        rendering = render_parts(scene)
-        cut, contrast = truth(scene, rendering)
+        cut, contrast = middle_light(scene)
         if CUT_EITHER[0] < cut < CUT_EITHER[1] or CONTRAST_EITHER[0] < contrast < CONTRAST_EITHER[1]:
             continue
-        hint = exposure_hint(rendering.image, estimate(rendering.image, scene.camera, scene.dock))
+        image, _ = render(scene)
+        hint = exposure_hint(image, estimate(image, scene.camera, scene.dock))
         wanted = "saturated" if cut >= CUT_EITHER[1] else "drowned" if contrast <= CONTRAST_EITHER[0] else "good"
         if hint.verdict in ("unknown", "dark"):
             assert wanted == "drowned", seed  # so dim that no dock was found

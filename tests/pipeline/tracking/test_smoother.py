@@ -8,29 +8,21 @@ import math
 
 import numpy as np
 import pytest
-from dockpose import Estimate, Settings, Tracker
-from dockpose.lights.ring import Ring
+from dockpose import Settings, Tracker
 from dockpose.pose.circle import CirclePose, rotation_from_angles
-from dockpose.pose.solve import find_poses
-from dockpose.simulate import Approach, FilmPlan, scenes
-from dockpose.tracking import Smoother
+from dockpose.simulate import Approach, FilmPlan
+from dockpose.simulate.sequence import scenes
 from dockpose.tracking.chain import MEMORY_S, Chain, Speeds
 from dockpose.tracking.hypotheses import Hypotheses, links
-from dockpose.tracking.smoother import rts_step
+from dockpose.tracking.smoother import Smoother, rts_step
 
+from tests.pipeline.tracking.test_tracker import NOTHING, shown
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
-NOTHING = Estimate("no_lights", "No lights.", 640, 480, 8, CAMERA, DOCK, Settings())
 
-
-def seen(position_m, rotation, noise_px, rng):
-    """Estimate of a picture in which all ten lights were found where they are, but for noise."""
-    angles = 2 * np.pi * np.arange(10) / 10 + 0.2
-    ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    points = CAMERA.project(np.asarray(position_m) + ring @ rotation.T) + rng.normal(0, noise_px, (10, 2))
-    ellipse, choice = find_poses(points, CAMERA, DOCK)
-    ring = Ring(np.ones(10, dtype=bool), "")
-    return Estimate("ok", "", 640, 480, 8, CAMERA, DOCK, Settings(), ring=ring, ellipse=ellipse, choice=choice)
+def seen(position_m, theta_x, theta_y, noise_px, rng):
+    """Estimate of a picture in which all ten lights were found where they are, but for noise; angles in radians."""
+    return shown(position_m, rotation_from_angles(theta_x, theta_y), noise_px=noise_px, rng=rng)
 
 
 def test_it_is_the_solution_of_all_equations_at_once():
@@ -87,7 +79,7 @@ def course(truth, noise_px=0.3, seed=0, times=None):
     tracker, smoother = Tracker(CAMERA, DOCK), Smoother(CAMERA)
     filtered = []
     for number, (x, y, z, theta_x, theta_y) in enumerate(truth):
-        found = seen((x, y, z), rotation_from_angles(theta_x, theta_y), noise_px, rng)
+        found = seen((x, y, z), theta_x, theta_y, noise_px, rng)
         tracked = tracker.follow(found, 0.1 * number if times is None else times[number])
         smoother.note(tracked)
         filtered.append(tracked.step.after.chains[tracked.chain].pose(CAMERA))
@@ -162,7 +154,7 @@ def test_frames_without_a_dock_have_none_and_a_gap_is_bridged():
     rng = np.random.default_rng(0)
     tracker, smoother, positions = Tracker(CAMERA, DOCK), Smoother(CAMERA), []
     for number, (x, y, z, theta_x, theta_y) in enumerate(truth):
-        found = seen((x, y, z), rotation_from_angles(theta_x, theta_y), 0.3, rng)
+        found = seen((x, y, z), theta_x, theta_y, 0.3, rng)
         if number < 3 or 12 <= number < 17:
             found = NOTHING
         tracked = tracker.follow(found, 0.1 * number)
@@ -193,9 +185,9 @@ def test_links_are_those_of_the_filter(first):
     rng = np.random.default_rng(4)
     speeds = Speeds.of(Settings())
     for angle in np.radians([2.0, 6.0, 15.0]):
-        begun = Hypotheses.begin(seen((0.0, 0.0, 2.0), rotation_from_angles(0.05, angle), 0.3, rng), speeds, 0.4)
+        begun = Hypotheses.begin(seen((0.0, 0.0, 2.0), 0.05, angle, 0.3, rng), speeds, 0.4)
         before = Hypotheses(begun.chains, first).predict(0.1, speeds)
-        found = seen((0.0, 0.0, 1.98), rotation_from_angles(0.05, angle), 0.3, rng)
+        found = seen((0.0, 0.0, 1.98), 0.05, angle, 0.3, rng)
         after = before.update(found, speeds, 0.4)
         weights = np.array([first, 1 - first]) @ links(before, found, 0.4)
         assert weights[0] / weights.sum() == pytest.approx(after.first, abs=1e-9)

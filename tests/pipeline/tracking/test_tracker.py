@@ -27,7 +27,7 @@ SPEEDS = Speeds.of(Settings())
 NOTHING = Estimate("no_lights", "No lights.", 640, 480, 8, CAMERA, DOCK, Settings())
 
 
-def shown(position_m, rotation, *, dock=DOCK, noise_px=0.05, seed=0):
+def shown(position_m, rotation, *, dock=DOCK, noise_px=0.05, seed=0, rng=None):
     """Estimate of a picture in which the lights of a dock, ten of them, were found where they are, but for noise.
 
     Where their number is not known one is missing, so that their spacing tells nothing.
@@ -36,7 +36,7 @@ def shown(position_m, rotation, *, dock=DOCK, noise_px=0.05, seed=0):
     angles = 2 * np.pi * np.delete(np.arange(10), skip) / 10 + 0.2
     ring = DOCK.radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     points = CAMERA.project(np.asarray(position_m) + ring @ rotation.T)
-    points = points + np.random.default_rng([seed, 5]).normal(0, noise_px, points.shape)
+    points = points + (rng or np.random.default_rng([seed, 5])).normal(0, noise_px, points.shape)
     ellipse, choice = find_poses(points, CAMERA, dock)
     found = Ring(np.ones(len(points), dtype=bool), "")
     return Estimate(

@@ -1,8 +1,6 @@
 import numpy as np
 import pytest
 from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, mean_bessel, spread_of, transfer_of
-from dockpose.simulate.optics.psf import Psf, point_spread
-from dockpose.simulate.optics.water import PRESETS
 from numpy.polynomial.legendre import leggauss
 from scipy.special import j0
 
@@ -34,15 +32,3 @@ def test_a_gaussian_comes_back_as_a_gaussian():
     assert spread_of(transfer)[seen] == pytest.approx(spread[seen], abs=1e-6 * spread.max())
     fast = FREQUENCIES > 0.1  # at slower ones the transform, which goes on periodically, loses a little
     assert transfer_of(spread)[fast] == pytest.approx(transfer[fast], abs=1e-9)
-
-
-@pytest.mark.parametrize("water", PRESETS)
-def test_all_light_that_is_not_absorbed_arrives(water):
-    # What makes pictures black is a transfer function that is no number, or far off, at high frequencies.
-    spread = point_spread(Psf(), PRESETS[water], 2.0)
-    assert np.isfinite(spread.glow_transfer).all()
-    assert np.isfinite(spread.glow_per_sr).all()
-    arriving = spread.direct_share + spread.glow_share
-    assert arriving == pytest.approx(np.exp(-2.0 * PRESETS[water].absorption_per_m), rel=1e-3)
-    assert (np.diff(spread.glow_transfer) < 1e-9).all()
-    assert spread.glow_transfer[-1] < 0.01 * spread.glow_share

@@ -32,6 +32,9 @@ def test_the_glow_integrates_to_the_scattered_share(name, model):
     assert integral(found.glow_per_sr) == pytest.approx(expected, rel=0.01)
     assert found.direct_share == pytest.approx(math.exp(-water.attenuation_per_m * DISTANCE_M))
     assert (found.glow_per_sr >= 0).all()
+    if model == "voss":  # a transfer function that is far off at high frequencies makes pictures black
+        assert (np.diff(found.glow_transfer) < 1e-9).all()
+        assert found.glow_transfer[-1] < 0.01 * found.glow_share
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -123,20 +126,3 @@ def test_a_wrong_table_is_named(tmp_path, text, message):
     with pytest.raises(ValueError, match=message) as raised:
         point_spread(Psf(model="mtf", mtf_csv=str(path)), Water(0.1, 0.1), 1.0)
     assert "wrong.csv" in str(raised.value)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Psf(model="fog"), "psf model is 'fog'"),
-        (lambda: Psf(width_deg=0.0), "width_deg is 0.0"),
-        (lambda: Psf(tilt_deg=85.0), "tilt_deg is 85.0"),
-        (lambda: Psf(theta0_rad=-1.0), "theta0_rad is -1.0"),
-        (lambda: Psf(model="mtf"), "mtf_csv is None"),
-        (lambda: point_spread(Psf(), Water(0.1, 0.1), -1.0), "distance_m is -1.0"),
-        (lambda: point_spread(Psf(), Water(0.1, 0.1), math.nan), "distance_m is nan"),
-    ],
-)
-def test_bad_numbers_are_named(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()

@@ -91,7 +91,7 @@ def test_a_bag_is_not_read_into_memory(tmp_path):
     path = bags.write_mcap(tmp_path / "a.mcap", bags.frames(shown), chunk_size=100_000)
     with Bag(str(path)) as bag:
         read = 0
-        file = bag._files.storages[0]._file  # pyright: ignore[reportAttributeAccessIssue]
+        file = bag._storages[0]._file  # pyright: ignore[reportAttributeAccessIssue]
         original = file.read
 
         class Counting:
@@ -104,7 +104,7 @@ def test_a_bag_is_not_read_into_memory(tmp_path):
                 read += len(data)
                 return data
 
-        bag._files.storages[0]._file = Counting()  # pyright: ignore[reportAttributeAccessIssue]
+        bag._storages[0]._file = Counting()  # pyright: ignore[reportAttributeAccessIssue]
         assert np.array_equal(bag.at(20).image, shown[20])
     assert 60_000 <= read < 300_000  # of 2.4 MB: the chunks with that picture
 

@@ -29,9 +29,9 @@ _AS_COMPLETE, _AS_BRIGHT = 0.7, 0.8  # of several rings: shares of the most ligh
 _TIMES_AS_BRIGHT, _MOST_RINGS = 16, 40
 # What is said of groups that show no one ring.
 _SEVERAL = "Several rings can be laid through the same groups; which of them is the dock is unknown."
-# Other points on a ring, per light, from which on it is a part of another: of one with at least twice as many lights,
-# so that as many others lie on it, of which half may be missed.
-_UNEXPLAINED = 1 / 3
+# Other lights on a ring, per light, from which on it is a part of another: of one with at least twice as many, so that
+# as many others lie on it, of which two thirds may be missed.
+_UNEXPLAINED = 0.35
 _SPECK = 0.05  # of the ring's median light: lamps of one kind are not that unequal, beams and distance included
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most

@@ -89,7 +89,7 @@ def read_only(monkeypatch):
 WORK = (
     *("commands.estimate.estimate", "processing.following.Following.see", "commands.compare.compare"),
     *("commands.simulate.film", "commands.export._files", "commands.calibration.calibrate.gathered"),
-    *("commands.calibration.learn_dock.dock_views", "commands.paper.budget._rows"),
+    *("commands.calibration.learn_dock.dock_views", "commands.paper.budget.budget"),
     *("processing.study.workers", "export.reproduction.report.workers"),
 )
 

@@ -87,7 +87,8 @@ def test_second_ring_is_named_with_its_place(view):
     assert analysis.trust.colour == "amber"
     ours, _ = analysis.estimate.markers.points_px[analysis.estimate.ring.on_ring].mean(axis=0)
     assert abs(ours - x) == pytest.approx(640, abs=10)  # the other of the two, of which one may miss a light
-    assert analysis.trust.reasons == (f"A second ring, of {len(rival)} lights, is in view at ({x:.0f}, {y:.0f}) px.",)
+    # Two pictures side by side are no camera's, whose perspective the lights may be off.
+    assert analysis.trust.reasons[-1] == f"A second ring, of {len(rival)} lights, is in view at ({x:.0f}, {y:.0f}) px."
 
 
 def test_three_lights_fit_any_pose(found):

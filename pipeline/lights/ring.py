@@ -158,16 +158,21 @@ def _more_of_size(
 ) -> list[Candidate]:
     """Rings of as many lights as the surest among the rest of the points, as the dock whose image is brighter."""
     more: list[Candidate] = []
-    lights = len(found[0].members)
+    lights, used = len(found[0].members), frozenset().union(*(one.members for one in found))
     alike = msgspec.structs.replace(dock, lights=found[0].sides)
     bright = scene.brightness[list(found[0].members)].min() / _TIMES_AS_BRIGHT
-    rest, another = order[scene.brightness[order] > bright], found
-    while another and len(found) + len(more) < _MOST_RINGS:
-        rest = rest[~np.isin(rest, [k for one in another for k in one.members])]
+    order = order[scene.brightness[order] > bright]
+    while len(found) + len(more) < _MOST_RINGS:
+        rest = order[~np.isin(order, list(used))]
         if len(rest) < max(MIN_POINTS, _AS_COMPLETE * lights):
             break
-        another = _candidates(scene, np.sort(rest[:MAX_POINTS]), alike, tolerance)
-        more += [one for one in another if not _others_on(one, one, scene, _within_px(one, tolerance))]
+        # What grows from the rest may end among points that are used.
+        grown = _candidates(scene, np.sort(rest[:MAX_POINTS]), alike, tolerance)
+        others = [one for one in grown if not one.members & used]
+        if not others:
+            break
+        used = used.union(*(one.members for one in others))
+        more += [one for one in others if not _others_on(one, one, scene, _within_px(one, tolerance))]
     return more
 
 

@@ -78,6 +78,17 @@ def test_of_many_images_of_a_dock_the_dock_is_found_though_each_image_is_brighte
     assert np.flatnonzero(ring.on_ring).tolist() == list(range(count))
 
 
+@pytest.mark.parametrize("seed", [0, 10, 36])
+def test_the_search_for_more_rings_ends_where_all_that_it_finds_is_a_part_of_one(seed):
+    # Dim points beside the lights, from which the same ring grows again.
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(5, 13))
+    ours = lights(count, z_m=rng.uniform(0.7, 2)) + rng.normal(0, 0.3, (count, 2))
+    beside = ours[rng.integers(count, size=count)] + rng.normal(0, 6, (count, 2))
+    points = np.vstack([ours, beside, rng.uniform(0, [640, 480], (20, 2))])
+    assert ring_of(points, count, areas=[60] * count + [20] * (count + 20)).on_ring[:count].all()
+
+
 def test_unlit_lamps_between_the_lights_are_no_lights_and_lit_ones_are():
     ours, between = lights(12, roll=0.1), lights(48, roll=0.2)
     points = np.vstack([ours, between[np.linalg.norm(between[:, None] - ours, axis=2).min(axis=1) > 5]])

@@ -114,10 +114,16 @@ def stopped_by_signals() -> Iterator[None]:
     numbers = [signal.SIGTERM]
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else it has another meaning already
         numbers.append(signal.SIGINT)
+    def hush(lost: "sys.UnraisableHookArgs") -> None:
+        if not isinstance(lost.exc_value, KeyboardInterrupt):
+            tell(lost)
+
     before = {number: signal.signal(number, stop) for number in numbers}
+    tell, sys.unraisablehook = sys.unraisablehook, hush
     try:
         yield
     finally:
+        sys.unraisablehook = tell
         for number, handler in before.items():
             signal.signal(number, handler)
         _asked.clear()

@@ -1,3 +1,4 @@
+import ctypes
 import json
 import os
 import signal
@@ -28,6 +29,17 @@ def test_interrupt_that_was_swallowed_comes_again(number, raised):
             assert error.type is raised
     check_stopped()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_nothing_is_said_of_a_sigterm_that_is_lost_in_a_callback_of_compiled_code(capfd):
+    def end(_):
+        signal.raise_signal(signal.SIGTERM)
+
+    with stopped_by_signals():
+        ctypes.CFUNCTYPE(None, ctypes.c_int)(end)(0)
+        with pytest.raises(Terminated):
+            check_stopped()
+    assert capfd.readouterr() == ("", "")
 
 
 def test_another_meaning_of_it_is_left():

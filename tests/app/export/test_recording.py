@@ -328,7 +328,7 @@ def test_rtsp_gives_the_senders_time_of_day_and_is_kept_as_it_was_sent(tmp_path,
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     options = {**streaming._OPTIONS, "rtsp_flags": "listen", "listen_timeout": "10"}
-    monkeypatch.setattr(streaming, "_opened", lambda address, timeout_s: av.open(address, options=options))
+    monkeypatch.setattr(streaming, "opened", lambda address, **_: av.open(address, options=options))
     began, stop = [], threading.Event()
     sender = threading.Thread(target=push_rtsp, args=(port, began, stop), daemon=True)
     sender.start()

@@ -114,6 +114,7 @@ def stopped_by_signals() -> Iterator[None]:
     numbers = [signal.SIGTERM]
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else it has another meaning already
         numbers.append(signal.SIGINT)
+
     def hush(lost: "sys.UnraisableHookArgs") -> None:
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             tell(lost)

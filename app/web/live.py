@@ -76,7 +76,8 @@ Acts = Mapping[type[Wish], Callable[[Any, viser.ClientHandle], object]]
 
 def wish_to(do: str, **fields: type) -> type[Wish]:
     """A kind of wish, with its fields."""
-    return msgspec.defstruct(do, list(fields.items()), bases=(Wish,), tag=do, frozen=True)
+    kind: Any = msgspec.defstruct(do, list(fields.items()), bases=(Wish,), tag=do, frozen=True)
+    return kind
 
 
 def decoder(kinds: Iterable[type[Wish]]) -> msgspec.json.Decoder[Any]:

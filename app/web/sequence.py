@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import viser
 from dockpose.app.inputs.sequences import FrameSource, choices, choose, sent
@@ -12,16 +12,13 @@ from dockpose.app.processing.player import FramePlayer
 from dockpose.app.state.scene import scene_of
 from dockpose.app.web.notifications import attempt
 
-if TYPE_CHECKING:
-    from dockpose.app.web.app import App
-
 NONE_CHOSEN = "(none)"
 
 
 class SequenceController:
-    """Holds one sequence at a time."""
+    """Holds one sequence at a time, and shows its frames through the page's App."""
 
-    def __init__(self, stage: "App", given: FrameSource | None, root: Path | None) -> None:
+    def __init__(self, stage: Any, given: FrameSource | None, root: Path | None) -> None:
         self._stage, self._given, self._root = stage, given, root
         self._lock = threading.Lock()
         self._source: FrameSource | None = None

@@ -216,7 +216,7 @@ def _find_charuco(grey: np.ndarray, board: Board, name: str) -> Sighting | None:
         corners, numbers, _, _ = detector.detectBoard(image)
         if corners is None or numbers is None or len(corners) < _FEWEST_CORNERS:
             continue
-        seen = np.ravel(np.asarray(numbers))
+        seen = np.ravel(numbers).astype(int)
         if min(len(np.unique(each)) for each in np.divmod(seen, board.columns - 1)) < 2:
             continue
         flat = np.array(pattern.getChessboardCorners(), dtype=np.float32)[seen]

@@ -122,14 +122,14 @@ def _spaced(
     tolerance_px: float,
 ) -> Polygon | None:
     """The polygon of the number of lights that points on an ellipse are spaced by; None where they are not."""
-    best = None
+    best: Polygon | None = None
     # Where most lights are uneven it may be another camera's picture.
     for focals_px, filled in (([focal_px], _FILLED), ([focal_px * times for times in _TIMES_FOCAL], _CLOSED)):
         if best is not None and len(best.members) >= _MOST * len(on):
             break
         numbers = [sides for sides in numbers if len(on) >= filled * sides]
         spacings = sorted(_spacings(points_px[on], ellipse, numbers, focals_px, filled), key=attrgetter("log_chance"))
-        polygons = [] if best is None else [best]
+        polygons: list[Polygon] = [] if best is None else [best]
         for one in spacings[:_MOST_SPACINGS]:
             if one.sides == spacings[0].sides:
                 polygons.append(_whole(one, points_px, on, tolerance_px))

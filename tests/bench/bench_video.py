@@ -13,7 +13,7 @@ import os
 import threading
 import time
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import av
 import numpy as np
@@ -231,7 +231,7 @@ def test_latency_of_a_camera_while_its_pixels_are_recorded(tmp_path, pictures, i
         noise = NOISE * rng.standard_normal((*picture.shape, 3)[: 3 if is_colour else 2], dtype=np.float32)
         levels = picture[..., None] + noise if is_colour else picture + noise
         marked.append(mark(np.clip(levels, 0, 255).astype(np.uint8), number))
-    camera = Paced(marked)
+    camera: Any = Paced(marked)
     with contextlib.closing(Live("camera 0", lambda: camera)) as frames:
         kept = record(frames, tmp_path / "kept.mkv", print)
         assert kept is not None

@@ -1,5 +1,7 @@
 """A row of an experiment, others like it, and what was measured."""
 
+from typing import Any
+
 import msgspec
 from dockpose.app.experiment import Row
 from dockpose.app.experiment.row import MEASURED_COLUMNS
@@ -15,7 +17,7 @@ def changed(**fields) -> Row:
     return msgspec.structs.replace(ROW, **fields)
 
 
-def measured(known: KnownPose | None) -> dict[str, float]:
+def measured(known: KnownPose | None) -> dict[str, Any]:
     assert known is not None
     numbers = (*(100 * value for value in known.position_m), known.theta_x_deg, known.theta_y_deg)
     return dict(zip(MEASURED_COLUMNS, numbers, strict=False))

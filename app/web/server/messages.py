@@ -69,11 +69,22 @@ class GuiUpdateMessage(_Message, frozen=True):
     updates: _Value
 
 
-# A form is sent off; something in it was changed; a command is given by its key.
-GuiFormSubmitMessage, GuiFormDirtyMessage, CommandTriggerMessage = (
-    msgspec.defstruct(name, [("uuid", _Id)], bases=(_Message,), tag=name, frozen=True)
-    for name in ("GuiFormSubmitMessage", "GuiFormDirtyMessage", "CommandTriggerMessage")
-)
+class GuiFormSubmitMessage(_Message, frozen=True):
+    """A form is sent off."""
+
+    uuid: _Id
+
+
+class GuiFormDirtyMessage(_Message, frozen=True):
+    """Something in a form was changed."""
+
+    uuid: _Id
+
+
+class CommandTriggerMessage(_Message, frozen=True):
+    """A command is given by its key."""
+
+    uuid: _Id
 
 
 class FileTransferStartUpload(_Message, frozen=True):

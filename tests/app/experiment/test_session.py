@@ -38,6 +38,9 @@ def on_disk(session):
 def test_a_row_says_what_was_estimated_and_measured(session):
     measured = {"measured_z_cm": 110.5, "distance_cm": 111.0}
     row = session.take(PICTURE, FOUND, "tank.png", "ab" * 32, **measured, notes="lamp off")
+    assert row.z_cm is not None
+    assert FOUND.selected is not None
+    assert FOUND.selected.sigma_position_m is not None
     assert (row.number, row.file, row.status, row.lights) == (1, "frames/0001.png", "ok", 10)
     assert row.estimated == pytest.approx((6, -4, 110, 6, -12), abs=0.2)  # the simulated truth
     assert row.errors[:2] == (None, None)
@@ -72,6 +75,7 @@ def test_every_kind_of_picture_is_kept_losslessly(session, kind):
     found = estimate(image, Camera(70, 70, 19.5, 14.5, 40, 30), DOCK)
     row = session.take(image, found, kind)
     kept = cv2.imread(str(session.folder / row.file), cv2.IMREAD_UNCHANGED)
+    assert kept is not None
     assert kept.dtype == depth
     np.testing.assert_array_equal(kept, image)
 

@@ -2,6 +2,7 @@
 
 import threading
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from dockpose.app.web.widgets import BackgroundWork
@@ -24,7 +25,8 @@ def errors():
 
 @pytest.fixture
 def task(errors):
-    made = BackgroundWork(Gui(), errors.append, "Stop.")
+    gui: Any = Gui()
+    made = BackgroundWork(gui, errors.append, "Stop.")
     yield made
     made.close()
 

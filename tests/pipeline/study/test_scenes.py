@@ -1,4 +1,5 @@
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -32,7 +33,8 @@ def test_the_product_is_hats_with_its_fall_back(monkeypatch):
         "dockpose.study.scenes.estimate", lambda image, camera, dock, settings, fall_back: (settings.method, fall_back)
     )
     for label in methods():
-        asked[label] = find(label, SimpleNamespace(image=None, scene=SimpleNamespace(camera=None, dock=None)))
+        picture: Any = SimpleNamespace(image=None, scene=SimpleNamespace(camera=None, dock=None))
+        asked[label] = find(label, picture)
     assert asked.pop(PRODUCT) == ("hats", True)
     assert asked == {label: (label, False) for label in methods()[1:]}
     assert "hats" in asked

@@ -3,6 +3,7 @@ import json
 import re
 from dataclasses import replace
 from html import unescape
+from typing import Any
 
 import cv2
 import numpy as np
@@ -32,9 +33,10 @@ from msgspec import DecodeError
 
 def fulfilled(view, text):
     views = []
-    acts = acts_in_picture(lambda function, client, reload: views.append(function(view)))
+    nobody: Any = None
+    acts = acts_in_picture(lambda function, client, *, reload=False: views.append(function(view)))
     wish = decoder(acts).decode(text)
-    acts[type(wish)](wish, None)
+    acts[type(wish)](wish, nobody)
     return views[0]
 
 

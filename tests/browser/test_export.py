@@ -130,7 +130,7 @@ def test_saving_is_stopped(page, monkeypatch):
 
 
 def test_what_is_not_there_is_said(page):
-    page.box("Min. area (px)").fill("100")
+    page.box("Level (0-255)").fill("255")
     page.until(lambda: "No pose" in page.status)
     page.tab("Export")
     page.choose("What", "Pose for ROS (YAML)")

@@ -15,8 +15,8 @@ _SIZES = 6.0  # octaves of radius that are searched
 _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each another set of points
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
 # Lamps on a cable are not strewn: the second is within so many steps of the first, and each further one within so many
-# of where the last two point; one of twenty is out. A ring with such a share of its lights, or along such a
-# share of it, is no cable, and a hundred docks are seen for each cable that would pass for a part of one.
+# of where the last two point; one of twenty is out. A ring with such a share of its lights, or along such a share of
+# it, is no cable, and a hundred docks are seen for each cable that would pass for a part of one.
 _NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 100.0
 _THRESHOLDS = 2  # that a picture is searched with
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate

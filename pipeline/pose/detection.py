@@ -113,11 +113,12 @@ def few_in_words(markers: Markers, lights: int) -> str:
 
 def found_in_words(ring: Ring, choice: Choice, dock: Dock) -> str:
     """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is."""
-    unused = f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
+    words = _on_pose(ring, choice)
+    if dock.offsets_m and ring.on_ring.sum() < MIN_POINTS:
+        words += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
     if ring.focal_px is not None:
-        unused = f" The spacing fits a focal length of about {ring.focal_px:.0f} px, not the camera's: check its file."
-    is_unused = dock.offsets_m and ring.on_ring.sum() < MIN_POINTS
-    return _on_pose(ring, choice) + (unused if is_unused or ring.focal_px is not None else "")
+        words += f" The spacing fits a focal length of about {ring.focal_px:.0f} px, not the camera's: check its file."
+    return words
 
 
 def _on_pose(ring: Ring, choice: Choice) -> str:

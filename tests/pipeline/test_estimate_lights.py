@@ -5,12 +5,14 @@
 
 import math
 
+import cv2
 import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
 from dockpose.paper.tables import coded_dock
+from dockpose.pose.circle import rotation_from_angles
 from dockpose.simulate import Lights, Sensor, render
 
 from tests.support.scenes import CAMERA, random_scene
@@ -89,3 +91,21 @@ def test_four_lights_of_ten_are_enough_where_their_number_is_known():
     assert unknown.status == "too_few_markers"
     assert unknown.message.endswith("Four do if the dock's number of lights is given: --lights 4.")
     assert unknown.ring is None
+
+
+@pytest.mark.parametrize("times", [1.0, 2.0])
+def test_a_ring_that_another_camera_saw_is_found_and_names_its_focal_length(times):
+    dock = Dock(0.30, 24)
+    sharp = msgspec.structs.replace(CAMERA, fx=2 * CAMERA.fx, fy=2 * CAMERA.fy)
+    seen = sharp.project([0.02, -0.01, 0.9] + dock.light_points() @ rotation_from_angles(0.7, -0.6).T)
+    image = np.full((CAMERA.height, CAMERA.width), 20, np.uint8)
+    for x, y in 16 * seen:
+        cv2.circle(image, (round(x), round(y)), 16 * 3, 220, -1, cv2.LINE_AA, 4)
+    told = msgspec.structs.replace(sharp, fx=sharp.fx / times, fy=sharp.fy / times)
+    found = estimate(image, told, dock)
+    assert found.status == "ok"
+    assert found.ring.on_ring.sum() == 24
+    assert ("The spacing fits a focal length of about" in found.message) == (times > 1)
+    if times > 1:
+        assert found.ring.focal_px == pytest.approx(sharp.fx, rel=0.1)  # the steps in which they are tried
+        assert not found.choice.decided

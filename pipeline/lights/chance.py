@@ -16,8 +16,8 @@ _BRIGHTNESSES = 8.0  # octaves of brightness down to the dimmest light, each ano
 LEAST_CROWD, _MORE_OF_CROWDS = 5, 10.0  # a crowd may make ten times as many rings: not every picture shows one
 # Lamps on a cable are not strewn: the second is within so many steps of the first, and each further one within so many
 # of where the last two point; one of twenty is out. A ring with such a share of its lights, or along such a share of
-# it, is no cable, and a hundred docks are seen for each cable that would pass for a part of one.
-_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 100.0
+# it, is no cable, and ten thousand docks are seen for each cable that would pass for a part of one.
+_NEAR_STEPS, _NEXT_STEPS, _LARGEST_GAP, _OUT, CLOSED, _FEWER_CABLES = 3.0, 0.25, 2, 0.05, 0.75, 1e4
 _THRESHOLDS = 2  # that a picture is searched with
 LEAST_PX = 0.05  # no centre is known better, root mean square per coordinate
 MOST_LIGHTS = 64  # that a dock is expected to have
@@ -96,13 +96,13 @@ def accepted(polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = Tru
         squares_px2=polygon.squares_px2,
         semi_axes_px=polygon.semi_axes_px,
         area_px2=scene.area_px2,
-        cables=cables_of(polygon.corners >= 0) if may_hang else (),
     )
     most = math.log(_most_chance(len(scene.points_px), len(members)) / scene.numbers)
     if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
-        return None  # others near it would only make it likelier
+        return None  # others near it, and cables, would only make it likelier
     chance = chance_among(
-        near=neighbours(scene.points_px, scene.brightness, members, polygon.centre_px, polygon.semi_axes_px[0])
+        near=neighbours(scene.points_px, scene.brightness, members, polygon.centre_px, polygon.semi_axes_px[0]),
+        cables=cables_of(polygon.corners >= 0) if may_hang else (),
     )
     return Candidate(polygon, sides, chance + math.log(scene.numbers)) if chance < most else None
 

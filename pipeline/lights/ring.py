@@ -30,8 +30,8 @@ _TIMES_AS_BRIGHT, _MOST_RINGS = 16, 40
 # What is said of groups that show no one ring.
 _SEVERAL = "Several rings can be laid through the same groups; which of them is the dock is unknown."
 # Other lights on a ring, per light, from which on it is a part of another: of one with at least twice as many, so that
-# as many others lie on it, of which two thirds may be missed.
-_UNEXPLAINED = 0.35
+# as many others lie on it, of which two thirds may be missed. Two lamps may be on any rim.
+_UNEXPLAINED, _FEWEST_OTHERS = 0.35, 3
 _SPECK = 0.05  # of the ring's median light: lamps of one kind are not that unequal, beams and distance included
 _LEAST_EXPECTED = 0.1  # other points on a ring: one may always be
 _SAME_ELLIPSE = 0.08  # of the radius: what two rings on one ellipse differ by at the most
@@ -317,7 +317,10 @@ def _others_on(best: Candidate, exact: Candidate, scene: Scene, within_px: float
     on = int((near & (distances < within_px)).sum())
     # The band along the ellipse, of the disc in which the others are counted.
     expected = float(near.sum() - on) * min(1.0, within_px / radius)
-    return on >= _UNEXPLAINED * len(members) and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
+    return (
+        on >= max(_FEWEST_OTHERS, _UNEXPLAINED * len(members))
+        and float(pdtrc(on - 1, max(expected, _LEAST_EXPECTED))) < ACCEPTED
+    )
 
 
 def _is_same(one: Candidate, other: Candidate) -> bool:

@@ -104,6 +104,13 @@ def test_unlit_lamps_between_the_lights_are_no_lights_and_lit_ones_are():
     assert "More lights lie on one ring than a part of 12" in refused.reason
 
 
+@pytest.mark.parametrize("count", [5, 6, 8, 12, 24])
+def test_two_lamps_on_the_rim_of_any_dock_do_not_hide_it(count):
+    between = lights(2 * count)[3:8:4]  # each half way from one light to the next
+    points = np.vstack([lights(count), between])
+    assert np.flatnonzero(ring_of(points, count).on_ring).tolist() == list(range(count))
+
+
 def test_lights_of_very_unequal_size_are_kept():
     points = np.vstack([lights(6), text()])
     areas = np.array([3, 200, 12, 60, 400, 5] + [110] * 19)
@@ -128,31 +135,23 @@ def test_of_two_concentric_rings_the_one_with_the_dock_s_number_of_lights_is_it(
 
 
 def half_a_ring(seed):
-    """Five lights of ten, good to 0.1 px, one to three strays not within 20 px of them, and whether five in a row."""
+    """Five lights of ten, whichever, good to 0.1 px, and one to three strays not within 20 px of them."""
     rng = np.random.default_rng([7, seed])
     angles, missing = rng.uniform(-0.5, 0.5, 2), rng.choice(10, 5, replace=False)
     ours = lights(z_m=rng.uniform(0.6, 1.2), angles=angles, roll=rng.uniform(0, 1), missing=missing)
     strays = rng.uniform(10, [630, 470], (40, 2))
     strays = strays[np.linalg.norm(strays[:, None] - ours, axis=2).min(axis=1) > 20][: 1 + seed % 3]
-    gaps = np.diff(np.sort(missing), append=missing.min() + 10)
-    return np.vstack([ours + rng.normal(0, 0.1, ours.shape), strays]), bool(gaps.max() == 6)
+    return np.vstack([ours + rng.normal(0, 0.1, ours.shape), strays])
 
 
-@pytest.mark.slow
-def test_any_five_of_ten_lights_are_found_beside_strays_unless_they_could_hang_on_a_cable():
-    found = []
-    for seed in range(100):
-        points, are_in_a_row = half_a_ring(seed)
-        ring = np.flatnonzero(ring_of(points).on_ring).tolist()
-        if not are_in_a_row or ring:
-            found.append(ring == [0, 1, 2, 3, 4])
-    assert found.count(False) <= 3
-    assert len(found) >= 95  # in a row are 10 of 252 choices, and those that are exact enough are found
+def test_any_five_of_ten_lights_are_found_beside_strays():
+    found = [np.flatnonzero(ring_of(half_a_ring(seed)).on_ring).tolist() for seed in range(100)]
+    assert sum(one == [0, 1, 2, 3, 4] for one in found) >= 97
 
 
 def test_lights_seen_nearly_square_on_lie_where_the_nearest_pose_has_them():
     # Five lights good to 0.1 px; a pose that follows from how they are stretched alone stays off by two pixels.
-    ours = half_a_ring(6)[0][:5]
+    ours = half_a_ring(6)[:5]
     best = max(
         find_polygons(ours - [CAMERA.cx, CAMERA.cy], Dock(2.0, 10).light_points()[:, :2], True, FOCAL_PX),
         key=lambda polygon: (len(polygon.members), -polygon.squares_px2),

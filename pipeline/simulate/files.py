@@ -75,7 +75,17 @@ def load_sequence(path: str | Path) -> FilmPlan:
 
 
 def save_scene(scene: Scene, folder: str | Path, name: str) -> None:
-    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder."""
+    """Render a scene, and write NAME.png and NAME.yaml (the scene and its truth) into a folder.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to render.
+    folder : str or Path
+        Where to write.
+    name : str
+        Of the two files, without their endings.
+    """
     image, truth = render(scene)
     save_picture(image, scene, truth, folder, name, compression=_SMALLEST_FILES)
 

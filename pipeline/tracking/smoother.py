@@ -15,11 +15,21 @@ from dockpose.tracking.tracker import Tracked
 
 @dataclass(frozen=True)
 class Smoothed:
-    """The pose of one frame given the whole recording."""
+    """The pose of one frame given the whole recording.
 
-    pose: CirclePose  # with its standard errors
-    probability: float  # that of the two poses this is the right one
-    chain: int  # 0 or 1, the hypothesis that it belongs to
+    Attributes
+    ----------
+    pose : CirclePose
+        With its standard errors.
+    probability : float
+        That of the two poses this is the right one.
+    chain : int
+        0 or 1, the hypothesis that it belongs to.
+    """
+
+    pose: CirclePose
+    probability: float
+    chain: int
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values with their units in the names."""
@@ -38,12 +48,28 @@ class _Kept:
 
 
 class Smoother:
-    """Smooths the poses of a recording that a :class:`Tracker` followed, once all its frames are known."""
+    """Smooths the poses of a recording that a :class:`Tracker` followed, once all its frames are known.
 
-    # Both chains are smoothed backwards over a track by the fixed-interval equations of Rauch, Tung and Striebel 1965.
-    # Which is right in a frame is the smoothed state of the tracker's hidden Markov model, by the forward-backward
-    # algorithm (Rabiner 1989); where the chains may have crossed, the pose so passes from one to the other. Known
-    # motion of the vehicle is not used. Memory grows by about 2 KB a frame.
+    Parameters
+    ----------
+    camera : Camera
+        The camera that took the frames.
+    settings : Settings, optional
+        Those of the tracker.
+
+    Notes
+    -----
+    Both chains are smoothed backwards over the length of a track by the fixed-interval equations of Rauch, Tung and
+    Striebel. Which of them is right in a frame is the smoothed state of the tracker's hidden Markov model, by the
+    forward-backward algorithm; where the chains may have crossed, the pose so passes from one to the other. Known
+    motion of the vehicle is not used. Memory grows by about 2 KB a frame.
+
+    References
+    ----------
+    Rauch, Tung and Striebel 1965, "Maximum likelihood estimates of linear dynamic systems".
+    Rabiner 1989, "A tutorial on hidden Markov models and selected applications in speech recognition".
+    """
+
     def __init__(self, camera: Camera, settings: Settings | None = None) -> None:
         self._camera, self._speeds = camera, Speeds.of(settings or Settings())
         self._kept: list[_Kept | None] = []

@@ -256,7 +256,7 @@ def _search_with(
     if reason is not None:
         return _Found("not_a_ring", reason, stages, log_chance)
     stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring.alike)}
-    return _Found("ok", found_in_words(ring, choice, dock), stages, log_chance)
+    return _Found("ok", found_in_words(ring, choice, camera, dock), stages, log_chance)
 
 
 def _find_lights(

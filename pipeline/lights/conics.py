@@ -11,7 +11,7 @@ from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, MOST_LIGHTS
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
 from dockpose.lights.growing import NARROWEST, SMALLEST_RADIUS_PX, TOLERANCE_OF_RADIUS
-from dockpose.lights.polygon import Polygon, refitted
+from dockpose.lights.polygon import Polygon, refitted, regular
 from dockpose.lights.whole import TOLERANCE_OF_AXIS
 from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
@@ -152,22 +152,16 @@ def _spacings(
                 chance, corner_of = _log_chance_of_spacing(angles, sides, filled)
                 if chance < most:
                     roll_rad = _phase(angles, sides)
-                    off = np.hypot(*(flat - _unit(sides, roll_rad)[corner_of]).T)
+                    off = np.hypot(*(flat - regular(sides, roll_rad)[corner_of]).T)
                     turned = R @ Rotation.from_rotvec([0, 0, roll_rad]).as_matrix()
                     found.append(_Spacing(chance, sides, focal_px, corner_of, turned, t, off))
     return found
 
 
-def _unit(sides: int, roll_rad: float = 0.0) -> np.ndarray:
-    """Corners (N, 2) of a regular polygon on the unit circle."""
-    corner_rad = roll_rad + 2 * math.pi * np.arange(sides) / sides
-    return np.column_stack([np.cos(corner_rad), np.sin(corner_rad)])
-
-
 def _whole(spacing: _Spacing, points_px: np.ndarray, on: np.ndarray, tolerance_px: float) -> Polygon:
     """The polygon of points (M, 2) that some of them on an ellipse begin."""
     sides, focal_px = spacing.sides, spacing.focal_px
-    unit, corners = _unit(sides), np.full(sides, -1)
+    unit, corners = regular(sides), np.full(sides, -1)
     for k in np.argsort(-spacing.off):  # of two at a corner the nearer
         corners[spacing.corner_of[k]] = on[k]
     mapping = np.column_stack([spacing.rotation[:, :2], spacing.centre]) * np.array([[focal_px], [focal_px], [1.0]])

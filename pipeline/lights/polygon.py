@@ -44,6 +44,12 @@ class Polygon:
         return self.corners[self.corners >= 0]
 
 
+def regular(sides: int, roll_rad: float = 0.0) -> np.ndarray:
+    """Corners (N, 2) of a regular polygon on the unit circle."""
+    corner_rad = roll_rad + 2 * math.pi * np.arange(sides) / sides
+    return np.column_stack([np.cos(corner_rad), np.sin(corner_rad)])
+
+
 def find_polygons(
     points_px: np.ndarray,
     unit: np.ndarray,

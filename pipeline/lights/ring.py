@@ -14,7 +14,7 @@ from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ell
 from dockpose.lights.growing import TOLERANCE_OF_RADIUS, TOLERANCE_PX
 from dockpose.lights.lattice import goes_on, repeating, strung
 from dockpose.lights.markers import Markers
-from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons, without_worst
+from dockpose.lights.polygon import FEW_POINTS, FIRST_POINTS, MAX_POINTS, Polygon, find_polygons, regular, without_worst
 from dockpose.lights.whole import TOLERANCE_OF_AXIS, ellipse_through, log_chance_of_all, spaced_as
 from scipy.spatial.distance import cdist
 from scipy.special import pdtrc
@@ -200,8 +200,7 @@ def _places(sides: int, dock: Dock) -> np.ndarray:
     if not _is_even(dock):
         places = dock.light_points()[:, :2] / dock.radius
         return places[np.argsort(np.mod(np.arctan2(places[:, 1], places[:, 0]), 2 * np.pi))]
-    angles = 2 * np.pi * np.arange(sides) / sides
-    return np.column_stack([np.cos(angles), np.sin(angles)])
+    return regular(sides)
 
 
 def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:

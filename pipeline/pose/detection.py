@@ -111,13 +111,14 @@ def few_in_words(markers: Markers, lights: int) -> str:
     return f"Only {lights} group{'' if lights == 1 else 's'} of bright pixels"
 
 
-def found_in_words(ring: Ring, choice: Choice, dock: Dock) -> str:
+def found_in_words(ring: Ring, choice: Choice, camera: Camera, dock: Dock) -> str:
     """Return a sentence on the dock that was found: its lights, how far it is, how sure the chosen pose is."""
     words = _on_pose(ring, choice)
     if dock.offsets_m and ring.on_ring.sum() < MIN_POINTS:
         words += f" With fewer than {MIN_POINTS} lights the dock file's offsets are not used."
     if ring.focal_px is not None:
-        words += f" The spacing fits a focal length of about {ring.focal_px:.0f} px, not the camera's: check its file."
+        told = f"The spacing fits a focal length of about {ring.focal_px:.0f} px, not the camera's {camera.fx:.0f} px"
+        words += f" {told}: check the camera file."
     return words
 
 

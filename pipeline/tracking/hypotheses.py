@@ -137,7 +137,7 @@ def rings_of(found: Estimate) -> Iterator[Estimate]:
         except NoEllipseError:
             continue
         if reason is None:
-            words, detection = found_in_words(other, choice, dock), detection_of(log_chance, ring.alike)
+            words, detection = found_in_words(other, choice, camera, dock), detection_of(log_chance, ring.alike)
             yield replace(found, message=words, ring=other, ellipse=ellipse, choice=choice, detection=detection)
 
 

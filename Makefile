@@ -33,7 +33,7 @@ test-slow: $(VENV)/.test
 test-page: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m pytest tests/browser
 
-# The tests, ten times, beside four processes that hold the cores.
+# The quick tests, ten times, beside four processes that hold the cores.
 RUNS ?= 10
 test-busy: $(VENV)/.test $(VENV)/.chromium
 	$(BIN)/python -m tests.bench.busy --runs $(RUNS)

@@ -45,12 +45,18 @@ def test_a_number_that_cannot_be_sent_locks_nobody_out(app, visitors, label, val
         assert third.values[third.ids[LABEL]] == new
 
 
-def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors):
-    one, _ = visitors
+def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors, monkeypatch):
+    one, other = visitors
     number = one.ids["Number of lights"]
     one.values[number] = -7
+    monkeypatch.setattr(gate, "_SEND_BACK_S", 1e6)  # somebody may still be typing
     one.set("Number of lights", -7)
-    assert not one.until(lambda page: page.values[number] != -7, 0.5)  # somebody may still be typing
+    new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
+    one.set(LABEL, new)  # comes after it
+    assert other.until(lambda page: page.values[page.ids[LABEL]] == new)
+    assert one.values[number] == -7
+    monkeypatch.setattr(gate, "_SEND_BACK_S", 0.0)
+    one.set("Number of lights", -7)
     assert one.until(lambda page: page.values[number] == 10)
     assert one.until(lambda page: "Number of lights: -7 is outside 0 to 60." in [one["body"] for one in page.notices])
 

@@ -28,6 +28,10 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     offsets_m : tuple of (float, float, float), metres
         How far each light is from its place on the circle, along the dock's x, y and z; empty where all are in place.
         ``dockpose learn-dock`` finds them.
+    diameter_sigma_m : float, metres, optional
+        Standard error of the diameter; where it is unknown, 0.3 % of it is taken.
+    lights_sigma_m : float, metres, optional
+        Standard error of each light's place, per axis; where it is unknown, it is what the residuals show.
 
     Raises
     ------
@@ -51,6 +55,8 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     angles_deg: tuple[float, ...] = ()
     colours: tuple[str, ...] = ()
     offsets_m: tuple[tuple[float, float, float], ...] = ()
+    diameter_sigma_m: float | None = None
+    lights_sigma_m: float | None = None
 
     if TYPE_CHECKING:  # what is taken is more than what is kept
 
@@ -61,6 +67,8 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
             angles_deg: Sequence[float] | np.ndarray = (),
             colours: Sequence[str] = (),
             offsets_m: Sequence[Sequence[float]] | np.ndarray = (),
+            diameter_sigma_m: float | None = None,
+            lights_sigma_m: float | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -81,6 +89,9 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
                 raise ValueError(f"offsets_m[{index}] is {list(offset)}; it must be below the radius, {self.radius:g}")
         for index, colour in enumerate(self.colours):
             check_one_of(f"colours[{index}]", colour, LIGHT_COLOURS)
+        for name in ("diameter_sigma_m", "lights_sigma_m"):
+            if getattr(self, name) is not None:
+                check_number(name, getattr(self, name), least=0)
 
     def _check_angles(self) -> None:
         for index, angle in enumerate(self.angles_deg):

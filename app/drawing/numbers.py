@@ -4,6 +4,7 @@ import math
 
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
+from dockpose.pose.shared import PARTS
 from dockpose.thresholds import LEVELS, Threshold
 
 MISSING = "–"
@@ -41,11 +42,27 @@ def pose_values(pose: CirclePose | KnownPose) -> tuple[float, ...]:
     return x, y, z, math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)
 
 
-def pose_sigmas(pose: CirclePose) -> tuple[float | None, ...]:
-    """Return the one-sigma of each of :func:`pose_values`; None where it is unknown."""
-    x, y, z = pose.sigma_position_m or (math.inf,) * 3
-    sigmas = (100 * x, 100 * y, 100 * z, *map(math.degrees, pose.sigma_theta_rad or (math.inf,) * 2))
+def pose_sigmas(pose: CirclePose, part: str | None = None) -> tuple[float | None, ...]:
+    """Return the one-sigma of each of :func:`pose_values`, in all or of one of ``PARTS``; None where it is unknown."""
+    if pose.errors is None:
+        return (None,) * len(QUANTITIES)
+    (x, y, z), theta_rad = pose.errors.sigmas(part)
+    sigmas = (100 * x, 100 * y, 100 * z, *map(math.degrees, theta_rad))
     return tuple([sigma if math.isfinite(sigma) else None for sigma in sigmas])
+
+
+def sigma_words(sigma: float | None) -> str:
+    """Return a standard deviation with one significant digit, as in "0.4" and "20", or a dash for None."""
+    if sigma is None or not math.isfinite(sigma):
+        return MISSING
+    return f"{float(f'{max(sigma, 1e-4):.1g}'):g}" if sigma > 0 else "0"
+
+
+def parts_words(pose: CirclePose, quantity: int) -> str:
+    """Return where the error of one of ``QUANTITIES`` comes from: "camera 0.3, diameter 0.3, picture 0.006"."""
+    sigmas = {part: pose_sigmas(pose, part)[quantity] or 0.0 for part in (() if pose.errors is None else PARTS)}
+    largest_first = sorted(sigmas.items(), key=lambda each: -each[1])
+    return ", ".join(f"{part} {sigma_words(sigma)}" for part, sigma in largest_first if sigma > 0)
 
 
 def pose_cells(pose: CirclePose | KnownPose, decimals: int = 1) -> list[str]:
@@ -82,12 +99,12 @@ def place_words(pose: CirclePose | KnownPose) -> str:
 
 
 def deviation_words(sigma_m: float | None) -> str:
-    """Return a standard deviation, as in "± 0.1 mm", "± 1.2 cm"; empty where it is unknown."""
+    """Return a standard deviation with one significant digit, as in "± 4 mm", "± 2 cm"; empty where it is unknown."""
     if sigma_m is None or not math.isfinite(sigma_m):
         return ""
-    if sigma_m < 0.01:
-        return f"± {max(1000 * sigma_m, 0.1):.1f} mm"
-    return f"± {100 * sigma_m:.1f} cm" if sigma_m < 1 else f"± {sigma_m:.1f} m"
+    if sigma_m < 0.0095:
+        return f"± {sigma_words(max(1000 * sigma_m, 0.1))} mm"
+    return f"± {sigma_words(100 * sigma_m)} cm" if sigma_m < 0.95 else f"± {sigma_words(sigma_m)} m"
 
 
 def _short_length(length_cm: float) -> str:

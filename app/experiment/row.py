@@ -51,6 +51,11 @@ class Row(msgspec.Struct, frozen=True, kw_only=True):
     sigma_z_cm: float | None = None
     sigma_theta_x_deg: float | None = None
     sigma_theta_y_deg: float | None = None
+    sigma_total_x_cm: float | None = None
+    sigma_total_y_cm: float | None = None
+    sigma_total_z_cm: float | None = None
+    sigma_total_theta_x_deg: float | None = None
+    sigma_total_theta_y_deg: float | None = None
     measured_x_cm: float | None = None
     measured_y_cm: float | None = None
     measured_z_cm: float | None = None
@@ -156,8 +161,10 @@ def rows_from_csv(text: str) -> list[Row]:
 
 def _pose_values(pose: CirclePose) -> dict[str, float | None]:
     values = dict(zip(POSE_COLUMNS, map(_rounded, pose_values(pose)), strict=True))
-    sigmas = {f"sigma_{name}": _rounded(sigma) for name, sigma in zip(POSE_COLUMNS, pose_sigmas(pose), strict=True)}
-    return values | sigmas
+    for prefix, part in (("sigma", "picture"), ("sigma_total", None)):
+        sigmas = pose_sigmas(pose, part)
+        values |= {f"{prefix}_{name}": _rounded(sigma) for name, sigma in zip(POSE_COLUMNS, sigmas, strict=True)}
+    return values
 
 
 def _rounded(value: float | None) -> float | None:

@@ -18,7 +18,16 @@ from dockpose.study.budget import (
 TILTS_DEG = (0.0, 10.0, 20.0, 40.0)
 _RANGES = 6
 _GOOD_SHARE, _SURE = 0.05, 0.95  # of the range, and the chance, from which on the page warns
-HEAD = ("range (m)", "tilt (°)", "lights apart (px)", "x, y (cm)", "range ± (cm)", "angles ± (°)", "told apart (%)")
+HEAD = (
+    "range (m)",
+    "tilt (°)",
+    "lights apart (px)",
+    "x, y (cm)",
+    "range ± (cm)",
+    "in all ± (cm)",
+    "angles ± (°)",
+    "told apart (%)",
+)
 
 
 def usual_ranges_m(camera: Camera, dock: Dock) -> list[float]:
@@ -31,7 +40,7 @@ def usual_ranges_m(camera: Camera, dock: Dock) -> list[float]:
 def budget_cells(budget: Budget, simulated: Budget | None = None) -> list[str]:
     """Return the cells of ``HEAD``; what came out of simulation stands in brackets."""
     apart = f"{budget.apart_px:.0f}" + ("" if budget.lights_apart else " (merge)")
-    pairs = zip(_numbers(budget), _numbers(simulated) if simulated else [""] * 4, strict=True)
+    pairs = zip(_numbers(budget), _numbers(simulated) if simulated else [""] * 5, strict=True)
     shown = [f"{one} ({other})" if other not in ("", MISSING) else one for one, other in pairs]
     tilt = f"{budget.tilt_deg:g}" + ("" if budget.in_view else " (not all in view)")
     return [f"{budget.range_m:g}", tilt, apart, *shown]
@@ -41,7 +50,9 @@ def _numbers(budget: Budget) -> list[str]:
     x, y, z = (100 * sigma for sigma in budget.sigma_position_m)
     angle = math.degrees(max(budget.sigma_theta_rad))
     told = None if budget.tells_apart is None else 100 * budget.tells_apart
-    return [_digits(max(x, y)), _digits(z), _digits(angle), number(told, 0)]
+    total_m = budget.sigma_total_position_m
+    in_all = MISSING if total_m is None else _digits(100 * total_m[2])
+    return [_digits(max(x, y)), _digits(z), in_all, _digits(angle), number(told, 0)]
 
 
 def _digits(value: float) -> str:

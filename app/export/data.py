@@ -23,6 +23,7 @@ _POSE_COLUMNS = (
     *("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg"),
     *("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg"),
 )
+_TOTAL_COLUMNS = tuple(f"sigma_total_{name}" for name in ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg"))
 CSV_COLUMNS = (
     *("source", "frame", "time_s", "time_unix_s", "status", "method", "level", "groups", "lights_on_ring"),
     *("selected", "selected_by"),
@@ -31,6 +32,7 @@ CSV_COLUMNS = (
     *("elapsed_ms", "message"),
     *(f"{name}_{column}" for name in _POSES for column in _POSE_COLUMNS),
     "smoothed_probability",
+    *(f"{name}_{column}" for name in _POSES for column in _TOTAL_COLUMNS),
 )
 
 
@@ -76,9 +78,12 @@ def to_row(line: dict[str, Any]) -> dict[str, Any]:
 def _pose_cells(name: str, pose: dict[str, Any] | None) -> dict[str, Any]:
     if pose is None:
         return {}
-    sigmas = (*(pose.get("sigma_position_m") or (None,) * 3), *(pose.get("sigma_theta_deg") or (None,) * 2))
-    values = (*pose["position_m"], pose["theta_x_deg"], pose["theta_y_deg"], *sigmas)
-    return {f"{name}_{key}": value for key, value in zip(_POSE_COLUMNS, values, strict=True)}
+    sigmas, totals = (
+        (*(pose.get(f"{sigma}_position_m") or (None,) * 3), *(pose.get(f"{sigma}_theta_deg") or (None,) * 2))
+        for sigma in ("sigma", "sigma_total")
+    )
+    values = (*pose["position_m"], pose["theta_x_deg"], pose["theta_y_deg"], *sigmas, *totals)
+    return {f"{name}_{key}": value for key, value in zip((*_POSE_COLUMNS, *_TOTAL_COLUMNS), values, strict=True)}
 
 
 def settings_yaml(analysis: Analysis) -> str:

@@ -14,7 +14,16 @@ from dockpose import Estimate
 from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.figures import to_svg
-from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, percent, pose_cells, pose_sigmas, status_words
+from dockpose.app.drawing.numbers import (
+    MISSING,
+    QUANTITIES,
+    number,
+    percent,
+    pose_cells,
+    pose_sigmas,
+    sigma_words,
+    status_words,
+)
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.experiment.row import table
 from dockpose.app.export.parts import page
@@ -151,11 +160,16 @@ def _candidates_table(found: Estimate) -> ReportTable:
     for name, pose in zip(POSE_NAMES, found.candidates, strict=False):
         cells, sigmas = pose_cells(pose, 2), pose_sigmas(pose)
         if None not in sigmas:
-            cells = [f"{cell} ± {number(sigma, 2)}" for cell, sigma in zip(cells, sigmas, strict=True)]
+            cells = [f"{cell} ± {sigma_words(sigma)}" for cell, sigma in zip(cells, sigmas, strict=True)]
         chosen = ", chosen" if pose is found.selected else ""
         body.append((f"{name}{chosen}", *cells, percent(pose.probability), number(pose.rms_px, 3)))
     head = ("", *QUANTITIES, "likely (%)", "error (px)")
-    return ReportTable("Both poses", head, body, note="±: one-sigma. Position in the camera's frame: x right, y down.")
+    return ReportTable(
+        "Both poses",
+        head,
+        body,
+        note="±: one-sigma, with what camera and dock may be off. Position in the camera's frame: x right, y down.",
+    )
 
 
 def _sequence_row(line: Mapping[str, Any]) -> list[str]:

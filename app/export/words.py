@@ -5,7 +5,7 @@ import math
 import numpy as np
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import chance, count, level_words, number, percent, status_words
+from dockpose.app.drawing.numbers import chance, count, level_words, number, percent, sigma_words, status_words
 from dockpose.app.export.parts import sentences
 from dockpose.camera.calibrate import BoardView, Calibration
 from dockpose.camera.port_fit import FittedPort
@@ -26,7 +26,6 @@ _WHY = {
     "hand": "You chose it by hand.",
 }
 _BY = {"hand": " (by hand)", "tracking": " (tracked)"}
-_LEAST_SIGMA_M = 0.001
 MEDIA = ("air", "water")
 _USUAL = ("k1", "k2", "p1", "p2", "k3")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
@@ -66,9 +65,9 @@ def _pose_words(found: Estimate) -> str:
     if pose is None or found.choice is None:
         return f"no pose ({status_words(found.status)})"
     distance = f"{number(pose.position_m[2], 3)} m"
-    if pose.sigma_position_m is not None and math.isfinite(pose.sigma_position_m[2]):
-        sigma_m = pose.sigma_position_m[2]
-        distance += f" ± {number(sigma_m, 3)}" if sigma_m >= _LEAST_SIGMA_M else f" ± < {_LEAST_SIGMA_M}"
+    sigma_m = None if pose.sigma_total_position_m is None else pose.sigma_total_position_m[2]
+    if sigma_m is not None and math.isfinite(sigma_m):
+        distance += f" ± {sigma_words(sigma_m)}"
     # A tracked pose was chosen against the frame's own probability, which would mislead.
     likely = "" if found.choice.selected_by == "tracking" else chance(pose, " ")
     by = _BY.get(found.choice.selected_by, "")

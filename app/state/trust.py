@@ -85,7 +85,7 @@ def _doubts_about_range(found: Estimate) -> Iterator[tuple[Colour, str]]:
     pose = found.selected
     assert pose is not None
     range_m = math.hypot(*pose.position_m.tolist())
-    sigma_m = math.inf if pose.sigma_position_m is None else pose.sigma_position_m[2]
+    sigma_m = math.inf if pose.sigma_total_position_m is None else pose.sigma_total_position_m[2]
     if not math.isfinite(sigma_m):
         yield "amber", "How exact the range is cannot be estimated."
     elif sigma_m > EXACT_SHARE * range_m:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES
-from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, pose_sigmas
+from dockpose.app.drawing.numbers import MISSING, number, parts_words, percent, pose_cells, pose_sigmas, sigma_words
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
@@ -51,8 +51,11 @@ def result_cells(pose: CirclePose | KnownPose | MeasuredPose) -> list[str]:
 
 
 def sigma_cells(pose: CirclePose) -> list[str]:
-    """Return one sigma of each of a pose's quantities, for the columns of :func:`result_cells`."""
-    cells = ["&lt; 0.01" if sigma is not None and sigma < 0.005 else number(sigma, 2) for sigma in pose_sigmas(pose)]
+    """Return one sigma of each of a pose's quantities, and on hover its parts, for :func:`result_cells`."""
+    cells = [
+        f'<span title="{parts_words(pose, quantity)}">{sigma_words(sigma)}</span>'
+        for quantity, sigma in enumerate(pose_sigmas(pose))
+    ]
     return [*cells, "", ""]
 
 

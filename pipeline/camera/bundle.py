@@ -118,6 +118,7 @@ class Sigmas:
 
     # by name: ``fx``, ``fy``, ``cx``, ``cy`` in pixels, then the coefficients that were fitted
     values: dict[str, float]
+    covariance: np.ndarray  # (P, P): of these numbers, in their order
     noise_px: float  # standard deviation of a corner along x or y
 
 
@@ -137,7 +138,9 @@ def sigmas(sightings: Sequence[Sighting], poses: np.ndarray, shared: Shared) -> 
     U = np.array(gradients)
     scatter = inverse @ (U.T @ U) @ inverse * len(U) / max(1, len(U) - 1)
     deviations = np.sqrt(np.maximum(noise**2 * np.diag(inverse), np.diag(scatter)))
-    return Sigmas(dict(zip(shared.names, deviations.tolist(), strict=True)), noise)
+    larger = deviations / np.sqrt(np.maximum(np.diag(inverse), 1e-300))
+    values = dict(zip(shared.names, deviations.tolist(), strict=True))
+    return Sigmas(values, inverse * np.outer(larger, larger), noise)
 
 
 def _inverse(information: np.ndarray, lengths: np.ndarray) -> np.ndarray:

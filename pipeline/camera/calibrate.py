@@ -24,6 +24,7 @@ from dockpose.camera.fitting import (
     sigmas_of,
 )
 from dockpose.camera.image import to_grey, to_levels
+from dockpose.camera.sigma import with_errors
 from dockpose.checks import check_is, check_one_of
 from numpy.typing import ArrayLike
 
@@ -217,8 +218,9 @@ def calibrate_gathered(gathering: Gathering, lens: str = "auto") -> Calibration:
             f"all: {TILT}"
         )
     distances_m = np.linalg.norm(fitted.poses[:, 3:], axis=1)
+    names = ["fx", "fy", "cx", "cy", *(f"distortion[{place}]" for place in model.kept)]
     return Calibration(
-        camera=fitted.camera,
+        camera=with_errors(fitted.camera, names, known.covariance),
         error_px=overall,
         views=tuple(kept.views.values()),
         counted_as=kept.counted_as,

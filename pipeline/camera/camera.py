@@ -1,12 +1,13 @@
 """The camera: intrinsics and lens distortion, pixels to rays and back."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 from dockpose.camera.lens import bend, straighten, tangents_of
 from dockpose.camera.port import FlatPort
+from dockpose.camera.sigma import CameraSigma, check_sigma, transformed
 from dockpose.checks import as_points, check_is, check_number, check_turn, check_whole, make_plain
 from numpy.typing import ArrayLike
 
@@ -40,12 +41,17 @@ class Camera(
         bent, so intrinsics measured in air hold in the water.
     fisheye : bool
         Whether the lens follows OpenCV's fisheye model (equidistant) rather than a perspective one.
+    sigma : CameraSigma or mapping, optional
+        Standard errors of these numbers, as in ``{"fx_px": 1.5, "fy_px": 1.5}``; where they are unknown, 0.3 % of the
+        focal lengths and 2 pixels of the principal point are taken.
+    covariance : (P, P) sequence
+        Covariance of the P numbers that ``sigma`` has, in its order; empty where their errors are independent.
 
     Raises
     ------
     ValueError
         If a value is not finite, a focal length or a size is not positive, or the number of distortion coefficients is
-        none of these.
+        none of these, or ``sigma`` or ``covariance`` is not of these numbers.
 
     Examples
     --------
@@ -66,6 +72,8 @@ class Camera(
     distortion: tuple[float, ...] = ()
     port: FlatPort | None = None
     fisheye: bool = False
+    sigma: CameraSigma | None = None
+    covariance: tuple[tuple[float, ...], ...] = ()
 
     if TYPE_CHECKING:  # what is taken is more than what is kept
 
@@ -80,6 +88,8 @@ class Camera(
             distortion: Sequence[float] | np.ndarray = (),
             port: FlatPort | None = None,
             fisheye: bool = False,
+            sigma: CameraSigma | Mapping[str, Any] | None = None,
+            covariance: Sequence[Sequence[float]] | np.ndarray = (),
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -100,6 +110,10 @@ class Camera(
             )
         for i, coefficient in enumerate(self.distortion):
             check_number(f"distortion[{i}]", coefficient)
+        if isinstance(self.sigma, Mapping):
+            msgspec.structs.force_setattr(self, "sigma", msgspec.convert(self.sigma, CameraSigma, strict=False))
+        if self.sigma is not None or self.covariance:
+            check_sigma(self)
 
     @property
     def matrix(self) -> np.ndarray:
@@ -195,6 +209,9 @@ class Camera(
                 f"the image is {width} x {height} pixels, but the camera was calibrated at "
                 f"{self.width} x {self.height}, which is not the same picture rescaled"
             )
+        across, along = ("fx", "cx"), ("fy", "cy")
+        scales = {name: (name, scale) for names, scale in ((across, scale_x), (along, scale_y)) for name in names}
+        sigma, covariance = transformed(self, scales)
         return msgspec.structs.replace(
             self,
             fx=self.fx * scale_x,
@@ -203,6 +220,8 @@ class Camera(
             cy=(self.cy + 0.5) * scale_y - 0.5,
             width=width,
             height=height,
+            sigma=sigma,
+            covariance=covariance,
         )
 
     def rotated(self, degrees: int) -> "Camera":
@@ -210,9 +229,12 @@ class Camera(
         camera = self
         for _ in range(check_turn("degrees", degrees) // 90):
             radial, more = camera.distortion, ()
+            turned = {"fx": ("fy", 1.0), "fy": ("fx", 1.0), "cx": ("cy", 1.0), "cy": ("cx", -1.0)}
             if not camera.fisheye and len(camera.distortion) >= 4:
                 k1, k2, p1, p2, *rest = camera.distortion
                 radial, more = (k1, k2, p2, -p1), tuple(rest)
+                turned |= {"distortion[2]": ("distortion[3]", -1.0), "distortion[3]": ("distortion[2]", 1.0)}
+            sigma, covariance = transformed(camera, turned)
             camera = msgspec.structs.replace(
                 camera,
                 fx=camera.fy,
@@ -222,6 +244,8 @@ class Camera(
                 width=camera.height,
                 height=camera.width,
                 distortion=(*radial, *more),
+                sigma=sigma,
+                covariance=covariance,
             )
         return camera
 

@@ -46,6 +46,12 @@ class Lens:
     flags: int = 0  # for OpenCV's calibration
     fisheye: bool = False  # whether it is OpenCV's fisheye model
 
+    @property
+    def kept(self) -> list[int]:
+        """Places of its terms among the camera's coefficients."""
+        order = self.terms if self.fisheye else TERMS
+        return [order.index(term) for term in self.terms]
+
 
 _NO_K3 = cv2.CALIB_FIX_K3
 _NO_P = cv2.CALIB_ZERO_TANGENT_DIST | _NO_K3
@@ -145,8 +151,7 @@ def _errors_px(camera: Camera, sightings: Sequence[Sighting], poses: np.ndarray)
 
 def intrinsics_of(camera: Camera, lens: Lens) -> Shared:
     """The intrinsics of a camera that its lens model leaves free: fx, fy, cx, cy and coefficients."""
-    order = lens.terms if lens.fisheye else TERMS
-    kept = [order.index(term) for term in lens.terms]
+    kept = lens.kept
 
     def camera_of(each: np.ndarray) -> Camera:
         distortion = np.zeros(lens.length)

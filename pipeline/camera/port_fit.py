@@ -10,6 +10,7 @@ from dockpose.camera.bundle import Shared, Sigmas, adjust, residuals, rms_px, se
 from dockpose.camera.camera import Camera
 from dockpose.camera.fitting import CalibrationError
 from dockpose.camera.port import FlatPort
+from dockpose.camera.sigma import with_port_errors
 from msgspec.structs import replace
 
 LIKELY_PORT = FlatPort(air_gap_m=0.020, glass_m=0.010)
@@ -66,6 +67,7 @@ def fit_port(sightings: Sequence[Sighting], camera: Camera) -> FittedPort:
     ]
     away = np.linalg.norm(poses[:, 3:], axis=1)
     without = float(np.sqrt(np.mean([rms_px(off) ** 2 for off in pinhole])))
+    with_port = with_port_errors(with_port, [f"{name}_m" for name in shared.names], found.covariance)
     return FittedPort(with_port, found, glass_sigma, slope, errors, without, (float(away.min()), float(away.max())))
 
 

@@ -152,7 +152,7 @@ class Estimate:
             "status": self.status,
             "message": self.message,
             "image": {"width": self.width, "height": self.height, "bits": self.bits},
-            "camera": msgspec.to_builtins(self.camera) | {"distortion": list(self.camera.distortion)},
+            "camera": msgspec.json.decode(msgspec.json.encode(self.camera)),
             "dock": msgspec.json.decode(msgspec.json.encode(self.dock)),
             "settings": msgspec.to_builtins(self.settings) | {"masks": [list(mask) for mask in self.settings.masks]},
             "threshold": self._threshold_dict(),
@@ -174,12 +174,16 @@ class Estimate:
 
     def _row(self, name: str, pose: CirclePose | None) -> dict[str, Any]:
         line = {} if pose is None else pose.to_dict()
-        place, sigma = line.get("position_m") or [None] * 3, line.get("sigma_position_m") or [None] * 3
-        sigma_theta = line.get("sigma_theta_deg") or [None] * 2
+        place = line.get("position_m") or [None] * 3
         values = {f"{axis}_m": value for axis, value in zip("xyz", place, strict=True)}
         values |= {key: line.get(key) for key in ("theta_x_deg", "theta_y_deg", "roll_deg", "probability", "rms_px")}
-        values |= {f"sigma_{axis}_m": value for axis, value in zip("xyz", sigma, strict=True)}
-        values |= {f"sigma_theta_{axis}_deg": value for axis, value in zip("xy", sigma_theta, strict=True)}
+        for kind in ("sigma", "sigma_total"):
+            sigma, sigma_theta = (
+                line.get(f"{kind}_position_m") or [None] * 3,
+                line.get(f"{kind}_theta_deg") or [None] * 2,
+            )
+            values |= {f"{kind}_{axis}_m": value for axis, value in zip("xyz", sigma, strict=True)}
+            values |= {f"{kind}_theta_{axis}_deg": value for axis, value in zip("xy", sigma_theta, strict=True)}
         return {
             "status": self.status,
             "pose": name,
@@ -212,7 +216,7 @@ class Estimate:
             pose = find_poses(points_px, self.camera, self.dock)[1].candidates[0]
         except NoEllipseError:
             return {**seen, "range_m": None, "sigma_range_m": None}
-        assert pose.sigma_position_m is not None
+        assert pose.sigma_position_m is not None  # what is shared moves all rings alike
         return {
             **seen,
             "range_m": float(np.linalg.norm(pose.position_m)),
@@ -234,5 +238,5 @@ def _place(pose: CirclePose) -> str:
     """Position and attitude, with their standard errors where these are known."""
     x, y, z = (100 * float(value) for value in pose.position_m)
     theta_x, theta_y = math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)
-    sigma_z = "" if pose.sigma_position_m is None else f" ± {100 * pose.sigma_position_m[2]:.2g}"
+    sigma_z = "" if pose.sigma_total_position_m is None else f" ± {100 * pose.sigma_total_position_m[2]:.1g}"
     return f"x {x:.1f} y {y:.1f} z {z:.1f}{sigma_z} cm, theta x {theta_x:.1f} y {theta_y:.1f} deg"

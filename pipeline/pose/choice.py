@@ -9,6 +9,7 @@ from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, PoseErrors, angles_of
 from dockpose.pose.refine import Fit, LightRays, angles_on_planes, light_rays, refine, squares_at
+from dockpose.pose.shared import SharedErrors
 from dockpose.pose.spacing import Placement, offsets_of, place, refine_with_offsets
 from dockpose.pose.uncertainty import deviations, log_odds, nearer, noise_px
 
@@ -63,7 +64,7 @@ def choose_by_spacing(
     placement = place(angles_on_planes(rays, R, t), dock, labels)
     if not any(placement.fits):
         fit = refine(R, t, None, dock.radius, rays)
-        return choice_of(fit, [0.5, 0.5], None, "none", camera)
+        return choice_of(fit, [0.5, 0.5], None, "none", camera, dock, rays)
     fit = refine(R, t, placement.angles_rad, dock.radius, rays)
     if dock.offsets_m:
         fit, placement = refine_with_offsets(fit.rotations, fit.positions_m, placement, dock, rays)
@@ -71,7 +72,7 @@ def choose_by_spacing(
     squares = _judged(fit.squares_px2.tolist(), placement.fits)
     first = 1 / (1 + math.exp(-log_odds(squares[0], squares[1], fit.numbers)))
     by = "colours" if labels is not None and dock.colours and any(labels) else "spacing"
-    return choice_of(fit, [first, 1 - first], placement, by, camera)
+    return choice_of(fit, [first, 1 - first], placement, by, camera, dock, rays)
 
 
 def _apart(fit: Fit, R: np.ndarray, t: np.ndarray, placement: Placement, dock: Dock, rays: LightRays) -> Fit:
@@ -97,7 +98,15 @@ def _judged(squares_px2: list[float], fits: list[bool]) -> list[float]:
     ]
 
 
-def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | None, by: str, camera: Camera) -> Choice:
+def choice_of(
+    fit: Fit,
+    probabilities: Sequence[float],
+    placement: Placement | None,
+    by: str,
+    camera: Camera,
+    dock: Dock,
+    rays: LightRays,
+) -> Choice:
     """Choice among refined poses, the likelier first, with their uncertainties."""
     noise = noise_px(float(fit.squares_px2.min()), fit.numbers, 5 if placement is None else 6)
     sigmas = [deviations(covariance, R, noise) for covariance, R in zip(fit.covariances, fit.rotations, strict=True)]
@@ -121,7 +130,7 @@ def choice_of(fit: Fit, probabilities: Sequence[float], placement: Placement | N
                 roll_rad=roll,
                 sigma_position_m=sigmas[k][0],
                 sigma_theta_rad=sigmas[k][1],
-                errors=PoseErrors(fit.covariances[k], rotation, noise),
+                errors=PoseErrors(fit.covariances[k], rotation, noise, SharedErrors(camera, dock, position, rays)),
             )
         )
     lights = None if placement is None else placement.lights[order[0]]

@@ -12,6 +12,8 @@ from dockpose.camera.camera import Camera
 from dockpose.checks import check_number
 from dockpose.lights.cone import circles_behind
 from dockpose.lights.ellipse import Ellipse
+from dockpose.pose.shared import SharedErrors
+from dockpose.pose.uncertainty import deviations
 
 # Variance of an angle that may be anywhere in a full turn: (2 pi)^2 / 12.
 UNKNOWN_ANGLE_RAD2 = math.pi**2 / 3
@@ -27,10 +29,26 @@ class PoseErrors:
     covariance: np.ndarray
     rotation: np.ndarray  # (3, 3): from the dock's frame to the camera's, with any roll
     noise: float = 1.0  # standard deviation of a light's centroid, in pixels
+    shared: SharedErrors | None = None  # what this picture has in common with all others
 
-    def in_camera(self) -> np.ndarray:
-        """See :attr:`CirclePose.covariance`."""
-        covariance = self.noise**2 * self.covariance
+    @cached_property
+    def parts(self) -> dict[str, np.ndarray]:
+        """Covariances (6, 6), in m and rad as above, of what comes from this picture and of what all share."""
+        shared = {} if self.shared is None else self.shared.parts(self.rotation, self.noise)
+        return {"picture": self.noise**2 * self.covariance, **shared}
+
+    @cached_property
+    def total(self) -> np.ndarray:
+        """Sum (6, 6) of all parts."""
+        return np.sum(list(self.parts.values()), axis=0)
+
+    def sigmas(self, part: str | None = None) -> tuple[tuple[float, float, float], tuple[float, float]]:
+        """Standard errors of x, y, z in metres and of theta_x, theta_y in radians, of one part or in all."""
+        return deviations(self.total if part is None else self.parts[part], self.rotation, 1.0)
+
+    def in_camera(self, *, total: bool = False) -> np.ndarray:
+        """See :attr:`CirclePose.covariance` and :attr:`CirclePose.covariance_total`."""
+        covariance = (self.total if total else self.parts["picture"]).copy()
         covariance[5], covariance[:, 5] = 0.0, 0.0
         covariance[5, 5] = UNKNOWN_ANGLE_RAD2
         most = np.repeat([UNKNOWN_LENGTH_M2, UNKNOWN_ANGLE_RAD2], 3)
@@ -61,11 +79,13 @@ class CirclePose:
         Angle of light 0 around the dock's axis. Where lights are alike and evenly spaced any of them may be light 0,
         and this is the smallest such angle. None where it was not computed.
     sigma_position_m : tuple of 3 float or None, metres
-        Standard errors of x, y and z: the truth is within 1.96 of them in 95 % of pictures. None where not computed.
+        Standard errors of x, y and z as far as they come from this picture: what they would scatter by in pictures of
+        the same place. None where not computed.
     sigma_theta_rad : tuple of 2 float or None, radians
         Standard errors of theta_x and theta_y, likewise.
     errors : PoseErrors or None
-        How the errors of position and attitude go together. None where not computed.
+        How the errors of position and attitude go together, and what of them all pictures share. None where not
+        computed.
     """
 
     position_m: np.ndarray
@@ -104,9 +124,18 @@ class CirclePose:
             return rotation_from_angles(self.theta_x_rad, self.theta_y_rad)
         return np.array([[-z / level, x * y / -level, -x], [0, level, -y], [x / level, y * z / -level, -z]])
 
+    @cached_property
+    def sigma_total_position_m(self) -> tuple[float, float, float] | None:
+        """Standard errors of x, y, z with those that all pictures share: the truth is within 1.96 of them in 95 %."""
+        return None if self.errors is None else self.errors.sigmas()[0]
+
+    @cached_property
+    def sigma_total_theta_rad(self) -> tuple[float, float] | None:
+        """Standard errors of theta_x and theta_y in radians, likewise."""
+        return None if self.errors is None else self.errors.sigmas()[1]
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values with their units in the names; angles in degrees, None for what was not computed."""
-        sigma_theta = self.sigma_theta_rad
         return {
             "position_m": self.position_m.tolist(),
             "normal": self.normal.tolist(),
@@ -116,17 +145,22 @@ class CirclePose:
             "centre_px": self.centre_px.tolist(),
             "probability": self.probability,
             "rms_px": self.rms_px,
-            "sigma_position_m": None if self.sigma_position_m is None else list(self.sigma_position_m),
-            "sigma_theta_deg": None if sigma_theta is None else [math.degrees(angle) for angle in sigma_theta],
+            "sigma_position_m": _listed(self.sigma_position_m),
+            "sigma_theta_deg": _degrees(self.sigma_theta_rad),
+            "sigma_total_position_m": _listed(self.sigma_total_position_m),
+            "sigma_total_theta_deg": _degrees(self.sigma_total_theta_rad),
             "quaternion_xyzw": list(self.quaternion_xyzw),
             "covariance_m_rad": None if (covariance := self.covariance) is None else covariance.tolist(),
+            "covariance_total_m_rad": None if (total := self.covariance_total) is None else total.tolist(),
         }
 
     def summary(self) -> dict[str, Any]:
         """The pose as other programs take it: plain values, the errors' covariance in the order of ROS."""
         line = self.to_dict()
-        kept = ("position_m", "theta_x_deg", "theta_y_deg", "sigma_position_m", "sigma_theta_deg")
-        return {key: line[key] for key in (*kept, "quaternion_xyzw", "covariance_m_rad")}
+        place, sigmas = ("position_m", "theta_x_deg", "theta_y_deg"), ("sigma_position_m", "sigma_theta_deg")
+        totals = ("sigma_total_position_m", "sigma_total_theta_deg")
+        ros = ("quaternion_xyzw", "covariance_m_rad", "covariance_total_m_rad")
+        return {key: line[key] for key in (*place, *sigmas, *totals, *ros)}
 
     @property
     def quaternion_xyzw(self) -> tuple[float, float, float, float]:
@@ -141,12 +175,25 @@ class CirclePose:
         return None if self.errors is None else self.errors.in_camera()
 
     @property
+    def covariance_total(self) -> np.ndarray | None:
+        """The same with the errors that all pictures share: what a filter may take for the error of one pose."""
+        return None if self.errors is None else self.errors.in_camera(total=True)
+
+    @property
     def T_camera_dock(self) -> np.ndarray:
         """The 4 x 4 transform from the dock's frame (z into the dock, away from the camera) to the camera's."""
         transform = np.eye(4)
         transform[:3, :3] = self.rotation
         transform[:3, 3] = self.position_m
         return transform
+
+
+def _listed(numbers: tuple[float, ...] | None) -> list[float] | None:
+    return None if numbers is None else list(numbers)
+
+
+def _degrees(angles_rad: tuple[float, ...] | None) -> list[float] | None:
+    return None if angles_rad is None else [math.degrees(angle) for angle in angles_rad]
 
 
 def angles_of(normal: np.ndarray) -> tuple[float, float]:

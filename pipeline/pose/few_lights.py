@@ -59,7 +59,7 @@ def poses_from_few_lights(points_px: Any, camera: Camera, dock: Dock, near: Circ
     known = dock.light_angles_rad()
     period = 2 * math.pi if dock.angles_deg else 2 * math.pi / len(known)
     placement = Placement(lights, np.zeros(len(chosen)), known[lights], [True] * len(chosen), period)
-    return choice_of(fit.taken(chosen), (weights[chosen] / total).tolist(), placement, "spacing", camera)
+    return choice_of(fit.taken(chosen), (weights[chosen] / total).tolist(), placement, "spacing", camera, dock, rays)
 
 
 def _refined(

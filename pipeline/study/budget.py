@@ -12,6 +12,7 @@ from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.pose.refine import light_rays, refine
+from dockpose.pose.shared import SharedErrors
 from dockpose.pose.solve import find_poses
 from dockpose.pose.uncertainty import deviations
 from dockpose.study.judge import nearest, signed_errors
@@ -37,6 +38,9 @@ class Budget:
     in_view: bool  # whether all lights are in the picture
     sigma_position_m: tuple[float, float, float]  # standard errors of x, y and z
     sigma_theta_rad: tuple[float, float]  # standard errors of theta_x and theta_y, given the right one of the two poses
+    # with what camera, diameter and lights' places may be off; None where it was not computed
+    sigma_total_position_m: tuple[float, float, float] | None
+    sigma_total_theta_rad: tuple[float, float] | None
     tells_apart: float | None  # chance that the likelier of both poses is right; None where they are the same
 
     @property
@@ -60,8 +64,14 @@ def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px
         sigma_m = x, y, z
         theta_x, theta_y = (min(sigma, math.sqrt(ratio)) for sigma in sigma_rad)
         sigma_rad = theta_x, theta_y
+    parts = SharedErrors(camera, dock, position).parts(rotation, noise_px).values()
+    shared_m, shared_rad = deviations(np.sum(list(parts), axis=0), rotation, 1.0)
+    total_m, total_rad = (
+        tuple(map(math.hypot, own, shared)) for own, shared in ((sigma_m, shared_m), (sigma_rad, shared_rad))
+    )
     tells = _tells_apart(camera, dock, tilt_deg, lights_px, noise_px)
-    return Budget(range_m, tilt_deg, _apart(lights_px), _in_view(camera, lights_px), sigma_m, sigma_rad, tells)
+    seen = _apart(lights_px), _in_view(camera, lights_px)
+    return Budget(range_m, tilt_deg, *seen, sigma_m, sigma_rad, total_m, total_rad, tells)
 
 
 def simulated_budget(
@@ -95,7 +105,7 @@ def simulated_budget(
     theta_x, theta_y = map(math.radians, theta_deg)
     tells = None if math.radians(tilt_deg) < _SAME_RAD else float(np.mean(right))
     in_view = _in_view(camera, lights_px)
-    return Budget(range_m, tilt_deg, _apart(lights_px), in_view, (x, y, z), (theta_x, theta_y), tells)
+    return Budget(range_m, tilt_deg, _apart(lights_px), in_view, (x, y, z), (theta_x, theta_y), None, None, tells)
 
 
 def nearest_m(camera: Camera, dock: Dock) -> float:

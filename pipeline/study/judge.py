@@ -21,6 +21,7 @@ COLUMNS = (
     *(f"error_{name}_{unit}" for name, unit in _UNITS.items()),
     *(f"sigma_{name}_{unit}" for name, unit in _UNITS.items()),
     *(f"{name}_in_95" for name in _UNITS),
+    *(f"sigma_total_{name}_{unit}" for name, unit in _UNITS.items()),
 )
 Value = str | int | float | bool | None
 
@@ -60,10 +61,13 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
         return row
     row |= {"probability": chosen.probability, "detection": found.detection}
     row["selected_by"] = None if found.choice is None else found.choice.selected_by
-    thetas_rad = chosen.sigma_theta_rad or [None] * 2
-    thetas_deg = [None if sigma is None else math.degrees(sigma) for sigma in thetas_rad]
-    sigmas = (*(chosen.sigma_position_m or [None] * 3), *thetas_deg)
-    row |= {f"sigma_{name}_{unit}": sigma for (name, unit), sigma in zip(_UNITS.items(), sigmas, strict=True)}
+    for prefix, position_m, theta_rad in (
+        ("sigma", chosen.sigma_position_m, chosen.sigma_theta_rad),
+        ("sigma_total", chosen.sigma_total_position_m, chosen.sigma_total_theta_rad),
+    ):
+        thetas_deg = [None if sigma is None else math.degrees(sigma) for sigma in theta_rad or [None] * 2]
+        sigmas = (*(position_m or [None] * 3), *thetas_deg)
+        row |= {f"{prefix}_{name}_{unit}": sigma for (name, unit), sigma in zip(_UNITS.items(), sigmas, strict=True)}
     if not has_dock:
         row["outcome"] = FALSE_DOCK
         return row

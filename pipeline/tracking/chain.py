@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose, PoseErrors
+from dockpose.pose.shared import SharedErrors
 from dockpose.settings import Settings
 
 # How the vehicle moved: travel (3,) in metres in the camera's old frame, and the rotation (3, 3) whose columns are the
@@ -85,8 +87,11 @@ class Chain:
         )
         return Chain(_with_unit_normal(state + moved * rates), kept * rates, np.array(variances))
 
-    def pose(self, camera: Camera) -> CirclePose:
-        """The state as a pose with its standard errors, without correlations of position and attitude."""
+    def pose(self, camera: Camera, dock: Dock) -> CirclePose:
+        """The state as a pose with its standard errors, without correlations of position and attitude.
+
+        What all pictures share is no part of the filter's noise, for it does not average out; it comes on top.
+        """
         nx, _, nz = self.normal.tolist()
         variances = self.variances[0]
         level2 = max(nx * nx + nz * nz, 1e-12)
@@ -105,7 +110,9 @@ class Chain:
         covariance = np.zeros((6, 6))
         covariance[:3, :3] = np.diag(variances[:3])
         covariance[3:, 3:] = shows @ np.diag(variances[3:]) @ shows.T
-        return replace(pose, errors=PoseErrors(covariance, rotation))
+        return replace(
+            pose, errors=PoseErrors(covariance, rotation, shared=SharedErrors(camera, dock, self.position_m))
+        )
 
     def innovation(self, pose: CirclePose) -> tuple[float, float]:
         """Squared angle of a pose's normal from the predicted one, and its expected variance along each axis."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from dockpose.camera.camera import Camera
+from dockpose.dock import Dock
 from dockpose.pose.circle import CirclePose
 from dockpose.settings import Settings
 from dockpose.tracking.chain import MEMORY_S, Chain, Speeds, speed_sigmas
@@ -72,6 +73,7 @@ class Smoother:
 
     def __init__(self, camera: Camera, settings: Settings | None = None) -> None:
         self._camera, self._speeds = camera, Speeds.of(settings or Settings())
+        self._dock = Dock(1.0)  # until a frame tells
         self._kept: list[_Kept | None] = []
 
     def note(self, tracked: Tracked) -> None:
@@ -80,6 +82,7 @@ class Smoother:
         if step is None or step.after is None:
             self._kept.append(None)
             return
+        self._dock = tracked.estimate.dock
         before = step.before if step.goes_on else None
         link = np.eye(2)
         if before is not None and step.after.gap_s == 0:
@@ -107,7 +110,7 @@ class Smoother:
             weights = np.array([kept.first, 1 - kept.first]) * onwards
             first = float(weights[0] / weights.sum())
             chosen = 0 if first >= 0.5 else 1
-            found[index] = Smoothed(chains[chosen].pose(self._camera), max(first, 1 - first), chosen)
+            found[index] = Smoothed(chains[chosen].pose(self._camera, self._dock), max(first, 1 - first), chosen)
             later = kept
         return found
 

@@ -115,7 +115,7 @@ class Tracked:
         time_unix_s: float | None = None,
     ) -> dict[str, Any]:
         """The estimate's JSON object with the final choice, ``track``, and the predicted and the filtered pose."""
-        candidates, camera, chain = self.estimate.candidates, self.estimate.camera, self.chain
+        candidates, camera, dock, chain = self.estimate.candidates, self.estimate.camera, self.estimate.dock, self.chain
         before = None if self.step is None or chain is None or not self.step.goes_on else self.step.before
         after = None if self.step is None or chain is None else self.step.after
         return self.estimate.to_dict(source, frame, time_s, sha256, time_unix_s) | {
@@ -123,8 +123,8 @@ class Tracked:
             "selected": self.selected,
             "selected_by": self.selected_by,
             "chosen": None if self.selected is None else candidates[self.selected].summary(),
-            "predicted": None if before is None or chain is None else before.chains[chain].pose(camera).summary(),
-            "filtered": None if after is None or chain is None else after.chains[chain].pose(camera).summary(),
+            "predicted": None if before is None or chain is None else before.chains[chain].pose(camera, dock).summary(),
+            "filtered": None if after is None or chain is None else after.chains[chain].pose(camera, dock).summary(),
             "smoothed": None,
             "track": asdict(self.track),
         }

@@ -180,6 +180,7 @@ def test_the_json_line_has_every_key_of_schema_1():
     assert set(line["candidates"][0]) == {
         *("position_m", "normal", "theta_x_deg", "theta_y_deg", "roll_deg", "centre_px", "probability", "rms_px"),
         *("sigma_position_m", "sigma_theta_deg", "quaternion_xyzw", "covariance_m_rad"),
+        *("sigma_total_position_m", "sigma_total_theta_deg", "covariance_total_m_rad"),
     }
     assert line["threshold"]["groups"] == 10
     assert line["selected_by"] == "spacing"

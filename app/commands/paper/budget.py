@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 _COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg", "told_apart")
+_TOTAL_COLUMNS = tuple(name.replace("sigma", "sigma_total") for name in _COLUMNS[:5])
 
 
 def add_parser(commands: Commands) -> None:
@@ -54,9 +55,11 @@ def run(arguments: argparse.Namespace) -> int:
 def _write(rows: Sequence[tuple[Budget, Budget]], file: Lines) -> None:
     writer = csv.writer(file, lineterminator="\n")
     simulated = [f"simulated_{name}" for name in _COLUMNS]
-    writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *_COLUMNS, *simulated])
+    writer.writerow(["range_m", "tilt_deg", "lights_apart_px", "in_view", *_COLUMNS, *simulated, *_TOTAL_COLUMNS])
     for one, other in rows:
-        writer.writerow([one.range_m, one.tilt_deg, one.apart_px, int(one.in_view), *_values(one), *_values(other)])
+        total = (*(one.sigma_total_position_m or ()), *map(math.degrees, one.sigma_total_theta_rad or ()))
+        place = one.range_m, one.tilt_deg, one.apart_px, int(one.in_view)
+        writer.writerow([*place, *_values(one), *_values(other), *total])
 
 
 def _values(one: Budget) -> list[float | str]:

@@ -98,6 +98,7 @@ def diagnostics_message(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> 
         "selected_by": None if found.choice is None else found.choice.selected_by,
         "probability": None if pose is None else pose.probability,
         "detection": found.detection,
+        **_sigmas(pose),
         "lights_on_ring": found.lights_on_ring,
         "level": None if found.threshold is None else found.threshold.level,
     }
@@ -111,6 +112,15 @@ def diagnostics_message(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> 
         "values": [{"key": key, "value": _as_text(value)} for key, value in values.items()],
     }
     return {"header": header(time_s, frame_id), "status": [status]}
+
+
+def _sigmas(pose: CirclePose | None) -> dict[str, float | None]:
+    """Standard errors of a pose's range by themselves and with those that all pictures share, in metres."""
+    alone, total = (None, None) if pose is None else (pose.sigma_position_m, pose.sigma_total_position_m)
+    return {
+        "sigma_z_m": None if alone is None else alone[2],
+        "sigma_total_z_m": None if total is None else total[2],
+    }
 
 
 def picture_message(picture: np.ndarray, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
@@ -148,8 +158,8 @@ def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -
 
 
 def covariance(pose: CirclePose) -> np.ndarray:
-    """Return the covariance (6, 6) in m² and rad²; where it is unknown, that of knowing nothing."""
-    found = pose.covariance
+    """Return the total covariance (6, 6) in m² and rad²; where it is unknown, that of knowing nothing."""
+    found = pose.covariance_total
     if found is not None:
         return found
     return np.diag([UNKNOWN_LENGTH_M2] * 3 + [UNKNOWN_ANGLE_RAD2] * 3)

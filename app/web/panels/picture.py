@@ -5,7 +5,7 @@ from html import escape
 
 import viser
 from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
-from dockpose.app.drawing.numbers import QUANTITIES, deviation_words, place_words
+from dockpose.app.drawing.numbers import QUANTITIES, deviation_words, parts_words, place_words
 from dockpose.app.export.words import advice, status_line
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
@@ -86,14 +86,15 @@ class ViewpointPanel(Panel):
 def place_html(analysis: Analysis) -> str:
     """Return the trust, and the place of the dock in large letters above the numbers of the search."""
     found, trust = analysis.estimate, analysis.trust
-    where = "No dock seen"
+    where, parts = "No dock seen", ""
     if found.selected is not None:
-        sigma_m = found.selected.sigma_position_m
+        sigma_m = found.selected.sigma_total_position_m
         exact = deviation_words(None if sigma_m is None else sigma_m[2])
         where = "; ".join(filter(None, (place_words(found.selected), exact)))
+        parts = f"Of the range, one sigma in cm: {parts_words(found.selected, 2)}"
     return (
         f'<div id="strip-trust" style="background: {TRUST_COLOURS[trust.colour]}">{escape(trust.verdict)}</div>'
-        f'<div id="strip-place"><div id="place">{escape(where)}</div>'
+        f'<div id="strip-place"><div id="place" title="{escape(parts)}">{escape(where)}</div>'
         f'<div id="status-line" data-trust="{trust.colour}">{escape(status_line(found))}</div></div>'
     )
 

@@ -7,7 +7,16 @@ from html import escape
 import viser
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, percent, pose_cells, pose_sigmas, pose_values
+from dockpose.app.drawing.numbers import (
+    MISSING,
+    QUANTITIES,
+    number,
+    percent,
+    pose_cells,
+    pose_sigmas,
+    pose_values,
+    sigma_words,
+)
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
@@ -99,7 +108,7 @@ def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
 
 def _described(pose: CirclePose) -> dict[str, str]:
     """One candidate's numbers by their names with units."""
-    sigmas = (number(sigma, 2) for sigma in pose_sigmas(pose))
+    sigmas = map(sigma_words, pose_sigmas(pose))
     cells = {
         name: value if sigma == MISSING else f"{value} ± {sigma}"
         for name, value, sigma in zip(QUANTITIES, pose_cells(pose, 2), sigmas, strict=True)

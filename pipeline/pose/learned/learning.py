@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
@@ -83,7 +84,7 @@ def _result(fit: Bundle, dock: Dock) -> LearnedDock:
     q = fit.basis.T @ fit.offsets_m.ravel()
     statistic = float(q @ np.linalg.solve(fit.covariance[:free, :free], q))
     return LearnedDock(
-        dock=fit.learned,
+        dock=msgspec.structs.replace(fit.learned, lights_sigma_m=math.sqrt(float((sigmas**2).mean()))),
         sigmas_m=sigmas,
         camera=with_focal(fit.camera, fit.focal),
         sigma_focal=math.sqrt(fit.covariance[-1, -1]) if fit.fit_focal else None,

@@ -23,9 +23,10 @@ def test_places_are_said_in_plain_words(position_m, angles_deg, words):
     [
         (0.00012, "± 0.1 mm"),
         (1e-6, "± 0.1 mm"),
-        (0.0034, "± 3.4 mm"),
-        (0.012, "± 1.2 cm"),
-        (2.9, "± 2.9 m"),
+        (0.0034, "± 3 mm"),
+        (0.0097, "± 1 cm"),
+        (0.123, "± 10 cm"),
+        (2.9, "± 3 m"),
         (math.inf, ""),
         (None, ""),
     ],

@@ -82,7 +82,7 @@ def course(truth, noise_px=0.3, seed=0, times=None):
         found = seen((x, y, z), theta_x, theta_y, noise_px, rng)
         tracked = tracker.follow(found, 0.1 * number if times is None else times[number])
         smoother.note(tracked)
-        filtered.append(tracked.step.after.chains[tracked.chain].pose(CAMERA))
+        filtered.append(tracked.step.after.chains[tracked.chain].pose(CAMERA, DOCK))
     return filtered, smoother.poses()
 
 

@@ -1,0 +1,143 @@
+"""Errors that all pictures share: by hand, and by drawing camera, diameter and lights off by their standard errors."""
+
+import math
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from dockpose.camera.camera import Camera
+from dockpose.camera.port import FlatPort
+from dockpose.camera.sigma import errors_of, moved
+from dockpose.dock import Dock
+from dockpose.pose.circle import CirclePose, rotation_from_angles
+from dockpose.pose.shared import PARTS
+from dockpose.pose.solve import find_poses
+from dockpose.study.judge import nearest, signed_errors
+
+PINHOLE = Camera(700, 700, 319.5, 239.5, 640, 480)
+EXACT = {"fx_px": 0.0, "fy_px": 0.0, "cx_px": 0.0, "cy_px": 0.0}
+
+
+def seen(camera: Camera, dock: Dock, position_m, normal=(0.0, 0.0), noise_px: float = 0.0, seed: int = 0) -> np.ndarray:
+    """Images of a dock's lights, at pitch and yaw in degrees."""
+    rotation = rotation_from_angles(*np.radians(normal))
+    points = camera.project(np.asarray(position_m) + dock.light_points() @ rotation.T)
+    return points + np.random.default_rng(seed).normal(0, noise_px, points.shape)
+
+
+def pose_by(camera: Camera, dock: Dock, points_px: np.ndarray) -> CirclePose:
+    choice = find_poses(points_px, camera, dock)[1]
+    return choice.candidates[choice.selected]
+
+
+def part(pose: CirclePose, name: str) -> tuple[float, ...]:
+    """Standard errors of x, y, z in metres and of both angles in radians that come from one part."""
+    assert pose.errors is not None
+    position, theta = pose.errors.sigmas(name)
+    return *position, *theta
+
+
+def test_the_diameter_scales_the_range_and_nothing_else():
+    dock = Dock(0.30, 10, diameter_sigma_m=0.003)
+    pose = pose_by(PINHOLE, dock, seen(PINHOLE, dock, (0.2, -0.1, 2.0), (10, 20)))
+    # One per cent of the diameter is one per cent of each coordinate.
+    assert part(pose, "diameter") == pytest.approx((0.002, 0.001, 0.02, 0, 0), abs=2e-5)
+
+
+def test_the_focal_length_scales_the_range():
+    pose = pose_by(PINHOLE, Dock(0.30, 10), seen(PINHOLE, Dock(0.30, 10), (0, 0, 2.0)))
+    x, y, z, *_ = part(pose, "camera")
+    # 0.3 % of the focal length, and 2 of 700 px of the principal point at 2 m.
+    assert z == pytest.approx(0.003 * 2.0, rel=0.02)
+    assert (x, y) == pytest.approx((2.0 * 2 / 700, 2.0 * 2 / 700), rel=0.02)
+
+
+def test_lights_off_their_places_go_in_by_how_many_there_are():
+    exact = Camera(700, 700, 319.5, 239.5, 640, 480, sigma=EXACT)
+    sigmas = []
+    for lights in (8, 32):
+        dock = Dock(0.30, lights, diameter_sigma_m=0.0, lights_sigma_m=0.001)
+        sigmas.append(part(pose_by(exact, dock, seen(exact, dock, (0, 0, 2.0))), "lights"))
+    # The radius is the mean of N distances. A tilt moves lights at angle a by
+    # (cos² a, cos a sin a), which half looks like a step sideways: of the middle that doubles the variance, 1 / N.
+    assert sigmas[0][0] == pytest.approx(0.001 * math.sqrt(2 / 8), rel=0.02)
+    assert sigmas[0][2] == pytest.approx(2.0 * 0.001 / 0.15 / math.sqrt(8), rel=0.05)
+    assert np.divide(sigmas[0][:3], sigmas[1][:3]) == pytest.approx([2, 2, 2], rel=0.02)
+
+
+def test_what_the_residuals_show_of_the_lights_is_not_counted_again():
+    rng = np.random.default_rng(3)
+    place_m = 0.002
+    dock = Dock(0.30, 12, diameter_sigma_m=0.0, lights_sigma_m=place_m)
+    built = msgspec.structs.replace(dock, offsets_m=tuple(map(tuple, rng.normal(0, place_m, (12, 3)).tolist())))
+    exact = Camera(700, 700, 319.5, 239.5, 640, 480, sigma=EXACT)
+    pose = pose_by(exact, dock, seen(exact, built, (0, 0, 1.0)))
+    alone = pose_by(exact, dock, seen(exact, dock, (0, 0, 1.0)))
+    assert alone.sigma_total_position_m is not None
+    assert pose.sigma_total_position_m is not None
+    # As large as where the lights happen to be in place, for it is the same dock; the scatter of 12 residuals in it.
+    assert pose.sigma_total_position_m[2] == pytest.approx(alone.sigma_total_position_m[2], rel=0.5)
+
+
+@pytest.mark.parametrize("lights", [10, None])
+@pytest.mark.parametrize(
+    "camera",
+    [
+        PINHOLE,
+        Camera(700, 705, 310, 245, 640, 480, sigma={"fx_px": 3.0, "fy_px": 3.0, "cx_px": 4.0, "cy_px": 3.0}),
+        Camera(
+            *(700, 700, 319.5, 239.5, 640, 480, (-0.2, 0.05, 0.0, 0.0)),
+            sigma={"fx_px": 2.0, "fy_px": 2.0, "cx_px": 2.0, "cy_px": 2.0, "distortion": [0.02, 0.02, 0.001, 0.001]},
+            covariance=np.diag(np.square([2.0, 2.0, 2.0, 2.0, 0.02, 0.02, 0.001, 0.001]))
+            + 3.9 * np.outer(*[[1, 1, 0, 0, 0, 0, 0, 0]] * 2) * (1 - np.eye(8)),
+        ),
+        Camera(
+            *(700, 700, 319.5, 239.5, 640, 480),
+            port=FlatPort(0.03, 0.01),
+            sigma={"fx_px": 2.0, "fy_px": 2.0, "cx_px": 2.0, "cy_px": 2.0, "air_gap_m": 0.003, "glass_m": 0.001},
+        ),
+    ],
+    ids=["usual", "known", "bent", "port"],
+)
+def test_intervals_hold_where_camera_diameter_and_lights_are_off_by_their_sigmas(camera: Camera, lights: int | None):
+    """Truth is drawn about what the files say; 95 % intervals of what is shared and of the noise hold it."""
+    rng = np.random.default_rng([len(camera.distortion), camera.port is None, lights or 0])
+    draws, held = 200, np.zeros(5)
+    for _ in range(draws):
+        true = camera
+        names, errors = errors_of(camera)
+        for name, off in zip(names, rng.multivariate_normal(np.zeros(len(names)), errors), strict=True):
+            true = moved(true, name, float(off))
+        told = Dock(0.30, lights or 10, diameter_sigma_m=0.001, lights_sigma_m=0.0005)
+        offsets = rng.normal(0, 0.0005, (lights or 10, 3))
+        built = Dock(0.30 + rng.normal(0, 0.001), lights or 10, offsets_m=offsets)
+        position = np.array([*rng.uniform(-0.2, 0.2, 2), 1.0]) * rng.uniform(0.7, 2.0)
+        pitch_yaw = rng.uniform(15, 40, 2) * rng.choice([-1, 1], 2)
+        points = seen(true, built, position, tuple(pitch_yaw), 0.1, int(rng.integers(1 << 30)))
+        dock = msgspec.structs.replace(told, lights=lights)
+        normal = -rotation_from_angles(*np.radians(pitch_yaw))[:, 2]
+        pose = nearest(find_poses(points, camera, dock)[1].candidates, normal)
+        assert pose.sigma_total_position_m is not None
+        assert pose.sigma_total_theta_rad is not None
+        sigmas = [*pose.sigma_total_position_m, *np.degrees(pose.sigma_total_theta_rad)]
+        held += np.abs(signed_errors(pose, position, normal)) <= 1.96 * np.array(sigmas)
+    # Three standard deviations of 95 % of 200, and one per cent for what is not linear.
+    assert (held / draws >= 0.95 - 3 * math.sqrt(0.95 * 0.05 / draws) - 0.01).all(), held / draws
+
+
+def test_a_pose_says_what_comes_from_what():
+    pose = pose_by(PINHOLE, Dock(0.30, 10), seen(PINHOLE, Dock(0.30, 10), (0, 0, 2.0), (10, 10), 0.2))
+    errors = pose.errors
+    assert errors is not None
+    assert tuple(errors.parts) == PARTS
+    assert errors.total == pytest.approx(sum(errors.parts.values()))
+    assert replace(errors, shared=None).sigmas()[0] == pytest.approx(pose.sigma_position_m)
+
+
+def test_where_all_is_exact_the_total_is_the_pictures():
+    exact = Camera(700, 700, 319.5, 239.5, 640, 480, sigma=EXACT)
+    dock = Dock(0.30, 10, diameter_sigma_m=0.0)
+    pose = pose_by(exact, dock, seen(exact, dock, (0.1, 0, 2.0), (10, 10), 0.2))
+    assert pose.sigma_total_position_m == pytest.approx(pose.sigma_position_m)
+    assert pose.covariance_total == pytest.approx(pose.covariance)

@@ -4,7 +4,6 @@ import math
 
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
-from dockpose.pose.shared import PARTS
 from dockpose.thresholds import LEVELS, Threshold
 
 MISSING = "–"
@@ -43,7 +42,7 @@ def pose_values(pose: CirclePose | KnownPose) -> tuple[float, ...]:
 
 
 def pose_sigmas(pose: CirclePose, part: str | None = None) -> tuple[float | None, ...]:
-    """Return the one-sigma of each of :func:`pose_values`, in all or of one of ``PARTS``; None where it is unknown."""
+    """Return the one-sigma of each of :func:`pose_values`, in all or of one part; None where it is unknown."""
     if pose.errors is None:
         return (None,) * len(QUANTITIES)
     (x, y, z), theta_rad = pose.errors.sigmas(part)
@@ -60,7 +59,7 @@ def sigma_words(sigma: float | None) -> str:
 
 def parts_words(pose: CirclePose, quantity: int) -> str:
     """Return where the error of one of ``QUANTITIES`` comes from: "camera 0.3, diameter 0.3, picture 0.006"."""
-    sigmas = {part: pose_sigmas(pose, part)[quantity] or 0.0 for part in (() if pose.errors is None else PARTS)}
+    sigmas = {part: pose_sigmas(pose, part)[quantity] or 0.0 for part in (() if pose.errors is None else pose.errors.parts)}
     largest_first = sorted(sigmas.items(), key=lambda each: -each[1])
     return ", ".join(f"{part} {sigma_words(sigma)}" for part, sigma in largest_first if sigma > 0)
 

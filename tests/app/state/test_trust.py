@@ -8,17 +8,17 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_pose_by_hand
 from dockpose.app.state.trust import NO_POSE, VERDICTS, trust_in
 from dockpose.lights.ring import tolerance_px
-from dockpose.pose.circle import PoseErrors
 
+from tests.support.poses import with_sigmas
 from tests.support.scenes import CAMERA
 from tests.support.two_docks import drawn, lights_m
 
 
 def with_choice(found, *, coincide=False, by="spacing", **pose):
-    if "sigma_position_m" in pose:
-        covariance = np.diag([*np.square(pose["sigma_position_m"]), 0.0, 0.0, 0.0])
-        pose["errors"] = PoseErrors(covariance, found.candidates[0].rotation)
+    sigma_m = pose.pop("sigma_position_m", None)
     first = replace(found.candidates[0], **pose)
+    if sigma_m is not None:
+        first = with_sigmas(first, sigma_m)
     choice = replace(found.choice, candidates=(first, found.candidates[1]), selected_by=by, coincide=coincide)
     return replace(found, choice=choice)
 

@@ -10,6 +10,7 @@ from dockpose import Camera
 from dockpose.camera.board import Board
 from dockpose.camera.calibrate import BoardView, Gathering, calibrate, calibrate_gathered
 from dockpose.camera.fitting import LENSES, CalibrationError, fit, sigmas_of
+from dockpose.camera.sigma import errors_of
 from dockpose.pose.circle import rotation_from_angles
 
 from tests.support.boards import sightings
@@ -83,6 +84,11 @@ def test_a_known_camera_comes_back(board):
     off = np.degrees(np.linalg.norm(done.camera.rays(pixels) - TRUE.rays(pixels), axis=1))
     assert np.median(off) < 0.4
     assert all(view.error_px is not None and not view.dropped for view in done.views)
+    names, errors = errors_of(done.camera)  # which go into its file
+    assert names[:4] == ["fx", "fy", "cx", "cy"]
+    known = dict(zip(names, np.sqrt(np.diag(errors)).tolist(), strict=True))
+    assert [known[name] for name in names[:4]] == pytest.approx([done.sigmas.values[name] for name in names[:4]])
+    assert known["distortion[0]"] == pytest.approx(done.sigmas.values["k1"])
 
 
 @pytest.mark.slow

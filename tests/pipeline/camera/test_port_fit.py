@@ -16,6 +16,8 @@ def test_the_air_gap_is_found_within_its_error(gap_m):
     assert port is not None
     assert abs(port.air_gap_m - gap_m) < 3 * sigma
     assert sigma < 1e-3
+    assert found.camera.sigma is not None
+    assert found.camera.sigma.air_gap_m == pytest.approx(sigma)  # which goes into its file
     # With 0.1 px on each of two coordinates.
     assert found.errors_px.mean() == pytest.approx(0.14, abs=0.02)
 

@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -6,6 +7,8 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_lights, with_method
 from dockpose.app.web.html import result_cells, sigma_cells
 from dockpose.app.web.panels.picture import COLUMNS, status_html, table_html
+
+from tests.support.poses import with_sigmas
 
 
 @pytest.fixture(scope="module")
@@ -26,11 +29,12 @@ def test_unknown_values_are_a_dash(analysis):
 
 
 def test_sigma_of_the_chosen_pose_stands_beneath_it(analysis, empty):
-    pose = replace(
-        analysis.estimate.candidates[0], sigma_position_m=(0.00123, 0.00004, np.inf), sigma_theta_rad=(np.pi / 180, 0.1)
-    )
-    assert sigma_cells(pose) == ["0.12", "&lt; 0.01", "–", "1.00", "5.73", "", ""]
+    pose = with_sigmas(analysis.estimate.candidates[0], (0.00123, 0.00004, np.inf))
+    cells = [re.sub("<.*?>", "", cell) for cell in sigma_cells(pose)]
+    assert cells == ["0.1", "0.004", "–", "0", "0", "", ""]
     assert "± A, one sigma" in table_html(analysis)
+    # On hover, where it comes from, the largest part first.
+    assert re.search('title="(camera|diameter) 0.3, (camera|diameter) 0.3, picture 0.0', table_html(analysis))
     assert "one sigma" not in table_html(empty)
 
 

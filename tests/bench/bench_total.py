@@ -9,9 +9,10 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, calibrate, estimate
+from dockpose import Camera, Dock, estimate
 from dockpose.app.inputs.sidecar import camera_and_dock
 from dockpose.camera.board import Board
+from dockpose.camera.calibrate import calibrate
 from dockpose.camera.sigma import errors_of, moved
 from dockpose.pose.circle import CirclePose
 from dockpose.study.judge import nearest, signed_errors

@@ -59,7 +59,8 @@ def sigma_words(sigma: float | None) -> str:
 
 def parts_words(pose: CirclePose, quantity: int) -> str:
     """Return where the error of one of ``QUANTITIES`` comes from: "camera 0.3, diameter 0.3, picture 0.006"."""
-    sigmas = {part: pose_sigmas(pose, part)[quantity] or 0.0 for part in (() if pose.errors is None else pose.errors.parts)}
+    parts = {} if pose.errors is None else pose.errors.parts
+    sigmas = {part: pose_sigmas(pose, part)[quantity] or 0.0 for part in parts}
     largest_first = sorted(sigmas.items(), key=lambda each: -each[1])
     return ", ".join(f"{part} {sigma_words(sigma)}" for part, sigma in largest_first if sigma > 0)
 

@@ -1,5 +1,7 @@
 """Grey-weighted centroids of lights, one window at a time, compiled by numba."""
 
+from typing import NamedTuple
+
 import numpy as np
 from dockpose.compiled import compiled
 
@@ -7,7 +9,21 @@ _NEIGHBOURS = 2  # lights that may share a light's window
 # Water that rises across a window by more than this share of the light's height is not water, but the light itself,
 # whose flank an edge of the window cuts, or another one.
 _MOST_RISE = 0.05
+# A lamp so large, nowhere white and so clear (its height squared, in variances of its levels) has an outline and its
+# own slope. The slope is told within a share of its radius, as far as it exceeds so many variances, in so many rounds;
+# the weights end at a share of the height.
+_LEAST_RADIUS_PX, _SATURATED, _CLEAR = 4.0, 250, 400.0
+_INSIDE, _SURE, _ROUNDS, _CAP = 0.6, 4.0, 2, 0.85
 _NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute difference of two of them, sqrt(pi) / 2
+
+
+class _Plane(NamedTuple):
+    """Grey levels over a part of the picture."""
+
+    at: float  # level in the middle
+    slope_x: float  # to the right and downwards, in levels per pixel
+    slope_y: float
+    middle: tuple[float, float]
 
 
 @compiled
@@ -22,23 +38,83 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
         water = _median_along_edge(grey, top, bottom, left, right)
         beside = _nearest(points, light, 3.0 * far)
         slope_x, slope_y = _slopes(grey, points, light, beside, (top, bottom, left, right))
-        middle_x, middle_y = (left + right) / 2, (top + bottom) / 2
+        middle = (left + right) / 2, (top + bottom) / 2
         inner = grey[max(0, row - 1) : row + 2, max(0, column - 1) : column + 2].max()
-        least = water + foot * (inner - water)
+        height = inner - water
         rise = max(abs(slope_x) * (right - left), abs(slope_y) * (bottom - top))
-        if rise > _MOST_RISE * (inner - water):
+        if rise > _MOST_RISE * height:
             slope_x, slope_y = 0.0, 0.0
-        total, sum_x, sum_y = 0.0, 0.0, 0.0
-        for y in range(top, bottom + 1):
-            for x in range(left, right + 1):
-                weight = grey[y, x] - least - slope_x * (x - middle_x) - slope_y * (y - middle_y)
-                if weight > 0 and _is_nearest(points, light, beside, x, y):
-                    total += weight
-                    sum_x += weight * x
-                    sum_y += weight * y
+        of_water = _Plane(water, slope_x, slope_y, middle)
+        window = top, bottom, left, right
+        own = _Plane(float(height), 0.0, 0.0, middle)
+        total, x, y = _centroid(grey, points, light, beside, window, of_water, own, foot, 1.0)
+        radius = np.sqrt(total / ((1 - foot) * max(height, 1e-9)) / np.pi)
+        if total > 0 and inner < _SATURATED and radius > _LEAST_RADIUS_PX:
+            # A lamp that one side sees brighter, as by vignetting, is no farther to that side.
+            for _ in range(_ROUNDS):
+                own, variance = _plane_inside(grey, (x, y), _INSIDE * radius, of_water)
+                if height * height < _CLEAR * variance:
+                    break
+                _, x, y = _centroid(grey, points, light, beside, window, of_water, own, foot, _CAP)
         if total > 0:
-            centres[light, 0], centres[light, 1] = sum_x / total, sum_y / total
+            centres[light, 0], centres[light, 1] = x, y
     return centres
+
+
+@compiled
+def _centroid(
+    grey: np.ndarray,
+    points: np.ndarray,
+    light: int,
+    beside: np.ndarray,
+    window: tuple[int, int, int, int],
+    water: _Plane,
+    height: _Plane,
+    foot: float,
+    cap: float,
+) -> tuple[float, float, float]:
+    """Sum of the weights and their centroid; a weight is the share of the light's height between foot and cap."""
+    top, bottom, left, right = window
+    total, sum_x, sum_y = 0.0, 0.0, 0.0
+    for y in range(top, bottom + 1):
+        for x in range(left, right + 1):
+            own = height.at + height.slope_x * (x - height.middle[0]) + height.slope_y * (y - height.middle[1])
+            base = water.at + water.slope_x * (x - water.middle[0]) + water.slope_y * (y - water.middle[1])
+            weight = grey[y, x] - base - foot * own
+            if weight > 0 and own > 0 and _is_nearest(points, light, beside, x, y):
+                weight = min(weight, (cap - foot) * own) * (height.at / own)
+                total += weight
+                sum_x += weight * x
+                sum_y += weight * y
+    if total <= 0:
+        return 0.0, 0.0, 0.0
+    return total, sum_x / total, sum_y / total
+
+
+@compiled
+def _plane_inside(grey: np.ndarray, centre: tuple[float, float], radius: float, water: _Plane) -> tuple[_Plane, float]:
+    """The plane through a light's own levels within a radius of its centre, and their variance about it."""
+    top, bottom = max(0, int(np.ceil(centre[1] - radius))), min(grey.shape[0] - 1, int(centre[1] + radius))
+    left, right = max(0, int(np.ceil(centre[0] - radius))), min(grey.shape[1] - 1, int(centre[0] + radius))
+    sums = np.zeros(9)  # of 1, x, y, the level, and products of these
+    for y in range(top, bottom + 1):
+        for x in range(left, right + 1):
+            dx, dy = x - centre[0], y - centre[1]
+            if dx * dx + dy * dy > radius * radius:
+                continue
+            base = water.at + water.slope_x * (x - water.middle[0]) + water.slope_y * (y - water.middle[1])
+            level = grey[y, x] - base
+            terms = (1.0, dx, dy, level, dx * dx, dy * dy, dx * level, dy * level, level * level)
+            for number, term in enumerate(terms):
+                sums[number] += term
+    means = sums / sums[0]
+    spread_x, spread_y = max(means[4] - means[1] ** 2, 1e-9), max(means[5] - means[2] ** 2, 1e-9)
+    slope_x = (means[6] - means[1] * means[3]) / spread_x
+    slope_y = (means[7] - means[2] * means[3]) / spread_y
+    rest = max(0.0, means[8] - means[3] ** 2 - slope_x**2 * spread_x - slope_y**2 * spread_y)
+    slope_x = _beyond_noise(slope_x, _SURE * rest / (sums[0] * spread_x))
+    slope_y = _beyond_noise(slope_y, _SURE * rest / (sums[0] * spread_y))
+    return _Plane(means[3] - slope_x * means[1] - slope_y * means[2], slope_x, slope_y, centre), rest
 
 
 @compiled
@@ -91,8 +167,14 @@ def _rise(one: np.ndarray, other: np.ndarray) -> float:
     numbers = len(one) + len(other)
     spread = _NORMAL * steps / max(1, numbers - 2)
     variance = np.pi / 2 * spread**2 * (1 / len(one) + 1 / len(other))
-    square = rise * rise
-    return rise * square / (square + variance) if square > 0 else 0.0
+    return _beyond_noise(rise, variance)
+
+
+@compiled
+def _beyond_noise(value: float, variance: float) -> float:
+    """A value as far as it is beyond its noise."""
+    square = value * value
+    return value * square / (square + variance) if square > 0 else 0.0
 
 
 @compiled

@@ -25,7 +25,7 @@ _LEAST_FILL = 0.6
 _MOST_SUSPECTS = 100  # of more, the picture is speckled rather than lights merged
 # Pixels beyond which squares do, and squares that an outline is taken of, for time.
 _MANY_PIXELS, _MOST_OUTLINED = 100_000, 50_000
-# A group of so many pixels, so many of them saturated, is centred by its outline; it needs so much of it.
+# A cut group of so many pixels, so many of them saturated, is centred by its outline; it needs so much of it.
 _LEAST_FLAT_PX, _FLAT_SHARE, _LEAST_OUTLINE_PX = 150, 0.5, 12
 
 
@@ -76,8 +76,9 @@ def find_markers(
         return _no_markers(dropped)
     if centroid == "grey":
         size = (boxes[:, 2:] - boxes[:, :2]).max(axis=1) + 1
-        is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | (size > _MOST_REACH_PX))
-        flat = _flat_centres(groups, areas, is_flat, points, histogram.levels.shape[0])
+        is_large = size > _MOST_REACH_PX
+        is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)
+        flat = _flat_centres(groups, areas, is_flat, is_large, points, histogram.levels.shape[0])
         points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
     else:
         points = points[kept]
@@ -142,13 +143,17 @@ def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels
 
 
 def _flat_centres(
-    groups: PixelGroups | SquareGroups, areas: np.ndarray, is_flat: np.ndarray, points_px: np.ndarray, height: int
+    groups: PixelGroups | SquareGroups,
+    areas: np.ndarray,
+    is_flat: np.ndarray,
+    is_large: np.ndarray,
+    points_px: np.ndarray,
+    height: int,
 ) -> np.ndarray:
-    """Centres (N, 2) of groups so large or saturated that their grey values say little; nan for the others."""
+    """Centres (N, 2) of flat groups that are too large for a window, or that others or an edge cut; nan for others."""
     centres = np.full((len(areas), 2), np.nan)
     if not is_flat.any():
         return centres
-    centres[is_flat] = points_px[is_flat]
     index, labels, width = groups.squares()
     side, more = groups.side, math.ceil(math.sqrt(len(index) / _MOST_OUTLINED))
     if more > 1:
@@ -156,6 +161,8 @@ def _flat_centres(
         side *= more
     on_outline, is_cut = outline(index, labels, width, -(-height // side))
     cut = np.bincount(labels, is_cut, len(areas)) > 0
+    by_pixels = is_flat & (cut | is_large)
+    centres[by_pixels] = points_px[by_pixels]
     y, x = np.divmod(index[on_outline], width)
     of = labels[on_outline]
     for group in np.flatnonzero(is_flat & cut):

@@ -97,11 +97,14 @@ def _peaks(blurred: np.ndarray, response: np.ndarray, sigma_px: float) -> np.nda
     spread = float(np.median(np.abs(response[::step, ::step]))) / 0.6745
     # What rounding leaves of a blurred difference of blurs, at least.
     noise = max(spread, _QUANTISED * 0.3 / sigma_px)
+    clear = response > _CLEAR_NOISE * noise
+    if not clear.any():
+        return np.empty((0, 2), dtype=int)
     size = 2 * math.ceil(sigma_px) + 1
     near = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     # Along an edge, as the rim of a larger light, the response has peaks where the picture has none.
     tops = cv2.dilate((blurred >= cv2.dilate(blurred, np.ones((3, 3)))).astype(np.uint8), near) > 0
-    rows, columns = np.nonzero((response >= cv2.dilate(response, near)) & (response > _CLEAR_NOISE * noise) & tops)
+    rows, columns = np.nonzero(clear & (response >= cv2.dilate(response, near)) & tops)
     kept = _are_round(response, rows, columns)
     rows, columns = rows[kept], columns[kept]
     order = np.argsort(-response[rows, columns], kind="stable")[:_MOST_LIGHTS]

@@ -15,6 +15,7 @@ from dockpose.files.yaml_file import FileError, read_yaml
 SCHEMA = 1
 INFO, RESULTS, FRAMES = "session.yaml", "results.csv", "frames"
 EMPTY = csv_text([COLUMNS]).encode()
+_LATER = "sigma_total"  # columns that older sessions lack; they get them with the next row
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def _read_rows(path: Path) -> list[Row]:
     except UnicodeDecodeError as error:
         raise FileError(f"{path}: is not a text file in UTF-8") from error
     first = text.partition("\n")[0].strip().split(",")
-    missing = [name for name in COLUMNS if name not in first]
+    missing = [name for name in COLUMNS if name not in first and not name.startswith(_LATER)]
     if missing:
         raise FileError(f"{path}: has no column {missing[0]}")
     try:

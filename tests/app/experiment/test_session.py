@@ -176,6 +176,22 @@ def test_what_was_estimated_with_goes_into_the_frame(session):
     assert msgspec.convert(line["camera"], Camera) == CAMERA
 
 
+def test_a_session_of_an_older_version_is_read_and_goes_on(session):
+    session.take(PICTURE, FOUND, "a")
+    session.close()
+    path = session.folder / "results.csv"
+    with path.open(newline="") as file:
+        head, row = csv.reader(file)
+    kept = [place for place, name in enumerate(head) if not name.startswith("sigma_total")]
+    path.write_text("".join(",".join(line[place] for place in kept) + "\n" for line in (head, row)))
+    with Session.open(session.folder) as again:
+        assert again.rows[0].sigma_total_z_cm is None
+        again.take(PICTURE, FOUND, "b")
+    first, second = read_session(session.folder).rows
+    assert first.z_cm == second.z_cm
+    assert second.sigma_total_z_cm > second.sigma_z_cm
+
+
 @pytest.mark.parametrize(
     ("results", "words"),
     [

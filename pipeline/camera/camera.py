@@ -113,7 +113,8 @@ class Camera(
         if isinstance(self.sigma, Mapping):
             msgspec.structs.force_setattr(self, "sigma", msgspec.convert(self.sigma, CameraSigma, strict=False))
         if self.sigma is not None or self.covariance:
-            check_sigma(self)
+            has_port = self.port is not None
+            check_sigma(self.sigma or CameraSigma(), self.covariance, len(self.distortion), has_port=has_port)
 
     @property
     def matrix(self) -> np.ndarray:
@@ -211,7 +212,7 @@ class Camera(
             )
         across, along = ("fx", "cx"), ("fy", "cy")
         scales = {name: (name, scale) for names, scale in ((across, scale_x), (along, scale_y)) for name in names}
-        sigma, covariance = transformed(self, scales)
+        sigma, covariance = transformed(self.sigma, self.covariance, scales)
         return msgspec.structs.replace(
             self,
             fx=self.fx * scale_x,
@@ -234,7 +235,7 @@ class Camera(
                 k1, k2, p1, p2, *rest = camera.distortion
                 radial, more = (k1, k2, p2, -p1), tuple(rest)
                 turned |= {"distortion[2]": ("distortion[3]", -1.0), "distortion[3]": ("distortion[2]", 1.0)}
-            sigma, covariance = transformed(camera, turned)
+            sigma, covariance = transformed(camera.sigma, camera.covariance, turned)
             camera = msgspec.structs.replace(
                 camera,
                 fx=camera.fy,

@@ -63,14 +63,15 @@ class CameraSigma(
         return {name: value for name, value in around if value is not None}
 
 
-def check_sigma(camera: Camera) -> None:
-    """Raise ValueError where a camera's standard errors or their covariance are not of its own numbers."""
-    sigma, covariance = camera.sigma or CameraSigma(), camera.covariance
-    if len(sigma.distortion) not in (0, len(camera.distortion)):
+def check_sigma(
+    sigma: CameraSigma, covariance: tuple[tuple[float, ...], ...], coefficients: int, *, has_port: bool
+) -> None:
+    """Raise ValueError where standard errors or their covariance are not of a camera's own numbers."""
+    if len(sigma.distortion) not in (0, coefficients):
         raise ValueError(
-            f"sigma.distortion has {len(sigma.distortion)} values; the camera has {len(camera.distortion)} coefficients"
+            f"sigma.distortion has {len(sigma.distortion)} values; the camera has {coefficients} coefficients"
         )
-    if camera.port is None and (sigma.air_gap_m is not None or sigma.glass_m is not None):
+    if not has_port and (sigma.air_gap_m is not None or sigma.glass_m is not None):
         raise ValueError("sigma has a port's lengths; the camera has no port")
     given = len(sigma.by_name())
     if not covariance:
@@ -144,17 +145,19 @@ def with_port_errors(camera: Camera, names: list[str], covariance: np.ndarray) -
     return with_errors(camera, [*before, *names], both)
 
 
-def transformed(camera: Camera, becomes: dict[str, tuple[str, float]]) -> tuple[CameraSigma | None, tuple]:
+def transformed(
+    sigma: CameraSigma | None, covariance: tuple[tuple[float, ...], ...], becomes: dict[str, tuple[str, float]]
+) -> tuple[CameraSigma | None, tuple[tuple[float, ...], ...]]:
     """Sigma and covariance where each number becomes another, times a factor, as in a picture that is turned."""
-    if camera.sigma is None:
+    if sigma is None:
         return None, ()
-    known = camera.sigma.by_name()
+    known = sigma.by_name()
     renamed, factors = zip(*(becomes.get(name, (name, 1.0)) for name in known), strict=True) if known else ((), ())
-    covariance = np.array(camera.covariance) if camera.covariance else np.diag(np.square(list(known.values())))
-    covariance = covariance.reshape(len(known), len(known)) * np.outer(factors, factors)
-    sigma, order = _sigma_of(list(renamed), covariance, len(camera.sigma.distortion))
+    errors = np.array(covariance) if covariance else np.diag(np.square(list(known.values())))
+    errors = errors.reshape(len(known), len(known)) * np.outer(factors, factors)
+    changed, order = _sigma_of(list(renamed), errors, len(sigma.distortion))
     places = [renamed.index(name) for name in order]
-    return sigma, tuple(map(tuple, covariance[np.ix_(places, places)].tolist())) if camera.covariance else ()
+    return changed, tuple(map(tuple, errors[np.ix_(places, places)].tolist())) if covariance else ()
 
 
 def _sigma_of(names: list[str], covariance: np.ndarray, coefficients: int) -> tuple[CameraSigma, list[str]]:

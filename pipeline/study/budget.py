@@ -66,12 +66,10 @@ def budget(camera: Camera, dock: Dock, range_m: float, tilt_deg: float, noise_px
         sigma_rad = theta_x, theta_y
     parts = SharedErrors(camera, dock, position).parts(rotation, noise_px).values()
     shared_m, shared_rad = deviations(np.sum(list(parts), axis=0), rotation, 1.0)
-    total_m, total_rad = (
-        tuple(map(math.hypot, own, shared)) for own, shared in ((sigma_m, shared_m), (sigma_rad, shared_rad))
-    )
+    x, y, z, theta_x, theta_y = map(math.hypot, (*sigma_m, *sigma_rad), (*shared_m, *shared_rad))
     tells = _tells_apart(camera, dock, tilt_deg, lights_px, noise_px)
     seen = _apart(lights_px), _in_view(camera, lights_px)
-    return Budget(range_m, tilt_deg, *seen, sigma_m, sigma_rad, total_m, total_rad, tells)
+    return Budget(range_m, tilt_deg, *seen, sigma_m, sigma_rad, (x, y, z), (theta_x, theta_y), tells)
 
 
 def simulated_budget(

@@ -189,7 +189,7 @@ def test_a_session_of_an_older_version_is_read_and_goes_on(session):
         again.take(PICTURE, FOUND, "b")
     first, second = read_session(session.folder).rows
     assert first.z_cm == second.z_cm
-    assert second.sigma_total_z_cm > second.sigma_z_cm
+    assert (second.sigma_total_z_cm or 0.0) > (second.sigma_z_cm or 0.0)
 
 
 @pytest.mark.parametrize(

@@ -103,9 +103,8 @@ def test_a_port_that_is_fitted_joins_what_is_known():
     assert names[-2:] == ["air_gap_m", "glass_m"]
     assert errors[:8, :8] == pytest.approx(covariance())
     assert np.sqrt(np.diag(errors))[-2:] == pytest.approx([0.001, 0.002])
-    assert with_port_errors(both, ["air_gap_m"], np.array([[1e-6]])).sigma == msgspec.structs.replace(
-        both.sigma, glass_m=None
-    )
+    gap_alone = with_port_errors(both, ["air_gap_m"], np.array([[1e-6]]))
+    assert errors_of(gap_alone)[0] == names[:-1]
     alone = with_port_errors(Camera(*INTRINSICS, port=FlatPort(0.03, 0.01)), ["air_gap_m"], np.array([[1e-6]]))
     assert errors_of(alone)[0] == ["air_gap_m", "fx", "fy", "cx", "cy"]
     assert moved(alone, "air_gap_m", -1.0).port == FlatPort(0.0, 0.01)

@@ -90,7 +90,7 @@ def test_what_the_residuals_show_of_the_lights_is_not_counted_again():
             *(700, 700, 319.5, 239.5, 640, 480, (-0.2, 0.05, 0.0, 0.0)),
             sigma={"fx_px": 2.0, "fy_px": 2.0, "cx_px": 2.0, "cy_px": 2.0, "distortion": [0.02, 0.02, 0.001, 0.001]},
             covariance=np.diag(np.square([2.0, 2.0, 2.0, 2.0, 0.02, 0.02, 0.001, 0.001]))
-            + 3.9 * np.outer(*[[1, 1, 0, 0, 0, 0, 0, 0]] * 2) * (1 - np.eye(8)),
+            + 3.9 * np.outer([1, 1, 0, 0, 0, 0, 0, 0], [1, 1, 0, 0, 0, 0, 0, 0]) * (1 - np.eye(8)),
         ),
         Camera(
             *(700, 700, 319.5, 239.5, 640, 480),

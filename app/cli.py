@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
 
-from dockpose.app.commands import compare, console, estimate, export, ros, simulate
+from dockpose.app.commands import check, compare, console, estimate, export, ros, simulate
 from dockpose.app.commands.arguments import protected
 from dockpose.app.commands.calibration import calibrate, learn_dock
 from dockpose.app.commands.logging_options import add_logging, logged
@@ -31,6 +31,7 @@ COMMANDS = {
     "simulate": simulate,
     "calibrate": calibrate,
     "learn-dock": learn_dock,
+    "check": check,
     "budget": budget,
     "reproduce": reproduce,
     "study": study,

@@ -1,6 +1,8 @@
 """Numbers as people read them: centimetres, degrees and per cent, with a dash for what is unknown."""
 
 import math
+from collections.abc import Iterable
+from operator import itemgetter
 
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
@@ -47,6 +49,8 @@ def pose_sigmas(pose: CirclePose, part: str | None = None) -> tuple[float | None
         return (None,) * len(QUANTITIES)
     (x, y, z), theta_rad = pose.errors.sigmas(part)
     sigmas = (100 * x, 100 * y, 100 * z, *map(math.degrees, theta_rad))
+    if math.isfinite(sum(sigmas)):
+        return sigmas
     return tuple([sigma if math.isfinite(sigma) else None for sigma in sigmas])
 
 
@@ -57,12 +61,16 @@ def sigma_words(sigma: float | None) -> str:
     return f"{float(f'{max(sigma, 1e-4):.1g}'):g}" if sigma > 0 else "0"
 
 
-def parts_words(pose: CirclePose, quantity: int) -> str:
-    """Return where the error of one of ``QUANTITIES`` comes from: "camera 0.3, diameter 0.3, picture 0.006"."""
-    parts = {} if pose.errors is None else pose.errors.parts
-    sigmas = {part: pose_sigmas(pose, part)[quantity] or 0.0 for part in parts}
-    largest_first = sorted(sigmas.items(), key=lambda each: -each[1])
-    return ", ".join(f"{part} {sigma_words(sigma)}" for part, sigma in largest_first if sigma > 0)
+def parts_words(pose: CirclePose, quantities: Iterable[int] = range(len(QUANTITIES))) -> list[str]:
+    """Return where errors of some of ``QUANTITIES`` come from, each as in "camera 0.3, diameter 0.3, picture 0.006"."""
+    words, rows = [], []
+    for part in () if pose.errors is None else pose.errors.parts:
+        (x, y, z), theta_rad = pose.errors.sigmas(part)
+        rows.append((100 * x, 100 * y, 100 * z, *map(math.degrees, theta_rad), part))
+    for quantity in quantities:
+        rows.sort(key=itemgetter(quantity), reverse=True)
+        words.append(", ".join([f"{row[-1]} {row[quantity]:.1g}" for row in rows if row[quantity] > 0]))
+    return words
 
 
 def pose_cells(pose: CirclePose | KnownPose, decimals: int = 1) -> list[str]:

@@ -52,11 +52,8 @@ def result_cells(pose: CirclePose | KnownPose | MeasuredPose) -> list[str]:
 
 def sigma_cells(pose: CirclePose) -> list[str]:
     """Return one sigma of each of a pose's quantities, and on hover its parts, for :func:`result_cells`."""
-    cells = [
-        f'<span title="{parts_words(pose, quantity)}">{sigma_words(sigma)}</span>'
-        for quantity, sigma in enumerate(pose_sigmas(pose))
-    ]
-    return [*cells, "", ""]
+    pairs = zip(parts_words(pose), pose_sigmas(pose), strict=True)
+    return [*[f'<span title="{parts}">{sigma_words(sigma)}</span>' for parts, sigma in pairs], "", ""]
 
 
 def small(html: str, attributes: str = "") -> str:

@@ -32,27 +32,18 @@ class SharedErrors:
         what ``noise_px`` holds of it already is not counted again.
         """
         lights_m = self._lights_m(rotation)
-        points_m = self.position_m + lights_m @ rotation.T
-        A = self._slopes(points_m)
-        by_pose = self._seen(np.concatenate([A, -A @ rotation @ _cross(lights_m)], axis=2), A, lights_m, rotation)
-        carry = np.linalg.pinv(by_pose.reshape(-1, 6))
-
         names, errors = errors_of(self.camera)
-        steps = np.sqrt(np.diag(errors))
-        shifts = np.zeros((len(lights_m), 2, len(names)))
-        for column, (name, step) in enumerate(zip(names, steps.tolist(), strict=True)):
-            if step > 0:
-                more, less = (moved(self.camera, name, sign * step).project(points_m) for sign in (1, -1))
-                shifts[:, :, column] = np.nan_to_num(more - less) / (2 * step)
-        by_camera = carry @ self._seen(shifts, A, lights_m, rotation).reshape(-1, len(names))
-
-        sigma_m = self.dock.diameter_sigma_m
-        share = DIAMETER_SHARE if sigma_m is None else sigma_m / self.dock.diameter
-        larger = (A @ (lights_m @ rotation.T)[:, :, None]) * share
-        by_diameter = carry @ self._seen(larger, A, lights_m, rotation).reshape(-1, 1)
-
-        place_m = self.dock.lights_sigma_m or 0.0
-        own = place_m * self._seen(A, A, lights_m, rotation)
+        A, by_number = self._slopes(self.position_m + lights_m @ rotation.T, names, np.sqrt(np.diag(errors)))
+        share = DIAMETER_SHARE if (sigma_m := self.dock.diameter_sigma_m) is None else sigma_m / self.dock.diameter
+        larger = share * (A @ (lights_m @ rotation.T)[:, :, None])
+        shifts = np.concatenate([A, -A @ rotation @ _cross(lights_m), by_number, larger, A], axis=2)
+        if self.dock.lights is None:
+            shifts = _across(shifts, A, lights_m, rotation)
+        by_pose, by_number, larger, own = np.split(shifts, [6, 6 + len(names), 7 + len(names)], axis=2)
+        carry = np.linalg.pinv(by_pose.reshape(-1, 6))
+        by_camera = carry @ by_number.reshape(-1, len(names))
+        by_diameter = carry @ larger.reshape(-1, 1)
+        own = (self.dock.lights_sigma_m or 0.0) * own
         own_px2 = float((own**2).sum()) / (2 * len(own))
         unseen = max(0.0, 1 - noise_px**2 / own_px2) if own_px2 > 0 else 0.0
         by_lights = carry.reshape(6, -1, 2).transpose(1, 0, 2) @ own
@@ -70,21 +61,34 @@ class SharedErrors:
         dock = self.dock if self.dock.lights is not None else Dock(self.dock.diameter, _AROUND)
         return dock.light_points()
 
-    def _slopes(self, points_m: np.ndarray) -> np.ndarray:
-        """Derivatives (N, 2, 3) of the lights' images by their places; 0 where the lens sees none."""
-        step_m = _STEP * float(np.linalg.norm(self.position_m))
-        steps = step_m * np.concatenate([np.eye(3), -np.eye(3)])
-        seen = self.camera.project((points_m + steps[:, None]).reshape(-1, 3)).reshape(6, -1, 2)
-        return np.nan_to_num((seen[:3] - seen[3:]) / (2 * step_m)).transpose(1, 2, 0)
+    def _slopes(self, points_m: np.ndarray, names: list[str], sigmas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of the images of points (N, 3) by their places (N, 2, 3) and by the camera's numbers (N, 2, P).
 
-    def _seen(self, shifts: np.ndarray, A: np.ndarray, lights_m: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-        """Of shifts (N, 2, K) of the images what residuals show: where lights may be anywhere, that across the ring."""
-        if self.dock.lights is not None:
-            return shifts
-        along_m = np.cross([0.0, 0.0, 1.0], lights_m) @ rotation.T
-        along = (A @ along_m[:, :, None])[:, :, 0]
-        across = along[:, ::-1] * [1, -1] / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
-        return across[:, :, None] * (across[:, None] @ shifts)
+        Those by places, and by numbers of lens and port, are differences of small steps; 0 where the lens sees none.
+        """
+        camera, by_number = self.camera, np.zeros((len(points_m), 2, len(names)))
+        step_m = _STEP * float(np.linalg.norm(self.position_m))
+        steps = step_m * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+        images = camera.project((points_m + steps[:, None]).reshape(-1, 3)).reshape(7, -1, 2)
+        for column, (name, sigma) in enumerate(zip(names, sigmas.tolist(), strict=True)):
+            if name in ("fx", "fy"):
+                axis = int(name == "fy")
+                by_number[:, axis, column] = (images[0, :, axis] - (camera.cx, camera.cy)[axis]) / getattr(camera, name)
+            elif name in ("cx", "cy"):
+                by_number[:, int(name == "cy"), column] = 1.0
+            elif sigma > 0:
+                more, less = (moved(camera, name, sign * sigma).project(points_m) for sign in (1, -1))
+                by_number[:, :, column] = (more - less) / (2 * sigma)
+        by_place = ((images[1:4] - images[4:]) / (2 * step_m)).transpose(1, 2, 0)
+        return np.nan_to_num(by_place), np.nan_to_num(by_number)
+
+
+def _across(shifts: np.ndarray, A: np.ndarray, lights_m: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """Of shifts (N, 2, K) of the images that across the ring, all that residuals of lights anywhere on it show."""
+    along_m = np.cross([0.0, 0.0, 1.0], lights_m) @ rotation.T
+    along = (A @ along_m[:, :, None])[:, :, 0]
+    across = along[:, ::-1] * [1, -1] / np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
+    return across[:, :, None] * (across[:, None] @ shifts)
 
 
 def _cross(vectors: np.ndarray) -> np.ndarray:

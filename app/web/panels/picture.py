@@ -91,7 +91,7 @@ def place_html(analysis: Analysis) -> str:
         sigma_m = found.selected.sigma_total_position_m
         exact = deviation_words(None if sigma_m is None else sigma_m[2])
         where = "; ".join(filter(None, (place_words(found.selected), exact)))
-        parts = f"Of the range, one sigma in cm: {parts_words(found.selected, 2)}"
+        parts = f"Of the range, one sigma in cm: {parts_words(found.selected, [2])[0]}"
     return (
         f'<div id="strip-trust" style="background: {TRUST_COLOURS[trust.colour]}">{escape(trust.verdict)}</div>'
         f'<div id="strip-place"><div id="place" title="{escape(parts)}">{escape(where)}</div>'

@@ -25,22 +25,7 @@ class CameraSigma(
     omit_defaults=True,
     rename={name: f"{name}_px" for name in _INTRINSICS},
 ):
-    """Standard errors of a camera's numbers; None, or no coefficients, where they are unknown.
-
-    Parameters
-    ----------
-    fx, fy, cx, cy : float, pixels, optional
-        Of the focal lengths and the principal point.
-    distortion : tuple of float
-        Of the coefficients, one for each that the camera has.
-    air_gap_m, glass_m : float, metres, optional
-        Of the port's lengths.
-
-    Raises
-    ------
-    ValueError
-        If one is negative or not finite.
-    """
+    """Standard errors of a camera's numbers, in pixels and metres; None, or no coefficients, where unknown."""
 
     fx: float | None = None
     fy: float | None = None

@@ -51,27 +51,11 @@ class TapeFit:
 
 
 def fit_tape(places: Sequence[Place], tape_m: float = TAPE_M) -> TapeFit:
-    """Fit rotation, shift, scale and growth to the edge between estimated and measured places.
+    """Fit rotation, shift, scale and growth to the edge between estimated places and those that a tape measured.
 
     Least squares with weak priors, so that what the rows leave open stays as it is, with a large standard error. Rows
-    that are off by more than five standard deviations are left out, one after another.
-
-    Parameters
-    ----------
-    places : sequence of Place
-        Three or more with something measured.
-    tape_m : float, metres
-        Standard deviation of what is measured.
-
-    Returns
-    -------
-    TapeFit
-        The fit.
-
-    Raises
-    ------
-    ValueError
-        If fewer than three places have something measured.
+    off by more than five standard deviations are left out, one after another. ValueError where fewer than three have
+    something measured; ``tape_m`` is the tape's standard deviation in metres.
     """
     measured = np.array([[*one.measured_m, one.distance_m] for one in places]).reshape(-1, 4)
     has_tape = np.isfinite(measured).any(axis=1)

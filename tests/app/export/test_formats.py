@@ -129,11 +129,12 @@ def test_ros_covariance_is_that_of_poses_fitted_to_noisy_lights():
     truth = CirclePose(np.array([0.2, -0.1, 1.2]), -rotation_from_angles(0.35, -0.5)[:, 2], np.zeros(2))
     angles = 2 * np.pi * np.arange(10) / 10 + 0.2
     ring = 0.15 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]) @ truth.rotation.T
-    camera = Camera(700, 700, 319.5, 239.5, 640, 480)
+    exact = dict.fromkeys(("fx_px", "fy_px", "cx_px", "cy_px"), 0.0)
+    camera, dock = Camera(700, 700, 319.5, 239.5, 640, 480, sigma=exact), Dock(0.30, 10, diameter_sigma_m=0.0)
     errors, told = [], []
     for _ in range(1500):
         points = camera.project(truth.position_m + ring) + rng.normal(0, 0.2, (10, 2))
-        _, choice = find_poses(points, camera, Dock(0.30, 10))
+        _, choice = find_poses(points, camera, dock)
         pose = max(choice.candidates, key=lambda each: float(each.normal @ truth.normal))
         # Of the rotation, the part that turns the normal; the other is roll.
         errors.append([*(pose.position_m - truth.position_m), *np.cross(truth.normal, pose.normal)])

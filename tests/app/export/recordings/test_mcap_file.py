@@ -88,7 +88,7 @@ def check_poses(messages, line):
         position, turn = stamped.pose.position, stamped.pose.orientation
         assert [position.x, position.y, position.z] == expected["position_m"]
         assert [turn.x, turn.y, turn.z, turn.w] == expected["quaternion_xyzw"]
-        assert stamped.covariance.reshape(6, 6).tolist() == expected["covariance_m_rad"]
+        assert stamped.covariance.reshape(6, 6).tolist() == expected["covariance_total_m_rad"]
     (transform,) = messages["/tf"].transforms
     assert transform.child_frame_id == "dock"
     assert transform.transform.translation.z == line["chosen"]["position_m"][2]

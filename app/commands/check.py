@@ -11,7 +11,7 @@ from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put, put_text
 from dockpose.app.drawing.numbers import MISSING, number, sigma_words
-from dockpose.app.errors import UserError, blaming, writing
+from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.inputs.sidecar import save_dock
 from dockpose.camera.sigma import errors_of
@@ -39,6 +39,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run ``dockpose check``; returns the exit status."""
     if not arguments.tape > 0:
         raise UserError(f"--tape is {arguments.tape:g}; it must be above 0")
+    if arguments.out is not None:
+        check_place(arguments.out, "--out", is_new=True)
     with blaming(""):
         record = read_session(arguments.session)
     rows = [row for row in record.rows if row.z_cm is not None]

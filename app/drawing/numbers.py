@@ -64,8 +64,11 @@ def sigma_words(sigma: float | None) -> str:
 def parts_words(pose: CirclePose, quantities: Iterable[int] = range(len(QUANTITIES))) -> list[str]:
     """Return where errors of some of ``QUANTITIES`` come from, each as in "camera 0.3, diameter 0.3, picture 0.006"."""
     words, rows = [], []
-    for part in () if pose.errors is None else pose.errors.parts:
-        (x, y, z), theta_rad = pose.errors.sigmas(part)
+    errors = pose.errors
+    if errors is None:
+        return [""] * len([*quantities])
+    for part in errors.parts:
+        (x, y, z), theta_rad = errors.sigmas(part)
         rows.append((100 * x, 100 * y, 100 * z, *map(math.degrees, theta_rad), part))
     for quantity in quantities:
         rows.sort(key=itemgetter(quantity), reverse=True)

@@ -40,7 +40,7 @@ def session(tmp_path):
                 tape_cm = 100 * truth.position_m + rng.normal(0, 0.2, 3) + [0, 0, shift_cm]
                 tape_cm[2] += 12 * (number == slip)
                 typed = {f"measured_{axis}_cm": round(float(tape_cm["xyz".index(axis)]), 1) for axis in columns}
-                session.take(picture, found, f"{number}.png", **typed)
+                session.take(picture, found, f"{number}.png", None, **typed)
         return tmp_path / name
 
     return make

@@ -38,5 +38,6 @@ def tank(tmp_path_factory):
     info = camera_info((700, 0, 319.5, 0, 700, 239.5, 0, 0, 1), (640, 480))
     write_mcap(folder / "run.mcap", [(INFO_TOPIC, CAMERA_INFO, START_NS, info), *frames([picture, picture])])
     with Session.create(folder / "dockpose-sessions" / "tank") as session:
-        session.take(picture, estimate(picture, CAMERA, DOCK), "tank", measured_z_cm=110.0)
+        for taped_cm in (110.0, 110.1, 109.9):
+            session.take(picture, estimate(picture, CAMERA, DOCK), "tank", measured_z_cm=taped_cm)
     return folder

@@ -3,10 +3,13 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares
 from scipy.spatial.transform import Rotation
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 FEWEST = 3  # rows with a measured number
 TAPE_M = 0.002  # how well a tape tells a length
@@ -85,8 +88,10 @@ def fit_tape(places: Sequence[Place], tape_m: float = TAPE_M) -> TapeFit:
     )
 
 
-def _least_squares(estimated: np.ndarray, measured: np.ndarray, sigmas: np.ndarray) -> OptimizeResult:
+def _least_squares(estimated: np.ndarray, measured: np.ndarray, sigmas: np.ndarray) -> "OptimizeResult":
     """Scale less 1, turn, shift, zero and edge (9,) with which places (N, 3) are as measured (N, 4); nan: not."""
+    from scipy.optimize import least_squares  # takes half a second to import
+
     known = np.isfinite(measured)
 
     def off(numbers: np.ndarray) -> np.ndarray:
@@ -95,7 +100,7 @@ def _least_squares(estimated: np.ndarray, measured: np.ndarray, sigmas: np.ndarr
     return least_squares(off, np.zeros(9), method="lm", x_scale=_PRIORS)
 
 
-def _errors(fit: OptimizeResult, count: int) -> np.ndarray:
+def _errors(fit: "OptimizeResult", count: int) -> np.ndarray:
     """Standard errors (9,), larger where what is left is larger than the standard errors of what was measured."""
     squares = float((fit.fun[:count] ** 2).sum())
     spread = max(1.0, math.sqrt(squares / max(1, count - 9)))

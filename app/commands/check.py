@@ -9,17 +9,16 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, add_options
-from dockpose.app.commands.console import EXIT_ALL_READ, put, put_text
+from dockpose.app.commands.console import EXIT_ALL_READ, put, put_rich
 from dockpose.app.drawing.numbers import MISSING, number, sigma_words
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.inputs.sidecar import save_dock
 from dockpose.camera.sigma import errors_of
 from dockpose.pose.circle import angles_of, rotation_from_angles
-from dockpose.pose.shared import DIAMETER_SHARE
+from dockpose.pose.shared import diameter_share
 from dockpose.pose.tape import TAPE_M, Place, TapeFit, fit_tape
 from rich import box
-from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
@@ -100,13 +99,9 @@ def _print(rows: Sequence[Row], fit: TapeFit, angles_deg: np.ndarray) -> None:
     kept = np.delete(np.column_stack([left_cm, angles_deg]), fit.slipped, axis=0)
     table.add_section()
     table.add_row("RMS", *(_rms(column) for column in kept.T))
-    console = Console(highlight=False, markup=False, width=120)
-    with console.capture() as captured:
-        console.print(
-            "Estimated less measured, once the tank lies as the camera sees it; in brackets in standard errors:"
-        )
-        console.print(table)
-    put_text(captured.get())
+    put_rich(
+        "Estimated less measured, once the tank lies as the camera sees it; in brackets in standard errors:", table
+    )
 
 
 def _cell(off: float, sigma: float) -> str:
@@ -167,8 +162,7 @@ def _correct(out: Path | None, fit: TapeFit, camera: Camera, dock: Dock) -> None
     """Say whether the scale contradicts what the files say, and write the dock with the diameter that it leads to."""
     names, errors = errors_of(camera)
     focal = math.sqrt(errors[names.index("fx"), names.index("fx")]) / camera.fx if "fx" in names else 0.0
-    ring = DIAMETER_SHARE if dock.diameter_sigma_m is None else dock.diameter_sigma_m / dock.diameter
-    allowed = math.hypot(focal, ring)
+    allowed = math.hypot(focal, diameter_share(dock))
     diameter_m, sigma_m = fit.scale * dock.diameter, fit.scale_sigma * dock.diameter
     if fit.is_sure(fit.scale - 1, math.hypot(allowed, fit.scale_sigma)):
         offer = "." if out is not None else "; --out dock.yaml writes it."

@@ -13,7 +13,7 @@ from types import FrameType
 
 from dockpose.app.errors import writing
 from dockpose.checks import printable
-from rich.console import Console
+from rich.console import Console, ConsoleRenderable
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -65,6 +65,15 @@ def put_text(text: str) -> None:
     with writing("standard output"):
         sys.stdout.write(text)
         sys.stdout.flush()
+
+
+def put_rich(*parts: ConsoleRenderable | str) -> None:
+    """Write tables of rich and sentences to standard output, as wide as a terminal, elsewhere 120 characters."""
+    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 120)
+    with console.capture() as captured:
+        for part in parts:
+            console.print(part)
+    put_text(captured.get())
 
 
 @contextlib.contextmanager

@@ -12,7 +12,7 @@ _MOST_RISE = 0.05
 # A lamp so large, nowhere white and so clear (its height squared, in variances of its levels) has an outline and its
 # own slope. The slope is told within a share of its radius, as far as it exceeds so many variances, in so many rounds;
 # the weights end at a share of the height.
-_LEAST_RADIUS_PX, _SATURATED, _CLEAR = 4.0, 250, 400.0
+_LEAST_RADIUS_PX, _CLEAR = 4.0, 400.0
 _INSIDE, _SURE, _ROUNDS, _CAP = 0.6, 4.0, 2, 0.85
 _NORMAL = 0.886  # standard deviation of normal numbers over the mean absolute difference of two of them, sqrt(pi) / 2
 
@@ -27,7 +27,7 @@ class _Plane(NamedTuple):
 
 
 @compiled
-def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float) -> np.ndarray:
+def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, foot: float, white: float) -> np.ndarray:
     """Grey-weighted centroids (N, 2) of lights near points (N, 2), above water and ``foot`` of their height."""
     centres = points.copy()
     for light in range(len(points)):
@@ -49,15 +49,19 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
         own = _Plane(float(height), 0.0, 0.0, middle)
         total, x, y = _centroid(grey, points, light, beside, window, of_water, own, foot, 1.0)
         radius = np.sqrt(total / ((1 - foot) * max(height, 1e-9)) / np.pi)
-        if total > 0 and inner < _SATURATED and radius > _LEAST_RADIUS_PX:
+        if total <= 0:
+            continue
+        if inner < white and radius > _LEAST_RADIUS_PX:
             # A lamp that one side sees brighter, as by vignetting, is no farther to that side.
             for _ in range(_ROUNDS):
                 own, variance = _plane_inside(grey, (x, y), _INSIDE * radius, of_water)
                 if height * height < _CLEAR * variance:
                     break
-                _, x, y = _centroid(grey, points, light, beside, window, of_water, own, foot, _CAP)
-        if total > 0:
-            centres[light, 0], centres[light, 1] = x, y
+                total, x_again, y_again = _centroid(grey, points, light, beside, window, of_water, own, foot, _CAP)
+                if total <= 0:  # the light is dark inside
+                    break
+                x, y = x_again, y_again
+        centres[light, 0], centres[light, 1] = x, y
     return centres
 
 

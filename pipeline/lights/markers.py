@@ -79,7 +79,9 @@ def find_markers(
         is_large = size > _MOST_REACH_PX
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)
         flat = _flat_centres(groups, areas, is_flat, is_large, points, histogram.levels.shape[0])
-        points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept]), flat[kept])
+        points = np.where(
+            np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept], histogram.native_step), flat[kept]
+        )
     else:
         points = points[kept]
     boxes = boxes[kept]
@@ -175,9 +177,9 @@ def _flat_centres(
     return centres
 
 
-def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray) -> np.ndarray:
+def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray, native_step: int = 1) -> np.ndarray:
     """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around them."""
     size = np.maximum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]) + 1
     half = (size + 1) // 2
     reach = np.minimum(half + np.maximum(_LEAST_REACH_PX, half), _MOST_REACH_PX)
-    return weighted_centres(grey, points_px, reach, _FOOT)
+    return weighted_centres(grey, points_px, reach, _FOOT, float(SATURATED * native_step))

@@ -12,7 +12,13 @@ from dockpose.pose.refine import on_planes
 DIAMETER_SHARE = 0.003  # standard error where the dock file says nothing: a millimetre of 30 cm
 _AROUND = 12  # points on the circle of a dock whose lights are not known
 _STEP = 1e-4  # of the range, for derivatives
+_OPEN = 1e-9  # singular value, over the largest, of what the lights leave open, as the roll where they may be anywhere
 PARTS = ("picture", "camera", "diameter", "lights")
+
+
+def diameter_share(dock: Dock) -> float:
+    """Standard error of a dock's diameter, as a share of it: the file's, or the usual one."""
+    return DIAMETER_SHARE if dock.diameter_sigma_m is None else dock.diameter_sigma_m / dock.diameter
 
 
 @dataclass(frozen=True)
@@ -34,13 +40,12 @@ class SharedErrors:
         lights_m = self._lights_m(rotation)
         names, errors = errors_of(self.camera)
         A, by_number = self._slopes(self.position_m + lights_m @ rotation.T, names, np.sqrt(np.diag(errors)))
-        share = DIAMETER_SHARE if (sigma_m := self.dock.diameter_sigma_m) is None else sigma_m / self.dock.diameter
-        larger = share * (A @ (lights_m @ rotation.T)[:, :, None])
+        larger = diameter_share(self.dock) * (A @ (lights_m @ rotation.T)[:, :, None])
         shifts = np.concatenate([A, -A @ rotation @ _cross(lights_m), by_number, larger, A], axis=2)
         if self.dock.lights is None:
             shifts = _across(shifts, A, lights_m, rotation)
         by_pose, by_number, larger, own = np.split(shifts, [6, 6 + len(names), 7 + len(names)], axis=2)
-        carry = np.linalg.pinv(by_pose.reshape(-1, 6))
+        carry = np.linalg.pinv(by_pose.reshape(-1, 6), rcond=_OPEN)
         by_camera = carry @ by_number.reshape(-1, len(names))
         by_diameter = carry @ larger.reshape(-1, 1)
         own = (self.dock.lights_sigma_m or 0.0) * own

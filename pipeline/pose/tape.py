@@ -48,7 +48,8 @@ class TapeFit:
     sigmas_m: np.ndarray  # (N, 4): standard errors of these
     slipped: tuple[int, ...]  # rows that were left out
 
-    def is_sure(self, value: float, sigma: float) -> bool:
+    @staticmethod
+    def is_sure(value: float, sigma: float) -> bool:
         """Whether a value is more than chance."""
         return abs(value) > _SURE * sigma
 
@@ -79,9 +80,17 @@ def fit_tape(places: Sequence[Place], tape_m: float = TAPE_M) -> TapeFit:
             break
         slipped.append(int(beyond.argmax()))
     errors = _errors(fit, int(np.isfinite(kept).sum()))
-    (scale, zero, edge), turn, shift = fit.x[[0, 7, 8]], fit.x[1:4], fit.x[4:7]
     return TapeFit(
-        *(1 + scale, errors[0], turn, errors[1:4], shift, errors[4:7], zero, errors[7], edge, errors[8]),
+        scale=1 + fit.x[0],
+        scale_sigma=errors[0],
+        turn_rad=fit.x[1:4],
+        turn_sigma_rad=errors[1:4],
+        shift_m=fit.x[4:7],
+        shift_sigma_m=errors[4:7],
+        zero_m=fit.x[7],
+        zero_sigma_m=errors[7],
+        edge=fit.x[8],
+        edge_sigma=errors[8],
         residuals_m=left,
         sigmas_m=sigmas,
         slipped=tuple(sorted(slipped)),

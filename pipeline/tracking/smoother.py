@@ -41,6 +41,7 @@ class Smoothed:
 class _Kept:
     """What smoothing needs of a frame: both chains, the probability of the first, and the way from the frame before."""
 
+    dock: Dock
     chains: tuple[Chain, Chain]
     predicted: tuple[Chain, Chain] | None
     first: float
@@ -73,7 +74,6 @@ class Smoother:
 
     def __init__(self, camera: Camera, settings: Settings | None = None) -> None:
         self._camera, self._speeds = camera, Speeds.of(settings or Settings())
-        self._dock = Dock(1.0)  # until a frame tells
         self._kept: list[_Kept | None] = []
 
     def note(self, tracked: Tracked) -> None:
@@ -82,13 +82,14 @@ class Smoother:
         if step is None or step.after is None:
             self._kept.append(None)
             return
-        self._dock = tracked.estimate.dock
         before = step.before if step.goes_on else None
         link = np.eye(2)
         if before is not None and step.after.gap_s == 0:
             link = links(before, tracked.estimate, step.worth)
         predicted = None if before is None else before.chains
-        self._kept.append(_Kept(step.after.chains, predicted, step.after.first, link, step.elapsed_s))
+        self._kept.append(
+            _Kept(tracked.estimate.dock, step.after.chains, predicted, step.after.first, link, step.elapsed_s)
+        )
 
     def poses(self) -> list[Smoothed | None]:
         """The smoothed pose of each frame that was taken in, in order; None where no dock was tracked."""
@@ -110,7 +111,7 @@ class Smoother:
             weights = np.array([kept.first, 1 - kept.first]) * onwards
             first = float(weights[0] / weights.sum())
             chosen = 0 if first >= 0.5 else 1
-            found[index] = Smoothed(chains[chosen].pose(self._camera, self._dock), max(first, 1 - first), chosen)
+            found[index] = Smoothed(chains[chosen].pose(self._camera, kept.dock), max(first, 1 - first), chosen)
             later = kept
         return found
 

@@ -5,19 +5,17 @@ import contextlib
 import csv
 import itertools
 import math
-import sys
 from collections.abc import Sequence
 
 from dockpose import Camera, Dock
 from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, put_text
+from dockpose.app.commands.console import EXIT_ALL_READ, put_rich
 from dockpose.app.commands.output import Lines, open_lines
 from dockpose.app.errors import UserError, blaming
 from dockpose.app.export.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.export.parts import sentences
 from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget, simulated_budget
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 _COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg", "told_apart")
@@ -68,20 +66,14 @@ def _values(one: Budget) -> list[float | str]:
 
 
 def _print(camera: Camera, dock: Dock, rows: Sequence[tuple[Budget, Budget]], arguments: argparse.Namespace) -> None:
-    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 120)
     table = Table(box=box.SIMPLE)
     for name in HEAD:
         table.add_column(name, justify="right")
     for number, (one, other) in enumerate(rows):
         is_last = number + 1 == len(rows) or rows[number + 1][0].range_m != one.range_m
         table.add_row(*budget_cells(one, other), end_section=is_last)
-    with console.capture() as captured:
-        set_up, *reach = budget_sentences(camera, dock, arguments.noise)
-        console.print(set_up)
-        console.print(table)
-        for sentence in (*reach, *sentences("budget.txt", "how", arguments.draws)):
-            console.print(sentence)
-    put_text(captured.get())
+    set_up, *reach = budget_sentences(camera, dock, arguments.noise)
+    put_rich(set_up, table, *reach, *sentences("budget.txt", "how", arguments.draws))
 
 
 def _numbers(option: str, text: str | None) -> list[float]:

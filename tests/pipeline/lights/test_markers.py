@@ -152,6 +152,23 @@ def test_water_that_grows_brighter_to_one_side_does_not_pull_a_centre(slope_x, s
     np.testing.assert_allclose(grey_centres(grey, box, rough), alone, atol=0.005)
 
 
+@pytest.mark.parametrize(("step", "depth"), [(1, np.uint8), (16, np.uint16), (256, np.uint16)])
+def test_a_lamp_that_is_brighter_on_one_side_is_centred_by_its_outline_at_every_depth(step, depth):
+    # By its light a lamp of radius r whose level rises by g of it a pixel would be off by g r^2 / 4, here 0.32 pixels.
+    y, x = np.mgrid[:81, :81].astype(float)
+    lamp = 120 * (1 + 0.01 * (x - 40.3)) / (1 + np.exp(3 * (np.hypot(x - 40.3, y - 39.8) - 11.3)))
+    grey = np.rint(step * (20 + lamp)).astype(depth)
+    found = grey_centres(grey, np.array([[28, 28, 52, 52]]), np.array([[40.0, 40.0]]), step)
+    np.testing.assert_allclose(found, [[40.3, 39.8]], atol=0.02)
+
+
+def test_a_lamp_that_is_dark_inside_is_centred_by_its_rim():
+    y, x = np.mgrid[:81, :81].astype(float)
+    rim = 120 * np.exp(-((np.hypot(x - 40.3, y - 39.8) - 12.0) ** 2) / 2)
+    found = grey_centres(np.rint(20 + rim).astype(np.uint8), np.array([[26, 26, 54, 54]]), np.array([[52.0, 40.0]]))
+    np.testing.assert_allclose(found, [[40.3, 39.8]], atol=0.5)
+
+
 def test_a_lamp_that_reaches_into_the_window_of_another_does_not_move_it():
     y, x = np.mgrid[:61, :61].astype(float)
     one, other = (120 * np.exp(-((x - at) ** 2 + (y - 30) ** 2) / 8) for at in (24.0, 36.0))

@@ -32,13 +32,18 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         Standard error of the diameter; where it is unknown, 0.3 % of it is taken.
     lights_sigma_m : float, metres, optional
         Standard error of each light's place, per axis; where it is unknown, it is what the residuals show.
+    lamp_depth_m : float, metres
+        How far behind the circle's plane, into the dock, the light of each lamp comes from; below 0 before it. A lamp
+        under a dome of radius r is seen some 0.4 r deeper, a disc behind a rim some 0.15 r nearer.
+    lamp_depth_sigma_m : float, metres
+        Standard error of that depth.
 
     Raises
     ------
     ValueError
         If the diameter is not a positive number, there are fewer than 3 lights, the number of angles, colours or
-        offsets differs from that of the lights, two angles are the same, a colour is unknown, or an offset is as large
-        as the radius.
+        offsets differs from that of the lights, two angles are the same, a colour is unknown, or an offset or the
+        lamps' depth is as large as the radius.
 
     Examples
     --------
@@ -57,6 +62,8 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
     offsets_m: tuple[tuple[float, float, float], ...] = ()
     diameter_sigma_m: float | None = None
     lights_sigma_m: float | None = None
+    lamp_depth_m: float = 0.0
+    lamp_depth_sigma_m: float = 0.0
 
     if TYPE_CHECKING:  # what is taken is more than what is kept
 
@@ -69,6 +76,8 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
             offsets_m: Sequence[Sequence[float]] | np.ndarray = (),
             diameter_sigma_m: float | None = None,
             lights_sigma_m: float | None = None,
+            lamp_depth_m: float = 0.0,
+            lamp_depth_sigma_m: float = 0.0,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -89,7 +98,10 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
                 raise ValueError(f"offsets_m[{index}] is {list(offset)}; it must be below the radius, {self.radius:g}")
         for index, colour in enumerate(self.colours):
             check_one_of(f"colours[{index}]", colour, LIGHT_COLOURS)
-        for name in ("diameter_sigma_m", "lights_sigma_m"):
+        check_number("lamp_depth_m", self.lamp_depth_m)
+        if not abs(self.lamp_depth_m) < self.radius:
+            raise ValueError(f"lamp_depth_m is {self.lamp_depth_m:g}; it must be below the radius, {self.radius:g}")
+        for name in ("diameter_sigma_m", "lights_sigma_m", "lamp_depth_sigma_m"):
             if getattr(self, name) is not None:
                 check_number(name, getattr(self, name), least=0)
 
@@ -115,7 +127,8 @@ class Dock(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"dia
         return 2 * math.pi * np.arange(self.lights) / self.lights
 
     def light_points(self) -> np.ndarray:
-        """Positions (lights, 3) in metres in the dock's frame, whose face looks along -z, with the offsets."""
+        """Positions (lights, 3) in metres in the dock's frame, whose face looks along -z, with depth and offsets."""
         angles = self.light_angles_rad()
-        circle = self.radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+        depths = np.full(len(angles), self.lamp_depth_m)
+        circle = np.column_stack([self.radius * np.cos(angles), self.radius * np.sin(angles), depths])
         return circle + np.array(self.offsets_m) if self.offsets_m else circle

@@ -8,6 +8,7 @@ import numpy as np
 from dockpose.camera.lens import bend, straighten, tangents_of
 from dockpose.camera.port import FlatPort
 from dockpose.camera.sigma import CameraSigma, check_sigma, transformed
+from dockpose.camera.tone import check_tone
 from dockpose.checks import as_points, check_is, check_number, check_turn, check_whole, make_plain
 from numpy.typing import ArrayLike
 
@@ -46,12 +47,15 @@ class Camera(
         focal lengths and 2 pixels of the principal point are taken.
     covariance : (P, P) sequence
         Covariance of the P numbers that ``sigma`` has, in its order; empty where their errors are independent.
+    tone : str or float
+        How grey levels grow with light: "linear", "srgb", or the gamma by whose inverse light is raised, as 2.2 of many
+        webcams. Centres of lights are weighed by light.
 
     Raises
     ------
     ValueError
         If a value is not finite, a focal length or a size is not positive, or the number of distortion coefficients is
-        none of these, or ``sigma`` or ``covariance`` is not of these numbers.
+        none of these, ``sigma`` or ``covariance`` is not of these numbers, or ``tone`` is no such curve.
 
     Examples
     --------
@@ -74,6 +78,7 @@ class Camera(
     fisheye: bool = False
     sigma: CameraSigma | None = None
     covariance: tuple[tuple[float, ...], ...] = ()
+    tone: str | float = "linear"
 
     if TYPE_CHECKING:  # what is taken is more than what is kept
 
@@ -90,6 +95,7 @@ class Camera(
             fisheye: bool = False,
             sigma: CameraSigma | Mapping[str, Any] | None = None,
             covariance: Sequence[Sequence[float]] | np.ndarray = (),
+            tone: str | float = "linear",
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -115,6 +121,7 @@ class Camera(
         if self.sigma is not None or self.covariance:
             has_port = self.port is not None
             check_sigma(self.sigma or CameraSigma(), self.covariance, len(self.distortion), has_port=has_port)
+        check_tone(self.tone)
 
     @property
     def matrix(self) -> np.ndarray:

@@ -82,11 +82,12 @@ def save_camera(camera: Camera, path: str | Path, file_format: str = "dockpose")
     Raises
     ------
     ValueError
-        If the format is unknown, or cannot hold a port.
+        If the format is unknown, or cannot hold a port or a tone curve.
     """
     check_one_of("file_format", file_format, FORMATS)
-    if camera.port is not None and file_format != "dockpose":
-        raise ValueError(f"file_format is {file_format!r}, which has no place for the port; use dockpose")
+    for name, is_there in (("port", camera.port is not None), ("tone", camera.tone != "linear")):
+        if is_there and file_format != "dockpose":
+            raise ValueError(f"file_format is {file_format!r}, which has no place for the {name}; use dockpose")
     if file_format == "opencv":
         write_whole(Path(path), _opencv_text(camera).encode())
         return

@@ -93,8 +93,8 @@ def estimate(
         Rectangle (x_px, y_px, width_px, height_px), clipped to the picture and begun at an even pixel, outside of
         which nothing is looked at; None searches the whole picture. What is found is in pixels of the whole picture.
     like : Estimate or None
-        An estimate of this very picture, as with another camera or dock. Where settings and region are the same, its
-        threshold and its groups are taken over, which saves most of the time.
+        An estimate of this very picture, as with another camera or dock. Where settings, region and tone curve are the
+        same, its threshold and its groups are taken over, which saves most of the time.
 
     Returns
     -------
@@ -142,7 +142,8 @@ def estimate(
     if hidden is not None:
         hidden = np.atleast_2d(hidden.reshape(*grey.shape, -1).any(axis=2))
     grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
-    like = like if like is not None and (like.settings, like.region) == (settings, region) else None
+    if like is not None and (like.settings, like.region, like.camera.tone) != (settings, region, camera.tone):
+        like = None
     picture = _Picture(image, grey, histogram_of(grey, counted), part, width, like)
     if counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
@@ -269,7 +270,8 @@ def _find_lights(
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     else:
         stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
-        markers = find_markers(picture.grey, picture.histogram, threshold, settings.min_area_px, settings.centroid)
+        wanted = settings.min_area_px, settings.centroid, camera.tone
+        markers = find_markers(picture.grey, picture.histogram, threshold, *wanted)
         markers = stages["markers"] = markers_in_whole(markers, picture.part)
     if len(markers) == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
+from dockpose.camera.tone import linear, linear_level
 from dockpose.lights.centroids import weighted_centres
 from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen, squares_of
 from dockpose.pixels.flood import LEVELS, group_shapes, outline
@@ -56,7 +57,12 @@ class Markers:
 
 
 def find_markers(
-    grey: np.ndarray, histogram: Histogram, threshold: Threshold, min_area_px: int, centroid: str = "grey"
+    grey: np.ndarray,
+    histogram: Histogram,
+    threshold: Threshold,
+    min_area_px: int,
+    centroid: str = "grey",
+    tone: str | float = "linear",
 ) -> Markers:
     """Find the groups of a picture (H, W) that the threshold keeps, and part lights that run together."""
     if threshold.leaves_glare:
@@ -79,9 +85,10 @@ def find_markers(
         is_large = size > _MOST_REACH_PX
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)
         flat = _flat_centres(groups, areas, is_flat, is_large, points, histogram.levels.shape[0])
-        points = np.where(
-            np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept], histogram.native_step), flat[kept]
-        )
+        step = histogram.native_step
+        white = linear_level(SATURATED, step, tone)
+        by_light = grey_centres(linear(grey, step, tone), boxes[kept], points[kept], white)
+        points = np.where(np.isnan(flat[kept]), by_light, flat[kept])
     else:
         points = points[kept]
     boxes = boxes[kept]
@@ -177,9 +184,9 @@ def _flat_centres(
     return centres
 
 
-def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray, native_step: int = 1) -> np.ndarray:
+def grey_centres(grey: np.ndarray, boxes: np.ndarray, points_px: np.ndarray, white: float = SATURATED) -> np.ndarray:
     """Centres (N, 2) of lights in boxes (N, 4), by the grey values that stand out of the water around them."""
     size = np.maximum(boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]) + 1
     half = (size + 1) // 2
     reach = np.minimum(half + np.maximum(_LEAST_REACH_PX, half), _MOST_REACH_PX)
-    return weighted_centres(grey, points_px, reach, _FOOT, float(SATURATED * native_step))
+    return weighted_centres(grey, points_px, reach, _FOOT, float(white))

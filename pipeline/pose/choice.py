@@ -116,7 +116,8 @@ def choice_of(
     order = sorted(range(len(probabilities)), key=lambda k: -probabilities[k])
     candidates = []
     for k in order:
-        rotation, position = fit.rotations[k], fit.positions_m[k]
+        rotation = fit.rotations[k]
+        position, covariance = _of_dock(fit.positions_m[k], fit.covariances[k], rotation, dock.lamp_depth_m)
         roll = None
         if placement is not None:
             roll = (float(placement.rolls_rad[k]) + _roll_rad(rotation)) % placement.period_rad
@@ -130,11 +131,22 @@ def choice_of(
                 roll_rad=roll,
                 sigma_position_m=sigmas[k][0],
                 sigma_theta_rad=sigmas[k][1],
-                errors=PoseErrors(fit.covariances[k], rotation, noise, SharedErrors(camera, dock, position, rays)),
+                errors=PoseErrors(covariance, rotation, noise, SharedErrors(camera, dock, position, rays)),
             )
         )
     lights = None if placement is None else placement.lights[order[0]]
     return Choice(tuple(candidates), 0, by, lights, _is_square_on(candidates[0]))
+
+
+def _of_dock(
+    ring_m: np.ndarray, covariance: np.ndarray, rotation: np.ndarray, lamp_depth_m: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The dock's centre and the covariance (6, 6) of its pose, of a ring of lights so far behind it."""
+    if lamp_depth_m == 0:
+        return ring_m, covariance
+    moved = np.eye(6)  # a turn of the ring about its own centre moves the dock's
+    moved[:3, 3:] = lamp_depth_m * rotation @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    return ring_m - lamp_depth_m * rotation[:, 2], moved @ covariance @ moved.T
 
 
 def _is_square_on(pose: CirclePose) -> bool:

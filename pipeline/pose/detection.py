@@ -73,7 +73,8 @@ def why_no_dock(
     may_be_chance = log_chance > math.log(ACCEPTED)
     if not is_spaced or rms_px > most or (may_be_chance and count == dock.lights == len(markers)):
         rays = light_rays(markers.points_px[ring.on_ring], camera, float(pose.position_m[2]))
-        angles = np.degrees(angles_on_planes(rays, pose.rotation[None], pose.position_m[None])[0])
+        ring_m = pose.position_m + dock.lamp_depth_m * pose.rotation[:, 2]
+        angles = np.degrees(angles_on_planes(rays, pose.rotation[None], ring_m[None])[0])
         where = f"{rms_px:.1f} px off the dock's" if is_spaced else "not spaced as the dock's lights are"
         return _off_in_words(np.sort(angles), dock, where)
     if may_be_chance:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from dockpose.camera.camera import Camera
 from dockpose.camera.sigma import errors_of, moved
@@ -40,14 +41,17 @@ class SharedErrors:
         lights_m = self._lights_m(rotation)
         names, errors = errors_of(self.camera)
         A, by_number = self._slopes(self.position_m + lights_m @ rotation.T, names, np.sqrt(np.diag(errors)))
-        larger = diameter_share(self.dock) * (A @ (lights_m @ rotation.T)[:, :, None])
-        shifts = np.concatenate([A, -A @ rotation @ _cross(lights_m), by_number, larger, A], axis=2)
+        outwards_m = lights_m * [1, 1, 0]
+        larger = diameter_share(self.dock) * (A @ (outwards_m @ rotation.T)[:, :, None])
+        deeper = self.dock.lamp_depth_sigma_m * A @ rotation[:, 2:]
+        shifts = np.concatenate([A, -A @ rotation @ _cross(lights_m), by_number, larger, deeper, A], axis=2)
         if self.dock.lights is None:
             shifts = _across(shifts, A, lights_m, rotation)
-        by_pose, by_number, larger, own = np.split(shifts, [6, 6 + len(names), 7 + len(names)], axis=2)
+        ends = np.cumsum([6, len(names), 1, 1])
+        by_pose, by_number, larger, deeper, own = np.split(shifts, ends, axis=2)
         carry = np.linalg.pinv(by_pose.reshape(-1, 6), rcond=_OPEN)
         by_camera = carry @ by_number.reshape(-1, len(names))
-        by_diameter = carry @ larger.reshape(-1, 1)
+        by_diameter, by_depth = carry @ larger.reshape(-1, 1), carry @ deeper.reshape(-1, 1)
         own = (self.dock.lights_sigma_m or 0.0) * own
         own_px2 = float((own**2).sum()) / (2 * len(own))
         unseen = max(0.0, 1 - noise_px**2 / own_px2) if own_px2 > 0 else 0.0
@@ -55,15 +59,16 @@ class SharedErrors:
         return {
             "camera": by_camera @ errors @ by_camera.T,
             "diameter": by_diameter @ by_diameter.T,
-            "lights": unseen * np.einsum("nij,nkj->ik", by_lights, by_lights),
+            "lights": by_depth @ by_depth.T + unseen * np.einsum("nij,nkj->ik", by_lights, by_lights),
         }
 
     def _lights_m(self, rotation: np.ndarray) -> np.ndarray:
         """Places (N, 3) of the lights in the dock's frame."""
         if self.rays is not None:
-            (flat,) = on_planes(self.rays, rotation[None], self.position_m[None])
-            return np.column_stack([flat, np.zeros(len(flat))])
-        dock = self.dock if self.dock.lights is not None else Dock(self.dock.diameter, _AROUND)
+            depth_m = self.dock.lamp_depth_m
+            (flat,) = on_planes(self.rays, rotation[None], (self.position_m + depth_m * rotation[:, 2])[None])
+            return np.column_stack([flat, np.full(len(flat), depth_m)])
+        dock = self.dock if self.dock.lights is not None else msgspec.structs.replace(self.dock, lights=_AROUND)
         return dock.light_points()
 
     def _slopes(self, points_m: np.ndarray, names: list[str], sigmas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
+from dockpose.camera.tone import encoded
 from dockpose.simulate.emitters import Emitters, emitters_of
 from dockpose.simulate.optics.glow import light_on_sensor
 from dockpose.simulate.optics.water import BANDS, Water
@@ -83,13 +84,15 @@ def expose(light: np.ndarray, scene: Scene) -> np.ndarray:
         levels = _mosaic(levels)
     levels = _with_noise(levels, sensor, random_stream(scene, "noise"))
     largest = (1 << sensor.bits) - 1
+    if scene.camera.tone != "linear":
+        levels = 255 * encoded(levels / 255, scene.camera.tone)
     stored = np.clip(np.rint(levels * (largest / 255)), 0, largest).astype(np.uint8 if sensor.bits == 8 else np.uint16)
     if sensor.colour == "bayer":
         stored = cv2.cvtColor(stored, cv2.COLOR_BayerRGGB2RGB)
     burn_in(stored, scene.texts, largest)
     if sensor.jpeg_quality is not None:
-        encoded = cv2.imencode(".jpg", stored, [cv2.IMWRITE_JPEG_QUALITY, sensor.jpeg_quality])[1]
-        stored = np.asarray(cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED))
+        jpeg = cv2.imencode(".jpg", stored, [cv2.IMWRITE_JPEG_QUALITY, sensor.jpeg_quality])[1]
+        stored = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_UNCHANGED))
     return stored
 
 

@@ -61,7 +61,8 @@ def truth_of(scene: Scene) -> Truth:
     """
     rotation = dock_rotation(scene)
     position = np.array(scene.pose.position_m)
-    lights_m = _on_ring(scene, np.array(scene.light_angles_rad), position, rotation)
+    ring_m = position + scene.dock.lamp_depth_m * rotation[:, 2]
+    lights_m = _on_ring(scene, np.array(scene.light_angles_rad), ring_m, rotation)
     if scene.dock.offsets_m:
         lights_m = lights_m + np.array(scene.dock.offsets_m) @ rotation.T
     lights_px = scene.camera.project(lights_m)
@@ -69,7 +70,7 @@ def truth_of(scene: Scene) -> Truth:
     lit = _lit(scene)
     facing = lights_m @ normal < 0
     visible = lit & facing & _inside(lights_px, scene) & ~_hidden(lights_px, scene.occluders)
-    ellipse = _circle_image(scene, position, rotation)
+    ellipse = _circle_image(scene, ring_m, rotation)
     centre_px = scene.camera.project(position[None])[0]
     return Truth(position, normal, lights_m, lights_px, lit, visible, centre_px, ellipse)
 

@@ -158,7 +158,7 @@ def test_a_lamp_that_is_brighter_on_one_side_is_centred_by_its_outline_at_every_
     y, x = np.mgrid[:81, :81].astype(float)
     lamp = 120 * (1 + 0.01 * (x - 40.3)) / (1 + np.exp(3 * (np.hypot(x - 40.3, y - 39.8) - 11.3)))
     grey = np.rint(step * (20 + lamp)).astype(depth)
-    found = grey_centres(grey, np.array([[28, 28, 52, 52]]), np.array([[40.0, 40.0]]), step)
+    found = grey_centres(grey, np.array([[28, 28, 52, 52]]), np.array([[40.0, 40.0]]), 250 * step)
     np.testing.assert_allclose(found, [[40.3, 39.8]], atol=0.02)
 
 

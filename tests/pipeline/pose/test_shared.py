@@ -141,3 +141,27 @@ def test_where_all_is_exact_the_total_is_the_pictures():
     pose = pose_by(exact, dock, seen(exact, dock, (0.1, 0, 2.0), (10, 10), 0.2))
     assert pose.sigma_total_position_m == pytest.approx(pose.sigma_position_m)
     assert pose.covariance_total == pytest.approx(pose.covariance)
+
+
+@pytest.mark.parametrize("lights", [4, 10, None])
+@pytest.mark.parametrize("normal", [(0, 0), (20, -30)])
+def test_lamps_behind_the_rim_put_the_dock_before_them(lights, normal):
+    deep = Dock(0.30, lights or 10, lamp_depth_m=0.02)
+    points = seen(PINHOLE, deep, (0.1, -0.05, 1.2), normal)
+    told = msgspec.structs.replace(deep, lights=lights)
+    poses = find_poses(points, PINHOLE, told)[1].candidates
+    nearest_m = min(np.linalg.norm(pose.position_m - [0.1, -0.05, 1.2]) for pose in poses)
+    assert nearest_m < 1e-6
+
+
+def test_a_depth_that_is_not_known_goes_in_along_the_normal():
+    dock = Dock(0.30, 10, lamp_depth_m=0.01, lamp_depth_sigma_m=0.004)
+    pose = pose_by(PINHOLE, dock, seen(PINHOLE, dock, (0.1, 0.0, 1.5), (0, 30)))
+    sigmas = np.array(part(pose, "lights"))
+    # The normal is (-sin 30, 0, -cos 30), and a shift of the whole ring turns nothing.
+    np.testing.assert_allclose(sigmas, 0.004 * np.array([0.5, 0, math.sqrt(0.75), 0, 0]), atol=2e-5)
+
+
+def test_a_lamps_depth_as_large_as_the_ring_is_refused():
+    with pytest.raises(ValueError, match=r"lamp_depth_m is 0\.2; it must be below the radius, 0\.15"):
+        Dock(0.30, 10, lamp_depth_m=0.2)

@@ -8,7 +8,7 @@ from dockpose.compiled import compiled
 _NEIGHBOURS = 2  # lights that may share a light's window
 # Water that rises across a window by more than this share of the light's height is not water, but the light itself,
 # whose flank an edge of the window cuts, or another one.
-_MOST_RISE = 0.05
+_MOST_RISE = 0.3
 # A lamp so large, nowhere white and so clear (its height squared, in variances of its levels) has an outline and its
 # own slope. The slope is told within a share of its radius, as far as it exceeds so many variances, in so many rounds;
 # the weights end at a share of the height.

@@ -94,12 +94,11 @@ def test_the_tank_by_its_boards_with_a_wrong_diameter():
                 continue
             path = TANK / folder / truth["file"]
             dock = camera_and_dock(path, None, None)[1]
-            wrong = msgspec.structs.replace(dock, diameter=dock.diameter + OFF_DIAMETER_M)
+            # A rim hides a part of the lamps' light, and a dome holds it deeper.
+            depth_m = spec["lamp_r"] * (0.4 if spec["lamp_kind"] == "dome" else -0.15)
+            wrong = msgspec.structs.replace(dock, diameter=dock.diameter + OFF_DIAMETER_M, lamp_depth_m=depth_m)
             found = estimate(path, camera, wrong)
-            # The lamps' light, which a rim hides a part of and a dome holds deeper.
-            nearer_m = spec["lamp_r"] * (-0.4 if spec["lamp_kind"] == "dome" else 0.15)
-            normal = np.array(truth["normal"])
-            position = np.array(truth["position_m"]) + nearer_m * normal
+            position, normal = np.array(truth["position_m"]), np.array(truth["normal"])
             pose = found.selected
             if pose is None:
                 continue

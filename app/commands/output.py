@@ -1,5 +1,6 @@
 """Where a command's results go: lines of JSON, a table, pictures, a video. What cannot be written is a UserError."""
 
+import argparse
 import contextlib
 import csv
 import dataclasses
@@ -9,7 +10,6 @@ import os
 import stat
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
@@ -23,41 +23,19 @@ from dockpose.app.export.data import CSV_COLUMNS, to_row
 from dockpose.app.export.recordings.mcap_file import PoseFile
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import RerunFile
-from dockpose.app.export.video import is_video_file
-from dockpose.app.inputs.protected import UNPROTECTED, Protected
+from dockpose.app.inputs.protected import Protected
 from dockpose.app.processing.analysis import headline_of
 from dockpose.app.state.trust import NO_POSE, Trust
 from dockpose.checks import as_text
 from dockpose.files.durable_files import write_all, write_whole
 
 
-@dataclass(frozen=True)
-class Destinations:
-    """Where results go; None for nowhere."""
-
-    json: str | None = None  # file for a line a frame
-    csv: str | None = None  # file for a row a frame
-    annotate: Path | None = None  # folder for annotated pictures
-    out: Path | None = None  # file NAME.mcap for messages of ROS 2
-    rerun: Path | None = None  # file NAME.rrd for the viewer Rerun
-    protected: Protected = UNPROTECTED  # what annotated pictures must not take the place of
-
-    @property
-    def recordings(self) -> list[Path]:
-        """The files that hold all frames of one source with their times."""
-        return [path for path in (self.out, self.rerun) if path is not None]
-
-    @property
-    def is_video(self) -> bool:
-        """Whether the annotated pictures are to become a video."""
-        return self.annotate is not None and is_video_file(self.annotate)
-
-
 class ResultWriter:
     """Writes the results frame by frame, so that a run that is stopped keeps all that it did."""
 
-    def __init__(self, to: Destinations, files: contextlib.ExitStack) -> None:
-        self.to = to
+    def __init__(self, to: argparse.Namespace, files: contextlib.ExitStack) -> None:
+        self.to = to  # the arguments that say where
+        self.held: HeldLines | None = None  # takes in the lines meanwhile, where they are to be smoothed first
         self._json = open_lines(to.json, files)
         csv_file = open_lines(to.csv, files)
         self._table = None if csv_file is None else csv.DictWriter(csv_file, CSV_COLUMNS)
@@ -72,22 +50,15 @@ class ResultWriter:
             self._folders[path] = PictureFolder(path, self.to.protected)
         return self._folders[path]
 
-    def write(
-        self,
-        line: dict[str, Any],
-        label: str,
-        trust: Trust,
-        draw: Callable[[], object],
-        held: "HeldLines | None" = None,
-    ) -> None:
+    def write(self, line: dict[str, Any], label: str, trust: Trust, draw: Callable[[], object]) -> None:
         """Write one frame."""
         check_stopped()
         if line["status"] == "method_failed":
             self.failures.append(line["message"])
-        if held is None:
+        if self.held is None:
             self.record(line)
         else:
-            held.add(line)
+            self.held.add(line)
         if self.to.annotate is not None:
             draw()
         elif self._json is None and self._table is None:
@@ -106,7 +77,7 @@ class ResultWriter:
 
 
 class SourceWriter:
-    """Writes the frames of one source: their results, and the files of :attr:`Destinations.recordings`."""
+    """Writes the frames of one source: their results, and the recordings of ``--out`` and ``--rerun``."""
 
     def __init__(
         self, results: ResultWriter, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]
@@ -124,7 +95,6 @@ class SourceWriter:
         seen: Seen,
         read: Callable[[], np.ndarray],
         keep: Callable[[np.ndarray], object],
-        held: "HeldLines | None" = None,
     ) -> None:
         """Write a frame, whose picture ``read`` returns, and whose annotated one ``keep`` takes."""
 
@@ -132,7 +102,7 @@ class SourceWriter:
         def drawn() -> np.ndarray:
             return annotate(read(), seen.found, headline=headline_of(seen.trust))
 
-        self._results.write(line, label, seen.trust, lambda: keep(drawn()), held)
+        self._results.write(line, label, seen.trust, lambda: keep(drawn()))
         if self._files:
             picture = None if self._results.to.out is None else drawn()
             with_pictures = dataclasses.replace(seen, picture=picture, original=read())

@@ -91,8 +91,7 @@ def _estimate(parts: Sequence[Batch | FrameSource | None], settings: Settings, h
                     all_read &= _try_sequence(part, settings, how, results, number if len(parts) > 1 else None)
         except (KeyboardInterrupt, SystemError) as error:
             stopped = console.stop_in(error)
-            frames = "1 frame" if results.frames == 1 else f"{results.frames} frames"
-            console.say(f"stopped after {frames}, whose results are kept")
+            console.say(f"stopped after {count(results.frames, 'frame')}, whose results are kept")
             return console.EXIT_TERMINATED if isinstance(stopped, console.Terminated) else console.EXIT_STOPPED
     if results.failures:
         console.say(

@@ -7,8 +7,8 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
@@ -23,7 +23,6 @@ from dockpose.app.export.video import VideoFile
 from dockpose.app.inputs.pictures import FIRST_SAMPLE, load_sample
 from dockpose.app.state.preferences import config_folder
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER
-from dockpose.checks import one_line
 from dockpose.pixels import bright
 from dockpose.pose.known import pose_error
 from dockpose.sources import open_frames
@@ -35,7 +34,7 @@ _OPENCV = "opencv-python-headless"
 _OTHER_OPENCV = ("opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless")
 _OPTIONAL = ("pandas", "distributed", "rosbags", "mcap", "rerun-sdk", "shtab")
 _PICTURES = (".png", ".jpg", ".tiff", ".bmp", ".webp", ".pgm")
-_NEEDED_PICTURES = (".png", ".jpg")
+_NEEDED_PICTURES = ("png", "jpg")
 # Decoder, and the encoder and pixels that try it; without one it is only asked for.
 _VIDEOS = {
     "ffv1": ("ffv1", "gray"),
@@ -59,10 +58,6 @@ class Finding:
     text: str
     more: dict[str, Any] = field(default_factory=dict)
 
-    def with_text(self, text: str) -> "Finding":
-        """Return the finding with another text."""
-        return replace(self, text=one_line(text))
-
 
 def without_home(text: str) -> str:
     """The text with the home folder as ~, since its path tells a name."""
@@ -83,8 +78,7 @@ def _versions() -> Iterator[Finding]:
         state = OK if _installed(package) else WARNING if other else BROKEN
         yield Finding(package, state, _installed(package) or other or "not installed")
     yield from _other_opencv()
-    for package in _OPTIONAL:
-        yield Finding(package, OK, _installed(package) or "not installed (optional)")
+    yield from (Finding(package, OK, _installed(package) or "not installed (optional)") for package in _OPTIONAL)
 
 
 def _installed(package: str) -> str | None:
@@ -108,10 +102,7 @@ def _other_opencv() -> Iterator[Finding]:
 
 def _pictures() -> Iterator[Finding]:
     image = np.arange(64, dtype=np.uint8).reshape(8, 8)
-    fails = [ending for ending in _PICTURES if not _comes_back(image, ending)]
-    works = [ending[1:] for ending in _PICTURES if ending not in fails]
-    state = BROKEN if set(fails) & set(_NEEDED_PICTURES) else WARNING if fails else OK
-    yield Finding("pictures", state, _decoders(works, [ending[1:] for ending in fails]))
+    yield _decoders("pictures", {ending[1:]: _comes_back(image, ending) for ending in _PICTURES}, _NEEDED_PICTURES)
 
 
 def _comes_back(image: np.ndarray, ending: str) -> bool:
@@ -124,9 +115,7 @@ def _comes_back(image: np.ndarray, ending: str) -> bool:
 
 
 def _videos() -> Iterator[Finding]:
-    fails = [name for name, encoder in _VIDEOS.items() if not _decodes(name, encoder)]
-    state = BROKEN if set(fails) & set(_NEEDED_VIDEOS) else WARNING if fails else OK
-    yield Finding("videos", state, _decoders([name for name in _VIDEOS if name not in fails], fails))
+    yield _decoders("videos", {name: _decodes(name, encoder) for name, encoder in _VIDEOS.items()}, _NEEDED_VIDEOS)
     yield _film()
 
 
@@ -147,8 +136,11 @@ def _film() -> Finding:
     return Finding("film", OK, f"a small video of {len(_LEVELS)} frames was written and read back")
 
 
-def _decoders(works: list[str], fails: list[str]) -> str:
-    return f"{', '.join(works) or 'none'} can be read" + (f"; {', '.join(fails)} cannot" if fails else "")
+def _decoders(what: str, works: dict[str, bool], needed: Sequence[str]) -> Finding:
+    can, fails = ([name for name, is_read in works.items() if is_read == wanted] for wanted in (True, False))
+    state = BROKEN if set(fails) & set(needed) else WARNING if fails else OK
+    cannot = f"; {', '.join(fails)} cannot" if fails else ""
+    return Finding(what, state, f"{', '.join(can) or 'none'} can be read{cannot}")
 
 
 def _decodes(name: str, encoder: tuple[str, str] | None) -> bool:

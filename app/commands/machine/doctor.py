@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 from collections.abc import Iterator
+from dataclasses import replace
 
 from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put
@@ -40,6 +41,6 @@ def findings() -> Iterator[Finding]:
     for name, check in CHECKS.items():
         try:
             for finding in check():
-                yield finding.with_text(without_home(finding.text))
+                yield replace(finding, text=one_line(without_home(finding.text)))
         except Exception as error:  # whatever is wrong here is what people want to read
             yield Finding(name, BROKEN, one_line(without_home(f"{type(error).__name__}: {error}")))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dockpose import Estimate, Settings
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, masks_of
+from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, masks_of, turned
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.commands.output import PictureFolder, open_lines, write_line
 from dockpose.app.drawing.montage import montage
@@ -49,10 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
         def write(picture: Picture, found: Mapping[str, Estimate], frame: int = 0, label: str = "") -> None:
             truth = _truth(picture.path, arguments.rotate)
             if json_file is not None:
-                write_line(
-                    json_file,
-                    to_line(picture, found, frame) | ({"rotate_deg": arguments.rotate} if arguments.rotate else {}),
-                )
+                write_line(json_file, to_line(picture, found, frame) | turned(arguments))
             if montages is not None:
                 montages.write(label or picture.path.stem, montage(picture.image, found, truth))
             if json_file is None and montages is None:

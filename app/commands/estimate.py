@@ -10,7 +10,7 @@ import numpy as np
 from dockpose import Estimate, Settings, estimate
 from dockpose.app.commands import arguments as given
 from dockpose.app.commands import console
-from dockpose.app.commands.estimate_sequence import estimate_sequence, is_split, turned
+from dockpose.app.commands.estimate_sequence import estimate_sequence, is_split
 from dockpose.app.commands.output import ResultWriter, SourceWriter
 from dockpose.app.commands.replay import run_session
 from dockpose.app.drawing.numbers import count
@@ -131,7 +131,7 @@ def _estimate_pictures(
                 folder.write(path.stem, picture)
 
         name = as_text(str(path))
-        line = found.to_dict(name, 0, None, sha256, taken_s) | NO_TRACK | turned(how)
+        line = found.to_dict(name, 0, None, sha256, taken_s) | NO_TRACK | given.turned(how)
         writer.write(line, str(path), Seen(name, results.frames, found, trust_of(found)), read, keep)
 
     if is_split(how):

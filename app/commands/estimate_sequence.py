@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from dockpose import Settings
+from dockpose.app.commands.arguments import turned
 from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import HeldLines, ResultWriter, SourceWriter
 from dockpose.app.export.recording import Recording, record
@@ -22,11 +23,6 @@ from dockpose.sources import Frame, Frames, Live, Tell, Video, read_ahead
 from dockpose.tracking.smoother import Smoother
 
 _RATE_HZ = 25.0  # of an annotated video of a source that gives no rate
-
-
-def turned(arguments: argparse.Namespace) -> dict[str, int]:
-    """What a line says of ``--rotate``; nothing where it was not given."""
-    return {"rotate_deg": arguments.rotate} if arguments.rotate else {}
 
 
 def is_split(arguments: argparse.Namespace) -> bool:

@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import msgspec
-import numpy as np
-from dockpose import Camera, Dock, estimate
+from dockpose import estimate
 from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_stopped, say
 from dockpose.app.commands.output import LineFile
@@ -19,7 +18,6 @@ from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.state.scene import DEFAULT_SCENE
 from dockpose.files.durable_files import remove
-from dockpose.pose.circle import CirclePose
 from dockpose.simulate import Approach, FilmPlan, Lights, RenderedFrame, Scene, film, load_sequence, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS, save_picture, truth_row
 from dockpose.simulate.parts import Background
@@ -50,7 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
     _check_files(out, (table, scene), sequence, arguments.protected)
     with writing(f"--out {out}"), contextlib.ExitStack() as files:
         rows, write = _begin(out, table, scene, sequence, files)
-        for frame in _with_progress(film(sequence, _estimator(sequence.scene.dock)), sequence.frames):
+        frames = film(sequence, lambda image, camera: estimate(image, camera, sequence.scene.dock).selected)
+        for frame in _with_progress(frames, sequence.frames):
             check_stopped()
             write(frame)
             rows.writerow(truth_row(frame))  # after each picture, so that an interrupted run leaves both
@@ -64,13 +63,6 @@ def _sequence(path: str | None, seed: int | None, frames: int | None) -> FilmPla
     with blaming("--"):
         sequence = sequence if seed is None else sequence.with_seed(seed)
         return sequence if frames is None else sequence.with_frames(frames)
-
-
-def _estimator(dock: Dock) -> Callable[[np.ndarray, Camera], CirclePose | None]:
-    def observe(image: np.ndarray, camera: Camera) -> CirclePose | None:
-        return estimate(image, camera, dock).selected
-
-    return observe
 
 
 def _with_progress(frames: Iterator[RenderedFrame], count: int) -> Iterator[RenderedFrame]:

@@ -139,13 +139,12 @@ class _Pose(msgspec.Struct, kw_only=True):
     sigma_theta_deg: tuple[_Number, _Number] | None = None
 
 
-class _Candidate(_Pose, kw_only=True):
-    probability: _Chance | None
-    rms_px: _Number | None
-
-
 class _Smoothed(_Pose, kw_only=True):
     probability: _Chance | None
+
+
+class _Candidate(_Smoothed, kw_only=True):
+    rms_px: _Number | None
 
 
 class _Track(msgspec.Struct):

@@ -21,9 +21,7 @@ Box = tuple[int, int, int, int]
 
 def canvas(width_in: float, height_in: float, dpi: float = DPI) -> Figure:
     """An empty figure whose axes take the room that their texts leave."""
-    figure = new_figure(width_in, height_in, dpi)
-    figure.set_layout_engine("constrained")
-    return figure
+    return new_figure(width_in, height_in, dpi, "constrained")
 
 
 def legend_above(figure: Figure, axes: Axes, ncols: int, **looks: Any) -> None:

@@ -11,7 +11,7 @@ from dockpose import Estimate, Settings, estimate
 from dockpose.app.commands import arguments as given
 from dockpose.app.commands import console
 from dockpose.app.commands.estimate_sequence import estimate_sequence, is_split
-from dockpose.app.commands.output import ResultWriter, SourceWriter
+from dockpose.app.commands.output import ResultWriter
 from dockpose.app.commands.replay import run_session
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError
@@ -119,7 +119,8 @@ def _try_sequence(
 def _estimate_pictures(
     batch: Batch, settings: Settings, how: argparse.Namespace, results: ResultWriter, files: contextlib.ExitStack
 ) -> None:
-    writer = SourceWriter(results, as_text(str(batch.files[0].path)) if batch.files else "", files, console.say)
+    source = as_text(str(batch.files[0].path)) if batch.files else ""
+    recordings = results.recordings(source, files, console.say)
     folder = None if how.annotate is None else results.folder(how.annotate)
     auto_masks = AutoMasks(settings, console.say)
 
@@ -132,7 +133,8 @@ def _estimate_pictures(
 
         name = as_text(str(path))
         line = found.to_dict(name, 0, None, sha256, taken_s) | NO_TRACK | given.turned(how)
-        writer.write(line, str(path), Seen(name, results.frames, found, trust_of(found)), read, keep)
+        seen = Seen(name, results.frames, found, trust_of(found))
+        results.write(line, str(path), seen, read, keep, recordings)
 
     if is_split(how):
         with workers(how.jobs, how.scheduler) as (executor, at_once):

@@ -11,7 +11,7 @@ import numpy as np
 from dockpose import Settings
 from dockpose.app.commands.arguments import turned
 from dockpose.app.commands.console import FrameProgress
-from dockpose.app.commands.output import HeldLines, ResultWriter, SourceWriter
+from dockpose.app.commands.output import HeldLines, ResultWriter
 from dockpose.app.export.recording import Recording, record
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.video import VideoFile, is_video_file
@@ -50,7 +50,7 @@ def estimate_sequence(
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
         smoother = files.enter_context(_smoothed(run, settings, results)) if how.smooth else None
-        writer = SourceWriter(results, source.name, files, progress.tell)
+        recordings = results.recordings(source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
             line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s) | turned(how)
@@ -60,7 +60,7 @@ def estimate_sequence(
             keep = functools.partial(write_picture, found.index, found.time_s)
             if smoother is not None:
                 smoother.note(tracked)
-            writer.write(line, f"{found.name} frame {found.index}{time}", seen, read, keep)
+            results.write(line, f"{found.name} frame {found.index}{time}", seen, read, keep, recordings)
             progress.step(frames.dropped)
         if recording is not None and recording.has_failed:
             return False

@@ -9,7 +9,7 @@ import json
 import os
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -28,6 +28,8 @@ from dockpose.app.processing.analysis import headline_of
 from dockpose.app.state.trust import NO_POSE, Trust
 from dockpose.checks import as_text
 from dockpose.files.durable_files import write_all, write_whole
+
+Recorded = PoseFile | RerunFile
 
 
 class ResultWriter:
@@ -50,8 +52,26 @@ class ResultWriter:
             self._folders[path] = PictureFolder(path, self.to.protected)
         return self._folders[path]
 
-    def write(self, line: dict[str, Any], label: str, trust: Trust, draw: Callable[[], object]) -> None:
-        """Write one frame."""
+    def recordings(self, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]) -> list[Recorded]:
+        """Open what ``--out`` and ``--rerun`` name for the frames of one source, to be closed with ``files``."""
+        named = [(path, kind) for path, kind in ((self.to.out, PoseFile), (self.to.rerun, RerunFile)) if path]
+        return [files.enter_context(contextlib.closing(kind(path, source, tell))) for path, kind in named]
+
+    def write(
+        self,
+        line: dict[str, Any],
+        label: str,
+        seen: Seen,
+        read: Callable[[], np.ndarray],
+        keep: Callable[[np.ndarray], object],
+        recordings: Sequence[Recorded],
+    ) -> None:
+        """Write a frame, whose picture ``read`` returns, and whose annotated one ``keep`` takes."""
+
+        @functools.cache
+        def drawn() -> np.ndarray:
+            return annotate(read(), seen.found, headline=headline_of(seen.trust))
+
         check_stopped()
         if line["status"] == "method_failed":
             self.failures.append(line["message"])
@@ -60,13 +80,15 @@ class ResultWriter:
         else:
             self.held.add(line)
         if self.to.annotate is not None:
-            draw()
+            keep(drawn())
         elif self._json is None and self._table is None:
-            trusted = "" if trust.verdict == NO_POSE else f" {trust.sentence}"
-            is_open = line["status"] == "not_a_ring" and line["dock"]["lights"] is None
-            hint = " Give --lights N if you know how many the dock has." if is_open else ""
-            put(f"{label}: {line['message']}{trusted}{hint}")
+            put(f"{label}: {_sentences(line, seen.trust)}")
         self.frames += 1
+        if recordings:
+            picture = None if self.to.out is None else drawn()
+            with_pictures = dataclasses.replace(seen, picture=picture, original=read())
+            for file in recordings:
+                file.write(with_pictures, line["time_s"], line["time_unix_s"])
 
     def record(self, line: dict[str, Any]) -> None:
         """Write a frame's JSON object and row."""
@@ -76,38 +98,11 @@ class ResultWriter:
             self._table.writerow(to_row(line))
 
 
-class SourceWriter:
-    """Writes the frames of one source: their results, and the recordings of ``--out`` and ``--rerun``."""
-
-    def __init__(
-        self, results: ResultWriter, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]
-    ) -> None:
-        self._results = results
-        self._files: list[PoseFile | RerunFile] = []
-        for path, kind in ((results.to.out, PoseFile), (results.to.rerun, RerunFile)):
-            if path is not None:
-                self._files.append(files.enter_context(contextlib.closing(kind(path, source, tell))))
-
-    def write(
-        self,
-        line: dict[str, Any],
-        label: str,
-        seen: Seen,
-        read: Callable[[], np.ndarray],
-        keep: Callable[[np.ndarray], object],
-    ) -> None:
-        """Write a frame, whose picture ``read`` returns, and whose annotated one ``keep`` takes."""
-
-        @functools.cache
-        def drawn() -> np.ndarray:
-            return annotate(read(), seen.found, headline=headline_of(seen.trust))
-
-        self._results.write(line, label, seen.trust, lambda: keep(drawn()))
-        if self._files:
-            picture = None if self._results.to.out is None else drawn()
-            with_pictures = dataclasses.replace(seen, picture=picture, original=read())
-            for file in self._files:
-                file.write(with_pictures, line["time_s"], line["time_unix_s"])
+def _sentences(line: dict[str, Any], trust: Trust) -> str:
+    trusted = "" if trust.verdict == NO_POSE else f" {trust.sentence}"
+    is_open = line["status"] == "not_a_ring" and line["dock"]["lights"] is None
+    hint = " Give --lights N if you know how many the dock has." if is_open else ""
+    return f"{line['message']}{trusted}{hint}"
 
 
 class HeldLines:

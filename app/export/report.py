@@ -190,7 +190,6 @@ def _annotated_uri(image: np.ndarray, line: dict[str, Any], pictures: int) -> st
 
 
 def _data_uri(picture: np.ndarray, pictures: int) -> str:
-    """Return a picture as a data URI, smaller where there are many."""
     scale = min(1.0, _WIDEST_PX[pictures] / picture.shape[1])
     size = (max(1, round(scale * picture.shape[1])), max(1, round(scale * picture.shape[0])))
     scaled = picture if scale == 1 else cv2.resize(picture, size, interpolation=cv2.INTER_AREA)

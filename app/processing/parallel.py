@@ -54,18 +54,10 @@ class SequenceWork:
     rate_hz: float | None
     camera: Camera
     dock: Dock
-    frames: int
+    count: int  # of frames
     topic: str | None = None
     rotate_deg: int = 0
     folder: str = field(default_factory=os.getcwd)
-
-    def count(self) -> int:
-        """Number of frames."""
-        return self.frames
-
-    def belongs(self, index: int) -> tuple[Camera, Dock]:
-        """Camera and dock of a frame."""
-        return self.camera, self.dock
 
     def label(self, found: Found) -> str:
         """Name of a frame in messages."""
@@ -83,13 +75,10 @@ class PictureWork:
     files: tuple[PictureFile, ...]
     folder: str = field(default_factory=os.getcwd)
 
+    @property
     def count(self) -> int:
         """Number of pictures."""
         return len(self.files)
-
-    def belongs(self, index: int) -> tuple[Camera, Dock]:
-        """Camera and dock of a picture."""
-        return self.files[index].camera, self.files[index].dock
 
     def label(self, found: Found) -> str:
         """Name of a picture in messages."""
@@ -177,25 +166,23 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
 
 def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings) -> Iterator[Found]:
     """Yield the results in order, of ``count`` chunks at once; ``auto_masks`` learns and changes the settings."""
-    total = work.count()
-    size = min(_LARGEST_CHUNK, BLOCK * math.ceil(total / (_CHUNKS_EACH * count * BLOCK)))
+    size = min(_LARGEST_CHUNK, BLOCK * math.ceil(work.count / (_CHUNKS_EACH * count * BLOCK)))
     waiting: deque[Future[list[Found]]] = deque()
     start, last = 0, None
     try:
-        while start < total or waiting:
-            while start < total and len(waiting) < _AHEAD * count:
-                stop = min(total, start - start % BLOCK + size)
+        while start < work.count or waiting:
+            while start < work.count and len(waiting) < _AHEAD * count:
+                stop = min(work.count, start - start % BLOCK + size)
                 waiting.append(executor.submit(work.chunk(start, stop, last if start % BLOCK else None), settings))
                 start = stop
             for one in waiting.popleft().result():
-                if one.estimate is not None:
-                    shape = (one.estimate.height, one.estimate.width)
-                    wanted = auto_masks.settings_for(shape, *work.belongs(one.index))
-                    if one.estimate.settings != wanted:
+                if (found := one.estimate) is not None:
+                    wanted = auto_masks.settings_for((found.height, found.width), found.camera, found.dock)
+                    if found.settings != wanted:
                         _cancel(waiting)
                         settings, start = wanted, one.index
                         break
-                    auto_masks.see(one.estimate, work.label(one))
+                    auto_masks.see(found, work.label(one))
                     last = one
                 yield one
     finally:

@@ -122,7 +122,6 @@ def _versions() -> Iterator[Finding]:
 
 
 def _installed(package: str) -> str | None:
-    """The version of a package; None where it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:

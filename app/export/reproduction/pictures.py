@@ -81,7 +81,6 @@ def show(axes: Axes, image: np.ndarray, title: str, part: Box | None = None, fou
 
 
 def _mark_lights(axes: Axes, found: Estimate) -> None:
-    """Circle the lights on the ring, and draw the ellipse through them."""
     if found.markers is not None and found.ring is not None:
         x, y = found.markers.points_px[found.ring.on_ring].T
         axes.plot(x, y, "o", mfc="none", mec=LIGHT_COLOUR, ms=7, mew=1.2)

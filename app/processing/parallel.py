@@ -59,6 +59,10 @@ class SequenceWork:
     rotate_deg: int = 0
     folder: str = field(default_factory=os.getcwd)
 
+    def belongs(self, index: int) -> tuple[Camera, Dock]:
+        """Camera and dock of a frame."""
+        return self.camera, self.dock
+
     def label(self, found: Found) -> str:
         """Name of a frame in messages."""
         return f"{found.name} frame {found.index}"
@@ -79,6 +83,10 @@ class PictureWork:
     def count(self) -> int:
         """Number of pictures."""
         return len(self.files)
+
+    def belongs(self, index: int) -> tuple[Camera, Dock]:
+        """Camera and dock of a picture."""
+        return self.files[index].camera, self.files[index].dock
 
     def label(self, found: Found) -> str:
         """Name of a picture in messages."""
@@ -177,7 +185,7 @@ def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, set
                 start = stop
             for one in waiting.popleft().result():
                 if (found := one.estimate) is not None:
-                    wanted = auto_masks.settings_for((found.height, found.width), found.camera, found.dock)
+                    wanted = auto_masks.settings_for((found.height, found.width), *work.belongs(one.index))
                     if found.settings != wanted:
                         _cancel(waiting)
                         settings, start = wanted, one.index

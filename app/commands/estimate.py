@@ -51,20 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.sources:
         arguments.parser.error("give a SOURCE, or --session FOLDER")
     camera, dock, settings = given.camera_of(arguments), given.dock_of(arguments), given.settings_of(arguments)
-    rate_hz = arguments.rate
-    given.check_least(arguments, jobs=1)
-    if rate_hz is not None and not 0 < rate_hz < 1e6:
-        raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
-    recordings = (("--out", arguments.out, MCAP_ENDING), ("--rerun", arguments.rerun, RERUN_ENDING))
-    for option, path, ending in recordings:
-        if path is not None and path.suffix.lower() != ending:
-            raise UserError(f"{option} {path}: must be NAME{ending}")
-    if arguments.record is not None:
-        given.check_recording(arguments.record, arguments.sources)
-    if arguments.smooth and arguments.json is None and arguments.csv is None:
-        raise UserError("--smooth needs --json FILE or --csv FILE, which is where smoothed poses go")
+    _check(arguments)
     wishes = given.wishes_of(arguments, arguments.sources)
-    found = resolve(arguments.sources, camera, dock, console.say, rate_hz, arguments.topic, arguments.rotate)
+    found = resolve(arguments.sources, camera, dock, console.say, arguments.rate, arguments.topic, arguments.rotate)
     parts = [dataclasses.replace(part, wishes=wishes) if isinstance(part, FrameSource) else part for part in found]
     is_video = arguments.annotate is not None and is_video_file(arguments.annotate)
     if is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
@@ -73,6 +62,21 @@ def run(arguments: argparse.Namespace) -> int:
     if recording is not None and len(parts) != 1:
         raise UserError(f"{recording}: takes one source, since its times are those of one")
     return _estimate(parts, settings, arguments)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Raise UserError for what the options cannot be, whatever the sources are."""
+    rate_hz = arguments.rate
+    given.check_least(arguments, jobs=1)
+    if rate_hz is not None and not 0 < rate_hz < 1e6:
+        raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
+    for option, path, ending in (("--out", arguments.out, MCAP_ENDING), ("--rerun", arguments.rerun, RERUN_ENDING)):
+        if path is not None and path.suffix.lower() != ending:
+            raise UserError(f"{option} {path}: must be NAME{ending}")
+    if arguments.record is not None:
+        given.check_recording(arguments.record, arguments.sources)
+    if arguments.smooth and arguments.json is None and arguments.csv is None:
+        raise UserError("--smooth needs --json FILE or --csv FILE, which is where smoothed poses go")
 
 
 def _estimate(parts: Sequence[Batch | FrameSource | None], settings: Settings, how: argparse.Namespace) -> int:

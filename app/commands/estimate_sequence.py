@@ -118,9 +118,7 @@ class _Run:
             yield seen, followed
 
     def _split(self, count: int) -> Iterator[tuple[Found, Followed]]:
-        source = self._source
-        camera, dock, turn = self.camera, self._dock, source.rotate_deg
-        work = SequenceWork(source.source, source.paths, source.rate_hz, camera, dock, count, source.topic, turn)
+        work = SequenceWork(self._source, self.camera, self._dock, count)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
             for found in split(work, executor, at_once, self._following.masks, self._settings):
                 if found.estimate is None:

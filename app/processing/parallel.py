@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import PictureFile
+from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.following import AutoMasks, search_of
-from dockpose.sources import Frames, Pictures, open_frames
+from dockpose.sources import Frames
 from dockpose.tracking.search import BLOCK
 
 _LARGEST_CHUNK = 10 * BLOCK  # frames; a decoder starts at a key frame, often one in 250
@@ -49,14 +49,10 @@ class Found:
 class SequenceWork:
     """The frames of one recording, which each worker opens by its path in ``folder``; ``camera`` is turned."""
 
-    source: str
-    paths: tuple[Path, ...]
-    rate_hz: float | None
+    source: FrameSource
     camera: Camera
     dock: Dock
     count: int  # of frames
-    topic: str | None = None
-    rotate_deg: int = 0
     folder: str = field(default_factory=os.getcwd)
 
     def belongs(self, index: int) -> tuple[Camera, Dock]:
@@ -104,7 +100,7 @@ Work = SequenceWork | PictureWork
 def _estimate_frames(
     work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
 ) -> list[Found]:
-    frames, told = _opened(work)
+    source, (frames, told) = work.source, _opened(work)
     told.clear()
     search = search_of(work.camera, work.dock, settings)
     if before is not None and before.estimate is not None:
@@ -115,14 +111,14 @@ def _estimate_frames(
     def pass_on(index: int) -> None:
         nonlocal skipped
         for text in told:
-            text = _as_typed(text, [work.source, *map(str, work.paths[start:stop])], work.folder)
-            done.append(Found(index, None, work.source, None, None, text, frames.skipped - skipped))
+            text = _as_typed(text, [source.source, *map(str, source.paths[start:stop])], work.folder)
+            done.append(Found(index, None, source.source, None, None, text, frames.skipped - skipped))
             skipped = frames.skipped
         told.clear()
 
     for frame in frames.between(start, stop):
         pass_on(frame.index)
-        name = str(work.paths[frame.index]) if work.paths else work.source
+        name = str(source.paths[frame.index]) if source.paths else source.source
         found = search.see(frame.image, frame.index, frame.time_s, settings)
         done.append(Found(frame.index, frame.time_s, name, frame.sha256, found, time_unix_s=frame.time_unix_s))
     pass_on(stop - 1)
@@ -207,14 +203,12 @@ def _cancel(waiting: deque[Future[list[Found]]]) -> None:
 def _opened(work: SequenceWork) -> tuple[Frames, list[str]]:
     """A source that stays open in a worker from chunk to chunk, and the list of its messages."""
     told: list[str] = []
-    folder = Path(work.folder)
-    if work.paths:
-        frames: Frames = Pictures([folder / path for path in work.paths], work.source, work.rate_hz, told.append)
+    folder, source = Path(work.folder), work.source
+    if source.paths:
+        source = replace(source, paths=tuple(folder / path for path in source.paths))
     else:
-        how: Any = {"rate_hz": work.rate_hz, "grey": not work.dock.colours, "topic": work.topic}
-        frames = open_frames(folder / work.source, told.append, **how)
-    frames.turn(work.rotate_deg)
-    return frames, told
+        source = replace(source, source=str(folder / source.source))
+    return source.open(told.append, grey=not work.dock.colours), told
 
 
 def _leave_interrupts() -> None:

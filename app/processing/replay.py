@@ -52,7 +52,9 @@ def _different(name: str, stored: Any, new: Any) -> Iterator[tuple[str, Any, Any
             return
         for index, (one, other) in enumerate(zip(stored, new, strict=True)):
             yield from _different(f"{name}[{index}]", one, other)
-    elif stored != new:
-        are_floats = isinstance(stored, float) and isinstance(new, float)
-        if not (are_floats and math.isclose(stored, new, rel_tol=ROUNDING, abs_tol=ROUNDING)):
-            yield name, stored, new
+    elif stored != new and not (isinstance(stored, float) and isinstance(new, float) and _is_rounding(stored, new)):
+        yield name, stored, new
+
+
+def _is_rounding(stored: float, new: float) -> bool:
+    return math.isclose(stored, new, rel_tol=ROUNDING, abs_tol=ROUNDING)

@@ -112,15 +112,15 @@ def dock_of(arguments: argparse.Namespace) -> Dock | None:
         return Dock(diameter_m, arguments.lights)
 
 
+def turned(arguments: argparse.Namespace) -> dict[str, int]:
+    """What a line of JSON says of ``--rotate``; nothing where it was not given."""
+    return {"rotate_deg": arguments.rotate} if arguments.rotate else {}
+
+
 def wishes_of(arguments: argparse.Namespace, sources: Sequence[str]) -> Wishes:
     """What a camera is asked for. Raises UserError for what no camera can give, and where no source is a camera."""
     names = {"exposure": "--exposure", "gain": "--gain", "rate_hz": "--fps", "format": "--format"}
-    given = {
-        "exposure": arguments.exposure,
-        "gain": arguments.gain,
-        "rate_hz": arguments.fps,
-        "format": arguments.format,
-    }
+    given = {name: getattr(arguments, option.lstrip("-")) for name, option in names.items()}
     wishes = wishes_from(given, names)
     named = [names[one] for one, value in given.items() if value is not None]
     if named and not any(kind_of(source) is Kind.CAMERA for source in sources):

@@ -2,7 +2,7 @@
 
 import argparse
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -12,7 +12,8 @@ from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put, put_rich
 from dockpose.app.drawing.numbers import MISSING, number, sigma_words
 from dockpose.app.errors import UserError, blaming, check_place, writing
-from dockpose.app.experiment import Row, SessionRecord, read_session
+from dockpose.app.experiment import Row, read_session
+from dockpose.app.export.parts import sentences
 from dockpose.app.inputs.sidecar import save_dock
 from dockpose.camera.sigma import errors_of
 from dockpose.pose.circle import angles_of, rotation_from_angles
@@ -31,7 +32,6 @@ def add_parser(commands: Commands) -> None:
     """Add the command ``check``."""
     parser = commands.add_parser("check", help="say what a session's measured values tell of dock, camera and tape")
     add_options(parser, "check", tape={"default": 1000 * TAPE_M})
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -50,9 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f"{arguments.session}: {error}") from error
     angles = np.array([_angles_off(row, fit) for row in rows])
     _print(rows, fit, angles)
-    put(*sentences(rows, fit))
-    camera, dock = _known(record, rows[-1])
-    _correct(arguments.out, fit, camera, dock)
+    put(*_told(rows, fit))
+    line = record.line(rows[-1])
+    _correct(arguments.out, fit, msgspec.convert(line["camera"], Camera), msgspec.convert(line["dock"], Dock))
     return EXIT_ALL_READ
 
 
@@ -113,49 +113,15 @@ def _rms(column: np.ndarray) -> str:
     return number(math.sqrt(float((known**2).mean())), 2) if len(known) else MISSING
 
 
-def sentences(rows: Sequence[Row], fit: TapeFit) -> Iterator[str]:
+def _told(rows: Sequence[Row], fit: TapeFit) -> list[str]:
     """What the differences mean, the gravest first."""
+    slipped = []
     for index in fit.slipped:
-        off, sigma = fit.residuals_m[index], fit.sigmas_m[index]
-        worst = int(np.nanargmax(np.abs(off) / sigma))
-        off_cm, errors = 100 * abs(off[worst]), abs(off[worst]) / sigma[worst]
-        yield (
-            f"Row {rows[index].number} is off by {number(off_cm)} cm, {number(errors, 0)} standard errors: mistyped, "
-            "or of another place. It is left out."
-        )
-    share, sigma = 100 * (fit.scale - 1), 100 * fit.scale_sigma
-    if fit.is_sure(share, sigma):
-        much = f"{number(abs(share), 2)} ± {sigma_words(sigma)} % too {'short' if share > 0 else 'long'}"
-        yield f"All ranges are {much}: the diameter or the focal length."
-    else:
-        yield f"Ranges have no common error: {number(share, 2, signed=True)} ± {sigma_words(sigma)} %."
-    if fit.is_sure(fit.edge, fit.edge_sigma):
-        grow = "grow" if fit.edge < 0 else "shrink"
-        yield (
-            f"Places aside of the axis {grow} towards the edge, by {number(100 * abs(fit.edge), 1)} ± "
-            f"{sigma_words(100 * fit.edge_sigma)} % at 45 degrees: the lens, or a port that is not in the camera file."
-        )
-    shifts = [*zip(_AXES, fit.shift_m, fit.shift_sigma_m, strict=True), ("the distance", fit.zero_m, fit.zero_sigma_m)]
-    for name, shift_m, sigma_m in shifts:
-        if fit.is_sure(shift_m, sigma_m):
-            yield (
-                f"{name[:1].upper()}{name[1:]} is {number(100 * abs(shift_m))} ± {sigma_words(100 * sigma_m)} cm "
-                f"{'less' if shift_m > 0 else 'more'} than measured everywhere: the tape's zero."
-            )
-    turn, turn_sigma = np.degrees(fit.turn_rad), np.degrees(fit.turn_sigma_rad)
-    turned = [
-        f"{number(angle, 1, signed=True)} ± {sigma_words(error)}° about {axis}"
-        for axis, angle, error in zip(_AXES, turn, turn_sigma, strict=True)
-        if fit.is_sure(angle, error)
-    ]
-    if turned:
-        yield f"The camera does not look along the tank's axes; it is turned by {', '.join(turned)}."
-
-
-def _known(record: SessionRecord, row: Row) -> tuple[Camera, Dock]:
-    """Camera and dock of a row's frame."""
-    line = record.line(row)
-    return msgspec.convert(line["camera"], Camera), msgspec.convert(line["dock"], Dock)
+        off, sigma = np.abs(fit.residuals_m[index]), fit.sigmas_m[index]
+        worst = int(np.nanargmax(off / sigma))
+        slipped.append((rows[index].number, 100 * off[worst], off[worst] / sigma[worst]))
+    turns = zip(_AXES, np.degrees(fit.turn_rad), np.degrees(fit.turn_sigma_rad), strict=True)
+    return sentences("check.txt", "told", fit, slipped, [turn for turn in turns if fit.is_sure(*turn[1:])])
 
 
 def _correct(out: Path | None, fit: TapeFit, camera: Camera, dock: Dock) -> None:

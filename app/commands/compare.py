@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from dockpose import Estimate, Settings
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, masks_of
+from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, masks_of, turned
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.commands.output import PictureFolder, open_lines, write_line
 from dockpose.app.drawing.montage import montage
@@ -22,6 +22,7 @@ from dockpose.files.yaml_file import FileError
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.sources import Kind, kind_of
 
+_OF_LINE = ("status", "message", "candidates", "selected", "elapsed_ms")
 _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")
 
 
@@ -49,10 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         def write(picture: Picture, found: Mapping[str, Estimate], frame: int = 0, label: str = "") -> None:
             truth = _truth(picture.path, arguments.rotate)
             if json_file is not None:
-                write_line(
-                    json_file,
-                    to_line(picture, found, frame) | ({"rotate_deg": arguments.rotate} if arguments.rotate else {}),
-                )
+                write_line(json_file, to_line(picture, found, frame) | turned(arguments))
             if montages is not None:
                 montages.write(label or picture.path.stem, montage(picture.image, found, truth))
             if json_file is None and montages is None:
@@ -82,12 +80,12 @@ def _compare_frames(source: FrameSource, batch: Batch, work: Callable[[Picture, 
 
 def to_line(picture: Picture, found: Mapping[str, Estimate], frame: int = 0) -> dict[str, Any]:
     """One picture's comparison as a JSON object; unknown values are None, never left out."""
-    return {
-        "source": str(picture.path),
-        "frame": frame,
-        "sha256": picture.sha256 or None,
-        "methods": {name: _method_dict(one) for name, one in found.items()},
-    }
+    methods = {}
+    for name, one in found.items():
+        line = one.to_dict()
+        methods[name] = {key: (line["threshold"] or {}).get(key) for key in ("level", "groups")}
+        methods[name] |= {"on_ring": one.lights_on_ring, **{key: line[key] for key in _OF_LINE}}
+    return {"source": str(picture.path), "frame": frame, "sha256": picture.sha256 or None, "methods": methods}
 
 
 def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = None) -> str:
@@ -100,17 +98,6 @@ def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = N
         numbers = (cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))
         lines.append("  ".join(("", row[0].ljust(widths[0]), *numbers, remark)).rstrip())
     return "\n".join(lines) + "\n"
-
-
-def _method_dict(found: Estimate) -> dict[str, Any]:
-    line = found.to_dict()
-    threshold = line["threshold"] or {}
-    return {
-        "level": threshold.get("level"),
-        "groups": threshold.get("groups"),
-        "on_ring": found.lights_on_ring,
-        **{key: line[key] for key in ("status", "message", "candidates", "selected", "elapsed_ms")},
-    }
 
 
 def _cells(name: str, found: Estimate) -> tuple[str, ...]:

@@ -48,6 +48,17 @@ def check_stopped() -> None:
         raise Terminated if Terminated in _asked else KeyboardInterrupt
 
 
+@contextlib.contextmanager
+def kept_at_stop() -> Iterator[None]:
+    """Go on after the context where Ctrl+C ends it, with what there is by then; SIGTERM ends the program."""
+    try:
+        yield
+    except Terminated:
+        raise
+    except KeyboardInterrupt:
+        say("stopped; what was seen so far counts")
+
+
 def say(text: str, level: int = logging.INFO) -> None:
     """Write a message of one line to standard error, if it takes anything, and note it as an event of that level."""
     _LOG.log(level, "%s", text, extra={"is_said": True})

@@ -7,17 +7,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from dockpose import Camera, Dock, Estimate, Settings, estimate
+from dockpose import Estimate, Settings, estimate
 from dockpose.app.commands import arguments as given
 from dockpose.app.commands import console
-from dockpose.app.commands.estimate_sequence import How, estimate_sequence
-from dockpose.app.commands.output import Destinations, ResultWriter, SourceWriter
+from dockpose.app.commands.estimate_sequence import estimate_sequence, is_split
+from dockpose.app.commands.output import ResultWriter
 from dockpose.app.commands.replay import run_session
 from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.mcap_file import ENDING as MCAP_ENDING
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import ENDING as RERUN_ENDING
+from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.sequences import FrameSource, resolve
 from dockpose.app.processing.analysis import trust_of
@@ -50,45 +51,39 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.sources:
         arguments.parser.error("give a SOURCE, or --session FOLDER")
     camera, dock, settings = given.camera_of(arguments), given.dock_of(arguments), given.settings_of(arguments)
+    _check(arguments)
+    wishes = given.wishes_of(arguments, arguments.sources)
+    found = resolve(arguments.sources, camera, dock, console.say, arguments.rate, arguments.topic, arguments.rotate)
+    parts = [dataclasses.replace(part, wishes=wishes) if isinstance(part, FrameSource) else part for part in found]
+    is_video = arguments.annotate is not None and is_video_file(arguments.annotate)
+    if is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
+        raise UserError(f"--annotate {arguments.annotate}: a video is made of one sequence; give a folder instead")
+    recording = arguments.out or arguments.rerun
+    if recording is not None and len(parts) != 1:
+        raise UserError(f"{recording}: takes one source, since its times are those of one")
+    return _estimate(parts, settings, arguments)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Raise UserError for what the options cannot be, whatever the sources are."""
     rate_hz = arguments.rate
     given.check_least(arguments, jobs=1)
     if rate_hz is not None and not 0 < rate_hz < 1e6:
         raise UserError(f"--rate is {rate_hz:g}; it must be above 0 and below a million")
-    to = Destinations(
-        arguments.json, arguments.csv, arguments.annotate, arguments.out, arguments.rerun, arguments.protected
-    )
-    for option, path, ending in (("--out", to.out, MCAP_ENDING), ("--rerun", to.rerun, RERUN_ENDING)):
+    for option, path, ending in (("--out", arguments.out, MCAP_ENDING), ("--rerun", arguments.rerun, RERUN_ENDING)):
         if path is not None and path.suffix.lower() != ending:
             raise UserError(f"{option} {path}: must be NAME{ending}")
     if arguments.record is not None:
         given.check_recording(arguments.record, arguments.sources)
     if arguments.smooth and arguments.json is None and arguments.csv is None:
         raise UserError("--smooth needs --json FILE or --csv FILE, which is where smoothed poses go")
-    wishes = given.wishes_of(arguments, arguments.sources)
-    workers_of = {"jobs": arguments.jobs, "scheduler": arguments.scheduler}
-    shown = {"is_smoothed": arguments.smooth, "rotate_deg": arguments.rotate}
-    how = How(rate_hz, arguments.topic, wishes=wishes, record=arguments.record, **workers_of, **shown)
-    return estimate_sources(arguments.sources, camera, dock, settings, to, how)
 
 
-def estimate_sources(
-    sources: Sequence[str],
-    camera: Camera | None,
-    dock: Dock | None,
-    settings: Settings,
-    to: Destinations,
-    how: How,
-) -> int:
+def _estimate(parts: Sequence[Batch | FrameSource | None], settings: Settings, how: argparse.Namespace) -> int:
     """Estimate every picture and sequence, and write what was asked for, frame by frame."""
-    found = resolve(sources, camera, dock, console.say, how.rate_hz, how.topic, how.rotate_deg)
-    parts = [dataclasses.replace(part, wishes=how.wishes) if isinstance(part, FrameSource) else part for part in found]
-    if to.is_video and (len(parts) != 1 or isinstance(parts[0], Batch)):
-        raise UserError(f"--annotate {to.annotate}: a video is made of one sequence; give a folder instead")
-    if to.recordings and len(parts) != 1:
-        raise UserError(f"{to.recordings[0]}: takes one source, since its times are those of one")
     all_read = True
     with contextlib.ExitStack() as files:
-        results = ResultWriter(to, files)
+        results = ResultWriter(how, files)
         try:
             for number, part in enumerate(parts, 1):
                 if isinstance(part, Batch):
@@ -100,8 +95,7 @@ def estimate_sources(
                     all_read &= _try_sequence(part, settings, how, results, number if len(parts) > 1 else None)
         except (KeyboardInterrupt, SystemError) as error:
             stopped = console.stop_in(error)
-            frames = "1 frame" if results.frames == 1 else f"{results.frames} frames"
-            console.say(f"stopped after {frames}, whose results are kept")
+            console.say(f"stopped after {count(results.frames, 'frame')}, whose results are kept")
             return console.EXIT_TERMINATED if isinstance(stopped, console.Terminated) else console.EXIT_STOPPED
     if results.failures:
         console.say(
@@ -110,9 +104,11 @@ def estimate_sources(
     return console.EXIT_ALL_READ if all_read and not results.failures else console.EXIT_SOME_UNREADABLE
 
 
-def _try_sequence(source: FrameSource, settings: Settings, how: How, results: ResultWriter, number: int | None) -> bool:
+def _try_sequence(
+    source: FrameSource, settings: Settings, how: argparse.Namespace, results: ResultWriter, number: int | None
+) -> bool:
     """Estimate a sequence; its annotated pictures go to a folder of their own where it is one of several sources."""
-    folder = results.to.annotate
+    folder = how.annotate
     if folder is not None and number is not None:
         folder = folder / f"{number}_{Path(source.source).stem}"
     try:
@@ -125,11 +121,11 @@ def _try_sequence(source: FrameSource, settings: Settings, how: How, results: Re
 
 
 def _estimate_pictures(
-    batch: Batch, settings: Settings, how: How, results: ResultWriter, files: contextlib.ExitStack
+    batch: Batch, settings: Settings, how: argparse.Namespace, results: ResultWriter, files: contextlib.ExitStack
 ) -> None:
-    to = results.to.annotate
-    writer = SourceWriter(results, as_text(str(batch.files[0].path)) if batch.files else "", files, console.say)
-    folder = None if to is None else results.folder(to)
+    source = as_text(str(batch.files[0].path)) if batch.files else ""
+    recordings = results.recordings(source, files, console.say)
+    folder = None if how.annotate is None else results.folder(how.annotate)
     auto_masks = AutoMasks(settings, console.say)
 
     def write(
@@ -140,10 +136,11 @@ def _estimate_pictures(
                 folder.write(path.stem, picture)
 
         name = as_text(str(path))
-        line = found.to_dict(name, 0, None, sha256, taken_s) | NO_TRACK | how.turned
-        writer.write(line, str(path), Seen(name, results.frames, found, trust_of(found)), read, keep)
+        line = found.to_dict(name, 0, None, sha256, taken_s) | NO_TRACK | given.turned(how)
+        seen = Seen(name, results.frames, found, trust_of(found))
+        results.write(line, str(path), seen, read, keep, recordings)
 
-    if how.is_split:
+    if is_split(how):
         with workers(how.jobs, how.scheduler) as (executor, at_once):
             for one in split(PictureWork(batch.files), executor, at_once, auto_masks, settings):
                 if one.estimate is None:

@@ -1,57 +1,37 @@
 """Sequences for ``dockpose estimate``: frame after frame searched, followed over time, and written."""
 
+import argparse
 import contextlib
 import functools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 from dockpose import Settings
+from dockpose.app.commands.arguments import turned
 from dockpose.app.commands.console import FrameProgress
-from dockpose.app.commands.output import HeldLines, ResultWriter, SourceWriter
+from dockpose.app.commands.output import HeldLines, ResultWriter
 from dockpose.app.export.recording import Recording, record
 from dockpose.app.export.recordings.messages import Seen
-from dockpose.app.export.video import VideoFile
+from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known
 from dockpose.app.processing.following import Followed, Following
 from dockpose.app.processing.parallel import Found, SequenceWork, split, workers
-from dockpose.sources import NO_WISHES, Frame, Frames, Live, Tell, Video, Wishes, read_ahead
+from dockpose.sources import Frame, Frames, Live, Tell, Video, read_ahead
 from dockpose.tracking.smoother import Smoother
-from dockpose.tracking.tracker import Tracked
 
 _RATE_HZ = 25.0  # of an annotated video of a source that gives no rate
 
 
-@dataclass(frozen=True)
-class How:
-    """How frames are searched."""
-
-    rate_hz: float | None = None  # of pictures in a row, which makes them a sequence
-    topic: str | None = None  # of bags
-    jobs: int = 1  # number of processes
-    scheduler: str | None = None  # address of a Dask cluster's scheduler, in place of processes
-    wishes: Wishes = NO_WISHES  # what a camera is asked for
-    record: Path | None = None  # file for every frame of a live source
-    # whether lines and rows are held until the end of a sequence, when its poses are smoothed over all frames
-    is_smoothed: bool = False
-    rotate_deg: int = 0  # by how much frames and cameras are turned clockwise
-
-    @property
-    def turned(self) -> dict[str, int]:
-        """What a line says of the turn; nothing where there is none."""
-        return {"rotate_deg": self.rotate_deg} if self.rotate_deg else {}
-
-    @property
-    def is_split(self) -> bool:
-        """Whether chunks of frames go to other processes."""
-        return self.jobs > 1 or self.scheduler is not None
+def is_split(arguments: argparse.Namespace) -> bool:
+    """Whether chunks of frames go to other processes."""
+    return arguments.jobs > 1 or arguments.scheduler is not None
 
 
 def estimate_sequence(
-    source: FrameSource, settings: Settings, how: How, results: ResultWriter, folder: Path | None
+    source: FrameSource, settings: Settings, how: argparse.Namespace, results: ResultWriter, folder: Path | None
 ) -> bool:
     """Estimate and follow all frames of a sequence, and write what was asked for."""
     with contextlib.ExitStack() as files:
@@ -69,24 +49,25 @@ def estimate_sequence(
             progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
         run = _Run(source, frames, settings, how, progress.tell)
         write_picture = _picture_writer(frames, results, folder, files)
-        hold = files.enter_context(_smoothed(run, settings, results)) if how.is_smoothed else None
-        writer = SourceWriter(results, source.name, files, progress.tell)
+        smoother = files.enter_context(_smoothed(run, settings, results)) if how.smooth else None
+        recordings = results.recordings(source.name, files, progress.tell)
         for found, followed in run:
             tracked = followed.tracked
-            line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s) | how.turned
+            line = tracked.to_dict(found.name, found.index, found.time_s, found.sha256, found.time_unix_s) | turned(how)
             time = "" if found.time_s is None else f" ({found.time_s:.3f} s)"
             seen = Seen(found.name, found.index, followed.estimate, followed.trust, tracked.track)
             read = functools.partial(run.picture, found.index)
             keep = functools.partial(write_picture, found.index, found.time_s)
-            held = None if hold is None else hold(tracked)
-            writer.write(line, f"{found.name} frame {found.index}{time}", seen, read, keep, held)
+            if smoother is not None:
+                smoother.note(tracked)
+            results.write(line, f"{found.name} frame {found.index}{time}", seen, read, keep, recordings)
             progress.step(frames.dropped)
         if recording is not None and recording.has_failed:
             return False
         return frames.is_live or not (run.skipped or frames.is_cut_short)
 
 
-def _begin_live(frames: Live, how: How, tell: Tell, files: contextlib.ExitStack) -> Recording | None:
+def _begin_live(frames: Live, how: argparse.Namespace, tell: Tell, files: contextlib.ExitStack) -> Recording | None:
     """Say what a live source gives, and record it where that is wished."""
     if frames.about:
         tell(f"{frames.source}: {frames.about}")
@@ -99,7 +80,9 @@ def _begin_live(frames: Live, how: How, tell: Tell, files: contextlib.ExitStack)
 class _Run:
     """The frames of a sequence as they are found and followed, whichever way they are searched."""
 
-    def __init__(self, source: FrameSource, frames: Frames, settings: Settings, how: How, tell: Tell) -> None:
+    def __init__(
+        self, source: FrameSource, frames: Frames, settings: Settings, how: argparse.Namespace, tell: Tell
+    ) -> None:
         self._source, self._frames, self._settings, self._how, self._tell = source, frames, settings, how, tell
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)
         self._following = Following(self.camera, self._dock, settings, tell, watch_exposure=frames.is_live)
@@ -119,7 +102,7 @@ class _Run:
 
     def __iter__(self) -> Iterator[tuple[Found, Followed]]:
         frames = self._frames
-        if not self._how.is_split or frames.is_live:
+        if not is_split(self._how) or frames.is_live:
             return self._one_by_one()
         if frames.count is None or (isinstance(frames, Video) and not frames.is_counted):
             self._tell(f"{frames.source}: its frames cannot be counted, so that they are estimated one by one")
@@ -135,9 +118,7 @@ class _Run:
             yield seen, followed
 
     def _split(self, count: int) -> Iterator[tuple[Found, Followed]]:
-        source = self._source
-        camera, dock, turn = self.camera, self._dock, source.rotate_deg
-        work = SequenceWork(source.source, source.paths, source.rate_hz, camera, dock, count, source.topic, turn)
+        work = SequenceWork(self._source, self.camera, self._dock, count)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
             for found in split(work, executor, at_once, self._following.masks, self._settings):
                 if found.estimate is None:
@@ -148,17 +129,14 @@ class _Run:
 
 
 @contextlib.contextmanager
-def _smoothed(run: _Run, settings: Settings, results: ResultWriter) -> Iterator[Callable[[Tracked], HeldLines]]:
-    """What takes in each frame and keeps its line; at the end, or where it is stopped, they are written smoothed."""
+def _smoothed(run: _Run, settings: Settings, results: ResultWriter) -> Iterator[Smoother]:
+    """Hold the lines of all frames; at the end, or where it is stopped, they are written with their smoothed poses."""
     smoother, held = Smoother(run.camera, settings), HeldLines()
-
-    def hold(tracked: Tracked) -> HeldLines:
-        smoother.note(tracked)
-        return held
-
+    results.held = held
     try:
-        yield hold
+        yield smoother
     finally:
+        results.held = None
         for line, smoothed in zip(held, smoother.poses(), strict=False):
             results.record(line | {"smoothed": None if smoothed is None else smoothed.to_dict()})
 
@@ -169,7 +147,7 @@ def _picture_writer(
     """What writes the annotated picture of a frame, by its index and time."""
     if folder is None:
         return lambda index, time_s, picture: None
-    if results.to.is_video:
+    if is_video_file(results.to.annotate):
         video = files.enter_context(VideoFile(folder, frames.rate_hz or _RATE_HZ))
         return lambda index, time_s, picture: video.write(picture, time_s)
     pictures = results.folder(folder)

@@ -71,7 +71,6 @@ def _files(
 
 
 def _first(files: Collection[str], out: Path) -> str:
-    """The first file of the ending that is asked for."""
     for name in files:
         if Path(name).suffix == out.suffix.lower():
             return name

@@ -1,5 +1,6 @@
 """Where a command's results go: lines of JSON, a table, pictures, a video. What cannot be written is a UserError."""
 
+import argparse
 import contextlib
 import csv
 import dataclasses
@@ -8,8 +9,7 @@ import json
 import os
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -23,41 +23,21 @@ from dockpose.app.export.data import CSV_COLUMNS, to_row
 from dockpose.app.export.recordings.mcap_file import PoseFile
 from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import RerunFile
-from dockpose.app.export.video import is_video_file
-from dockpose.app.inputs.protected import UNPROTECTED, Protected
+from dockpose.app.inputs.protected import Protected
 from dockpose.app.processing.analysis import headline_of
 from dockpose.app.state.trust import NO_POSE, Trust
 from dockpose.checks import as_text
 from dockpose.files.durable_files import write_all, write_whole
 
-
-@dataclass(frozen=True)
-class Destinations:
-    """Where results go; None for nowhere."""
-
-    json: str | None = None  # file for a line a frame
-    csv: str | None = None  # file for a row a frame
-    annotate: Path | None = None  # folder for annotated pictures
-    out: Path | None = None  # file NAME.mcap for messages of ROS 2
-    rerun: Path | None = None  # file NAME.rrd for the viewer Rerun
-    protected: Protected = UNPROTECTED  # what annotated pictures must not take the place of
-
-    @property
-    def recordings(self) -> list[Path]:
-        """The files that hold all frames of one source with their times."""
-        return [path for path in (self.out, self.rerun) if path is not None]
-
-    @property
-    def is_video(self) -> bool:
-        """Whether the annotated pictures are to become a video."""
-        return self.annotate is not None and is_video_file(self.annotate)
+Recorded = PoseFile | RerunFile
 
 
 class ResultWriter:
     """Writes the results frame by frame, so that a run that is stopped keeps all that it did."""
 
-    def __init__(self, to: Destinations, files: contextlib.ExitStack) -> None:
-        self.to = to
+    def __init__(self, to: argparse.Namespace, files: contextlib.ExitStack) -> None:
+        self.to = to  # the arguments that say where
+        self.held: HeldLines | None = None  # takes in the lines meanwhile, where they are to be smoothed first
         self._json = open_lines(to.json, files)
         csv_file = open_lines(to.csv, files)
         self._table = None if csv_file is None else csv.DictWriter(csv_file, CSV_COLUMNS)
@@ -72,30 +52,43 @@ class ResultWriter:
             self._folders[path] = PictureFolder(path, self.to.protected)
         return self._folders[path]
 
+    def recordings(self, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]) -> list[Recorded]:
+        """Open what ``--out`` and ``--rerun`` name for the frames of one source, to be closed with ``files``."""
+        named = [(path, kind) for path, kind in ((self.to.out, PoseFile), (self.to.rerun, RerunFile)) if path]
+        return [files.enter_context(contextlib.closing(kind(path, source, tell))) for path, kind in named]
+
     def write(
         self,
         line: dict[str, Any],
         label: str,
-        trust: Trust,
-        draw: Callable[[], object],
-        held: "HeldLines | None" = None,
+        seen: Seen,
+        read: Callable[[], np.ndarray],
+        keep: Callable[[np.ndarray], object],
+        recordings: Sequence[Recorded],
     ) -> None:
-        """Write one frame."""
+        """Write a frame, whose picture ``read`` returns, and whose annotated one ``keep`` takes."""
+
+        @functools.cache
+        def drawn() -> np.ndarray:
+            return annotate(read(), seen.found, headline=headline_of(seen.trust))
+
         check_stopped()
         if line["status"] == "method_failed":
             self.failures.append(line["message"])
-        if held is None:
+        if self.held is None:
             self.record(line)
         else:
-            held.add(line)
+            self.held.add(line)
         if self.to.annotate is not None:
-            draw()
+            keep(drawn())
         elif self._json is None and self._table is None:
-            trusted = "" if trust.verdict == NO_POSE else f" {trust.sentence}"
-            is_open = line["status"] == "not_a_ring" and line["dock"]["lights"] is None
-            hint = " Give --lights N if you know how many the dock has." if is_open else ""
-            put(f"{label}: {line['message']}{trusted}{hint}")
+            put(f"{label}: {_sentences(line, seen.trust)}")
         self.frames += 1
+        if recordings:
+            picture = None if self.to.out is None else drawn()
+            with_pictures = dataclasses.replace(seen, picture=picture, original=read())
+            for file in recordings:
+                file.write(with_pictures, line["time_s"], line["time_unix_s"])
 
     def record(self, line: dict[str, Any]) -> None:
         """Write a frame's JSON object and row."""
@@ -105,39 +98,11 @@ class ResultWriter:
             self._table.writerow(to_row(line))
 
 
-class SourceWriter:
-    """Writes the frames of one source: their results, and the files of :attr:`Destinations.recordings`."""
-
-    def __init__(
-        self, results: ResultWriter, source: str, files: contextlib.ExitStack, tell: Callable[[str], None]
-    ) -> None:
-        self._results = results
-        self._files: list[PoseFile | RerunFile] = []
-        for path, kind in ((results.to.out, PoseFile), (results.to.rerun, RerunFile)):
-            if path is not None:
-                self._files.append(files.enter_context(contextlib.closing(kind(path, source, tell))))
-
-    def write(
-        self,
-        line: dict[str, Any],
-        label: str,
-        seen: Seen,
-        read: Callable[[], np.ndarray],
-        keep: Callable[[np.ndarray], object],
-        held: "HeldLines | None" = None,
-    ) -> None:
-        """Write a frame, whose picture ``read`` returns, and whose annotated one ``keep`` takes."""
-
-        @functools.cache
-        def drawn() -> np.ndarray:
-            return annotate(read(), seen.found, headline=headline_of(seen.trust))
-
-        self._results.write(line, label, seen.trust, lambda: keep(drawn()), held)
-        if self._files:
-            picture = None if self._results.to.out is None else drawn()
-            with_pictures = dataclasses.replace(seen, picture=picture, original=read())
-            for file in self._files:
-                file.write(with_pictures, line["time_s"], line["time_unix_s"])
+def _sentences(line: dict[str, Any], trust: Trust) -> str:
+    trusted = "" if trust.verdict == NO_POSE else f" {trust.sentence}"
+    is_open = line["status"] == "not_a_ring" and line["dock"]["lights"] is None
+    hint = " Give --lights N if you know how many the dock has." if is_open else ""
+    return f"{line['message']}{trusted}{hint}"
 
 
 class HeldLines:

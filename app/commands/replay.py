@@ -45,7 +45,9 @@ def replay_session(folder: Path) -> int:
             changed += 1
             put(f"row {row.number}: {sentence}")
     same = len(record.rows) - changed - unreadable
-    put(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{_rest(changed, unreadable)}.")
+    rest = f", {changed} differ{'s' if changed == 1 else ''}" if changed else ""
+    rest += f", {unreadable} cannot be read" if unreadable else ""
+    put(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{rest}.")
     return EXIT_SOME_UNREADABLE if unreadable else EXIT_ALL_READ
 
 
@@ -88,12 +90,6 @@ def why_different(program: Any, picture_changed: bool) -> str:
         or "program, libraries and picture are the same: the frame's JSON was changed, or the "
         "processor rounds otherwise"
     )
-
-
-def _rest(changed: int, unreadable: int) -> str:
-    parts = [f"{changed} differ{'s' if changed == 1 else ''}"] if changed else []
-    parts += [f"{unreadable} cannot be read"] if unreadable else []
-    return "".join(f", {part}" for part in parts)
 
 
 def _short(value: Any) -> str:

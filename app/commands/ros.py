@@ -4,7 +4,6 @@ import argparse
 import importlib
 from array import array
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 from dockpose import Camera, Dock, Settings
@@ -23,34 +22,25 @@ from dockpose.sources.bags.messages import camera_in, picture_in
 
 _ERROR = 2  # of diagnostic_msgs/DiagnosticStatus
 NAME = "dockpose"
-
-
-@dataclass(frozen=True)
-class Options:
-    """What the node is configured with."""
-
-    dock: Dock  # the dock to look for
-    settings: Settings = field(default_factory=Settings)  # how to search for it
-    camera: Camera | None = None  # the camera
-    image_topic: str = "/camera/image_raw"  # topic of the pictures
-
-    @property
-    def is_compressed(self) -> bool:
-        """Whether the pictures are compressed, by the name of their topic."""
-        return self.image_topic.endswith("/compressed")
-
-    @property
-    def info_topic(self) -> str:
-        """Topic of the camera_info that belongs to the pictures."""
-        return f"{self.image_topic.removesuffix('/compressed').rsplit('/', 1)[0]}/camera_info"
+DEFAULTS = Settings()
 
 
 class NodeLogic:
     """Finds and tracks the dock in pictures as they are published."""
 
-    def __init__(self, options: Options, tell: Callable[[str], None]) -> None:
-        self._options, self._tell = options, tell
-        self._camera = options.camera
+    def __init__(
+        self,
+        tell: Callable[[str], None],
+        dock: Dock,
+        settings: Settings = DEFAULTS,
+        camera: Camera | None = None,
+        image_topic: str = "/camera/image_raw",
+    ) -> None:
+        self._tell, self._dock, self._settings = tell, dock, settings
+        self._camera, self._is_configured = camera, camera is not None
+        self.image_topic, self.is_compressed = image_topic, image_topic.endswith("/compressed")
+        parts = image_topic.removesuffix("/compressed").rsplit("/", 1)
+        self._name, self.info_topic = parts[-1], f"{parts[0]}/camera_info"
         self._told: set[str] = set()
         self._frames = 0
         self.restart()
@@ -61,16 +51,15 @@ class NodeLogic:
 
     def take_camera_info(self, message: Any) -> None:
         """Take the camera from a ``sensor_msgs/CameraInfo``; one that was configured has precedence."""
-        if self._options.camera is not None:
+        if self._is_configured:
             return
-        name = self._options.image_topic.removesuffix("/compressed").rsplit("/", 1)[-1]
         try:
-            camera = camera_in(message, "rect" in name)
+            camera = camera_in(message, "rect" in self._name)
         except ValueError as error:
-            self._tell_once(f"{self._options.info_topic} cannot be used: {error}")
+            self._tell_once(f"{self.info_topic} cannot be used: {error}")
             return
         if camera is None:
-            self._tell_once(f"{self._options.info_topic} is of a camera that was not calibrated")
+            self._tell_once(f"{self.info_topic} is of a camera that was not calibrated")
         elif camera != self._camera:
             self._camera = camera
             self.restart()
@@ -91,21 +80,20 @@ class NodeLogic:
             return [("/diagnostics", self._trouble(str(error), time_s, frame_id))]
 
     def _searched(self, message: Any, time_s: float, frame_id: str, number: int) -> list[Message]:
-        options, camera = self._options, self._camera
-        if camera is None:
-            raise UserError(f"no camera is known yet: {options.info_topic} is silent, and no camera file is given")
-        picture = picture_in(message, options.image_topic)
+        if self._camera is None:
+            raise UserError(f"no camera is known yet: {self.info_topic} is silent, and no camera file is given")
+        picture = picture_in(message, self.image_topic)
         if self._following is None:
-            self._following = Following(camera, options.dock, options.settings, self._tell)
-        followed = self._following.see(Frame(picture, number, time_s, options.image_topic))
+            self._following = Following(self._camera, self._dock, self._settings, self._tell)
+        followed = self._following.see(Frame(picture, number, time_s, self.image_topic))
         found, trust = followed.estimate, followed.trust
         drawn = annotate(picture, found, headline=headline_of(trust))
-        seen = Seen(options.image_topic, number, found, trust, followed.tracked.track, drawn)
+        seen = Seen(self.image_topic, number, found, trust, followed.tracked.track, drawn)
         return messages_of(seen, time_s, frame_id)
 
     def _trouble(self, sentence: str, time_s: float, frame_id: str) -> dict[str, Any]:
         status = {"level": _ERROR, "name": "dockpose: dock", "message": sentence}
-        status |= {"hardware_id": self._options.image_topic, "values": []}
+        status |= {"hardware_id": self.image_topic, "values": []}
         return {"header": header(time_s, frame_id), "status": [status]}
 
     def _tell_once(self, sentence: str) -> None:
@@ -136,7 +124,7 @@ def run(arguments: argparse.Namespace) -> int:
         "image_topic": arguments.topic,
     }
     if dock is not None:
-        options_of(defaults)  # what is wrong is reported here rather than in a log
+        logic_of(defaults, say)  # what is wrong is reported here rather than in a log
     elif not arguments.managed and not any("dock_" in word for word in arguments.ros_args):
         raise UserError("ros: how large is the dock? Give --dock-diameter in metres")
     rclpy.init(args=["--ros-args", *arguments.ros_args] if arguments.ros_args else [])
@@ -168,7 +156,6 @@ def make_node(defaults: dict[str, Any]) -> Any:
             for name, value in defaults.items():
                 self.declare_parameter(name, value)
             self._logic: NodeLogic | None = None
-            self._options: Options | None = None
             self._outputs: dict[str, Any] = {}
             self._inputs: list[Any] = []
 
@@ -176,11 +163,10 @@ def make_node(defaults: dict[str, Any]) -> Any:
             """Read the parameters, and offer the topics; a wrong parameter leaves the node as it was."""
             values = {name: self.get_parameter(name).value for name in defaults}
             try:
-                self._options = options_of(values)
+                self._logic = logic_of(values, self.get_logger().warning)
             except ValueError as error:
                 self.get_logger().error(str(error))
                 return done.FAILURE
-            self._logic = NodeLogic(self._options, self.get_logger().warning)
             reliable = qos.QoSProfile(depth=10, reliability=qos.ReliabilityPolicy.RELIABLE)
             for topic, kind in TOPICS.items():
                 self._outputs[topic] = self.create_lifecycle_publisher(message_class(kind), topic, reliable)
@@ -188,12 +174,12 @@ def make_node(defaults: dict[str, Any]) -> Any:
 
         def on_activate(self, state: Any) -> Any:
             """Listen to the camera."""
-            assert self._options is not None
-            kind = "CompressedImage" if self._options.is_compressed else "Image"
+            assert self._logic is not None
+            kind = "CompressedImage" if self._logic.is_compressed else "Image"
             best_effort = qos.qos_profile_sensor_data
             for name, topic, take in (
-                ("CameraInfo", self._options.info_topic, self._take_info),
-                (kind, self._options.image_topic, self._take_image),
+                ("CameraInfo", self._logic.info_topic, self._take_info),
+                (kind, self._logic.image_topic, self._take_image),
             ):
                 of_kind = message_class(f"sensor_msgs/msg/{name}")
                 self._inputs.append(self.create_subscription(of_kind, topic, take, best_effort))
@@ -213,7 +199,7 @@ def make_node(defaults: dict[str, Any]) -> Any:
             for publisher in self._outputs.values():
                 self.destroy_lifecycle_publisher(publisher)
             self._outputs.clear()
-            self._logic = self._options = None
+            self._logic = None
             return done.SUCCESS
 
         def on_shutdown(self, state: Any) -> Any:
@@ -235,8 +221,8 @@ def make_node(defaults: dict[str, Any]) -> Any:
     return DockNode()
 
 
-def options_of(values: dict[str, Any]) -> Options:
-    """Return the options by the values of the node's parameters. Raises ValueError that names a wrong one."""
+def logic_of(values: dict[str, Any], tell: Callable[[str], None]) -> NodeLogic:
+    """Return the logic by the values of the node's parameters. Raises ValueError that names a wrong one."""
     if values["dock_file"]:
         dock = load_dock(values["dock_file"])
     elif values["dock_diameter_m"] > 0:
@@ -244,7 +230,7 @@ def options_of(values: dict[str, Any]) -> Options:
     else:
         raise UserError(f"dock_diameter_m is {values['dock_diameter_m']}; it must be the dock's diameter in metres")
     camera = load_camera(values["camera_file"]) if values["camera_file"] else None
-    return Options(dock, Settings(method=values["method"]), camera, values["image_topic"])
+    return NodeLogic(tell, dock, Settings(method=values["method"]), camera, values["image_topic"])
 
 
 def message_class(kind: str) -> Any:

@@ -12,11 +12,11 @@ _SETTINGS = {"svg.fonttype": "none", "pdf.fonttype": 42, "font.family": "DejaVu 
 _busy = threading.Lock()  # all threads share Matplotlib's settings
 
 
-def new_figure(width_in: float, height_in: float, dpi: float = DPI) -> "Figure":
-    """Return an empty white figure of that size in inches."""
+def new_figure(width_in: float, height_in: float, dpi: float = DPI, layout: Any = None) -> "Figure":
+    """Return an empty white figure of that size in inches; ``layout`` is Matplotlib's."""
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width_in, height_in), dpi=dpi, facecolor="white")
+    return Figure(figsize=(width_in, height_in), dpi=dpi, facecolor="white", layout=layout)
 
 
 def to_png(figure: "Figure") -> bytes:

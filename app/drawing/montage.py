@@ -104,7 +104,6 @@ def _fitted(picture: np.ndarray, width: int) -> np.ndarray:
 
 
 def _wrap(line: Line, width: int) -> list[Line]:
-    """Break a line between words into pieces that fit into ``width`` pixels."""
     text, colour = line
     pieces = [""]
     for word in text.split():

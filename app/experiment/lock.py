@@ -16,33 +16,37 @@ class InUseError(Exception):
     """Another program, or another part of this one, holds the lock; the text says which."""
 
 
-class FolderLock:
+class _Held:
+    _descriptor: int | None = None
+
+    def release(self) -> None:
+        """Let others have it."""
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
+
+
+class FolderLock(_Held):
     """Holds a folder from its creation until :meth:`release`."""
 
     def __init__(self, folder: Path) -> None:
         descriptor = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o666)
         try:
             if not _lock(descriptor):
-                raise InUseError(_holder(descriptor))
+                number = os.read(descriptor, 20).decode("ascii", "replace")
+                raise InUseError(f"process {number}" if number.isdigit() else "another program")
             os.ftruncate(descriptor, 0)
             os.write(descriptor, str(os.getpid()).encode())
         except BaseException:
             os.close(descriptor)
             raise
-        self._descriptor: int | None = descriptor
-
-    def release(self) -> None:
-        """Let others have the folder."""
-        if self._descriptor is not None:
-            os.close(self._descriptor)
-            self._descriptor = None
+        self._descriptor = descriptor
 
 
-class Claims:
+class Claims(_Held):
     """What this program writes, kept from the user's other programs until :meth:`release`, where that can be had."""
 
     def __init__(self) -> None:
-        self._descriptor: int | None = None
         user = getattr(os, "getuid", lambda: "")()
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
         with contextlib.suppress(OSError):
@@ -54,17 +58,6 @@ class Claims:
             return True
         digests = [hashlib.blake2b(repr(place).encode(), digest_size=8).digest() for place in places]
         return all(_lock_byte(self._descriptor, int.from_bytes(digest, "big") % _FAR_BYTE) for digest in digests)
-
-    def release(self) -> None:
-        """Let others have it all."""
-        if self._descriptor is not None:
-            os.close(self._descriptor)
-            self._descriptor = None
-
-
-def _holder(descriptor: int) -> str:
-    number = os.read(descriptor, 20).decode("ascii", "replace")
-    return f"process {number}" if number.isdigit() else "another program"
 
 
 if sys.platform == "win32":

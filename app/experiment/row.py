@@ -13,7 +13,6 @@ from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number, pose_sigmas, pose_values
 from dockpose.checks import check_number
-from dockpose.pose.circle import CirclePose
 
 LONGEST_TEXT = 10_000
 POSE_COLUMNS = ("x_cm", "y_cm", "z_cm", "theta_x_deg", "theta_y_deg")
@@ -108,8 +107,12 @@ def estimate_values(found: Estimate) -> dict[str, Any]:
         values |= {"method": found.threshold.method, "level": found.threshold.level}
     if found.choice is None or found.selected is None:
         return values
-    values |= {"pose": POSE_NAMES[found.choice.selected], "probability": found.selected.probability}
-    return values | _pose_values(found.selected)
+    pose = found.selected
+    values |= {"pose": POSE_NAMES[found.choice.selected], "probability": pose.probability}
+    groups = {"": pose_values(pose), "sigma_": pose_sigmas(pose, "picture"), "sigma_total_": pose_sigmas(pose)}
+    for prefix, numbers in groups.items():
+        values |= {f"{prefix}{name}": _rounded(one) for name, one in zip(POSE_COLUMNS, numbers, strict=True)}
+    return values
 
 
 def checked_edit(fields: dict[str, Any]) -> dict[str, Any]:
@@ -159,14 +162,6 @@ def rows_from_csv(text: str) -> list[Row]:
     return rows
 
 
-def _pose_values(pose: CirclePose) -> dict[str, float | None]:
-    values = dict(zip(POSE_COLUMNS, map(_rounded, pose_values(pose)), strict=True))
-    for prefix, part in (("sigma", "picture"), ("sigma_total", None)):
-        sigmas = pose_sigmas(pose, part)
-        values |= {f"{prefix}_{name}": _rounded(sigma) for name, sigma in zip(POSE_COLUMNS, sigmas, strict=True)}
-    return values
-
-
 def _rounded(value: float | None) -> float | None:
     return None if value is None or not math.isfinite(value) else round(value, _DECIMALS)
 
@@ -201,20 +196,16 @@ def summaries(rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
     known = [[error for error in column if error is not None] for column in columns]
     means, rms = zip(*map(mean_and_rms, known), strict=True)
     counts = tuple(str(len(errors)) for errors in known)
-    return {"Compared": counts, "Mean error": _signed(means), "RMS error": _plain(rms)}
+    return {"Compared": counts, "Mean error": _texts(means, signed=True), "RMS error": _texts(rms)}
 
 
 def _cells(row: Row, with_errors: bool) -> tuple[str, ...]:
     pairs = [
         f"{found} ({true})" if true != MISSING else found
-        for found, true in zip(_plain(row.estimated), _plain(row.measured), strict=True)
+        for found, true in zip(_texts(row.estimated), _texts(row.measured), strict=True)
     ]
-    return (str(row.number), *pairs, *(_signed(row.errors) if with_errors else ()), row.notes)
+    return (str(row.number), *pairs, *(_texts(row.errors, signed=True) if with_errors else ()), row.notes)
 
 
-def _plain(values: Sequence[float | None]) -> tuple[str, ...]:
-    return tuple(number(value, 2) for value in values)
-
-
-def _signed(values: Sequence[float | None]) -> tuple[str, ...]:
-    return tuple(number(value, 2, signed=True) for value in values)
+def _texts(values: Sequence[float | None], *, signed: bool = False) -> tuple[str, ...]:
+    return tuple(number(value, 2, signed=signed) for value in values)

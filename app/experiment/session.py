@@ -45,7 +45,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
         self._results = files.ResultsFile(record.folder, record.rows)
         self._busy = threading.RLock()
         self._closed = False
-        frames = _numbers(record.folder / files.FRAMES)
+        matches = (_FRAME.fullmatch(path.name) for path in (record.folder / files.FRAMES).iterdir())
+        frames = {int(match[1]) for match in matches if match}
         listed = {row.number for row in record.rows}
         self._last = max([0, *frames, *listed])
         self.notices = tuple(_notices(record, sorted(frames - listed)))
@@ -56,20 +57,15 @@ class Session(contextlib.AbstractContextManager["Session"]):
         folder, info = Path(folder), {"schema": files.SCHEMA, "created": _now(), "program": versions()}
         info["notes"] = clean_text("notes", notes)
         is_new = not folder.exists()
-        with _telling(folder, "a session cannot be made"):
+        with _telling(folder, "a session cannot be made"), contextlib.ExitStack() as undo:
             folder.mkdir(parents=True, exist_ok=True)
             _check_unused(folder)
             lock = FolderLock(folder)
-            try:
-                _check_unused(folder)  # nobody was faster
-            except BaseException:
-                lock.release()
-                raise
-            try:
-                _make_files(folder, info)
-            except BaseException:
-                _unmake(folder, lock, is_new)
-                raise
+            undo.callback(lock.release)
+            _check_unused(folder)  # nobody was faster
+            undo.callback(_unmake, folder, lock, is_new)
+            _make_files(folder, info)
+            undo.pop_all()
         return cls(files.SessionRecord(folder, info, ()), lock)
 
     @classmethod
@@ -156,7 +152,6 @@ class Session(contextlib.AbstractContextManager["Session"]):
             raise SessionError(f"{self.folder}: the session was closed")
 
     def _write(self, row: Row, png: bytes, line: bytes) -> None:
-        """Write the frame's two files, then the row."""
         picture = self.folder / row.file
         contents = {picture: png, picture.with_suffix(".json"): line}
         with _telling(self.folder, f"frame {row.number} cannot be saved"):
@@ -220,12 +215,6 @@ def _moment(row: Row) -> float:
         return math.nan
 
 
-def _numbers(frames: Path) -> set[int]:
-    """Numbers of all frames in a folder, in whatever state."""
-    matches = (_FRAME.fullmatch(path.name) for path in frames.iterdir())
-    return {int(match[1]) for match in matches if match}
-
-
 def _notices(record: files.SessionRecord, unlisted: list[int]) -> Iterator[str]:
     if unlisted:
         numbers = ", ".join(f"{number:04d}" for number in unlisted)
@@ -262,7 +251,8 @@ class SessionFolder:
         """Names of the sessions, the one that was changed last first; none where the folder cannot be read."""
         try:
             folders = [path for path in self.root.iterdir() if not path.name.startswith(".") and is_session(path)]
-            return [path.name for path in sorted(folders, key=_changed_s, reverse=True)[:_MOST]]
+            changed_s = {path.name: max(path.stat().st_mtime, (path / files.INFO).stat().st_mtime) for path in folders}
+            return sorted(changed_s, key=changed_s.__getitem__, reverse=True)[:_MOST]
         except OSError:
             return []
 
@@ -284,7 +274,3 @@ class SessionFolder:
             return []
         except OSError as error:
             raise SessionError(f"{self.root}: cannot be read ({error.strerror or error})") from error
-
-
-def _changed_s(folder: Path) -> float:
-    return max(path.stat().st_mtime for path in (folder, folder / "session.yaml"))

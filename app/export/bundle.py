@@ -126,7 +126,6 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
 
 
 def _figure_files(name: str, make: "Callable[[], Figure]", *kinds: str) -> Files:
-    """Return the files of a figure, one of each kind."""
     save = {"svg": functools.partial(figures.to_svg, name=name), "png": figures.to_png, "pdf": figures.to_pdf}
     return {f"{name}.{kind}": lambda to_bytes=save[kind]: to_bytes(make()) for kind in kinds}
 
@@ -139,13 +138,12 @@ class _Pose(msgspec.Struct, kw_only=True):
     sigma_theta_deg: tuple[_Number, _Number] | None = None
 
 
-class _Candidate(_Pose, kw_only=True):
-    probability: _Chance | None
-    rms_px: _Number | None
-
-
 class _Smoothed(_Pose, kw_only=True):
     probability: _Chance | None
+
+
+class _Candidate(_Smoothed, kw_only=True):
+    rms_px: _Number | None
 
 
 class _Track(msgspec.Struct):

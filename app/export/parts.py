@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import jinja2
 from dockpose.app.drawing.figures import to_png, to_svg
-from dockpose.app.drawing.numbers import MISSING
+from dockpose.app.drawing.numbers import MISSING, number, sigma_words
 from dockpose.app.experiment.row import csv_text
 from dockpose.app.resources import read_toml, static_path
 from dockpose.files.durable_files import write_whole
@@ -32,7 +32,7 @@ def _pages() -> jinja2.Environment:
     escape = jinja2.select_autoescape(["html"], default_for_string=False)
     how: Any = {"autoescape": escape, "undefined": jinja2.StrictUndefined}
     pages = jinja2.Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, **how)
-    pages.filters |= {"is_finite": math.isfinite, "listed": listed}
+    pages.filters |= {"is_finite": math.isfinite, "listed": listed, "number": number, "sigma_words": sigma_words}
     return pages
 
 

@@ -18,7 +18,7 @@ _STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (BLUE, "o"), (ORANGE, "s"))
 
 def histogram_figure(threshold: Threshold) -> "Figure":
     """Return a plot of the pixels at each grey level, the threshold, the peaks, and the groups each level leaves."""
-    figure = new_figure(6.5, 3.0)
+    figure = new_figure(6.5, 3.0, layout="constrained")
     axes = figure.add_subplot()
     levels = np.arange(LEVELS)
     axes.fill_between(levels, threshold.histogram + 1, 1, step="mid", color=BARS_COLOUR, label="pixels + 1")
@@ -36,14 +36,12 @@ def histogram_figure(threshold: Threshold) -> "Figure":
         at_level = groups[threshold.level] if threshold.level < LEVELS else np.nan
         right.set(ylabel="groups", ylim=(0, max(10.0, 2 * np.nan_to_num(at_level))))
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=8, frameon=False)
-    figure.set_layout_engine("constrained")
     return figure
 
 
 def error_figure(rows: Sequence[Row]) -> "Figure":
     """Return a plot of estimated minus measured against range: position above, angles below."""
-    figure = new_figure(6.5, 4.8)
-    figure.set_layout_engine("constrained")
+    figure = new_figure(6.5, 4.8, layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     ranges = [np.nan if row.range_cm is None else row.range_cm / 100 for row in rows]
     for axes, which in ((above, range(3)), (below, range(3, 5))):
@@ -68,8 +66,7 @@ def sequence_figure(lines: Sequence[dict[str, Any]]) -> "Figure":
     timed = all(time is not None for time in times) and len(set(times)) == len(times)
     across = np.array(times if timed else range(len(lines)), dtype=float)
     poses = [chosen_of(line) for line in lines]
-    figure = new_figure(6.5, 6.4)
-    figure.set_layout_engine("constrained")
+    figure = new_figure(6.5, 6.4, layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
     for index in range(5):
         colour, mark = _STYLES[index]

@@ -8,6 +8,7 @@ from typing import Any
 
 import av
 from av.error import FFmpegError
+from dockpose.app.drawing.numbers import count
 from dockpose.app.errors import UserError, writing
 from dockpose.app.export.video import MILLISECOND, VideoFile, create_matroska, creation_time
 from dockpose.sources import Arrival, Live, Tell
@@ -88,9 +89,8 @@ class Recording:
     def summary(self) -> str:
         """How much was recorded, in words."""
         where = " and ".join(map(str, self._paths or [self.path]))
-        frames = "1 frame" if self.frames == 1 else f"{self.frames} frames"
         missing = f"; {self.missing} are missing, which there was no time to write" if self.missing else ""
-        return f"{where}: {frames} recorded, {self.size_bytes / 1e6:.1f} MB{missing}"
+        return f"{where}: {count(self.frames, 'frame')} recorded, {self.size_bytes / 1e6:.1f} MB{missing}"
 
     def _run(self) -> None:
         part: _Part | None = None

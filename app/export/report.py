@@ -4,7 +4,6 @@ import base64
 import hashlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -42,17 +41,6 @@ if TYPE_CHECKING:
 MOST_PICTURES, MOST_ROWS = 24, 500
 _WIDEST_PX = {1: 1600, MOST_PICTURES: 640}
 Item = TypeVar("Item")
-
-
-@dataclass(frozen=True)
-class ReportTable:
-    """A table of plain text, with a note below."""
-
-    title: str
-    head: Sequence[str]
-    body: Sequence[Sequence[str]]
-    foot: Sequence[Sequence[str]] = ()
-    note: str = ""
 
 
 def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
@@ -103,10 +91,10 @@ def session_report(record: SessionRecord) -> str:
     note += f" {missing} of the pictures cannot be read." if missing else ""
     groups["Versions, when the session was made"] = _texts(record.info.get("program"))
     groups["Versions, of this report"] = versions()
-    of_rows = content.head, content.body, content.foot
+    shown = {"head": content.head, "body": content.body, "foot": content.foot}
     return _html(
         **{"title": record.name, "kind": "session", "note": note.strip(), "facts": facts, "groups": groups},
-        tables=[ReportTable("Estimated (measured)", *of_rows, "Δ: estimated minus measured.")],
+        tables=[{"title": "Estimated (measured)", **shown, "note": "Δ: estimated minus measured."}],
         plots=[("Error against range", _svg(error_figure(record.rows), "errors"))] if record.rows else [],
         pictures=pictures,
     )
@@ -124,13 +112,16 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
         if image is not None:
             caption = f"{line['source']}, frame {line['frame']}"
             pictures.append((caption, _annotated_uri(image, line, MOST_PICTURES)))
-    shown = [_sequence_row(line) for line in _spread(lines, MOST_ROWS)]
-    head = ("Frame", "Time (s)", *QUANTITIES, "likely (%)", "Track", "Source")
-    first = lines[0] if lines else {}
+    poses = {
+        "title": "Chosen poses",
+        "head": ("Frame", "Time (s)", *QUANTITIES, "likely (%)", "Track", "Source"),
+        "body": [_sequence_row(line) for line in _spread(lines, MOST_ROWS)],
+        "note": _left_out(len(lines), MOST_ROWS, "frames"),
+    }
     return _html(
         **{"title": path.name, "kind": "sequence", "note": "", "facts": facts, "pictures": pictures},
-        groups=_groups(first) | {"Versions, of this report": versions()},
-        tables=[ReportTable("Chosen poses", head, shown, note=_left_out(len(lines), MOST_ROWS, "frames"))],
+        groups=_groups(lines[0] if lines else {}) | {"Versions, of this report": versions()},
+        tables=[poses],
         plots=[("Pose over the sequence", _svg(sequence_figure(lines), "sequence"))] if lines else [],
     )
 
@@ -155,7 +146,7 @@ def _texts(values: Any) -> dict[str, str]:
     return texts
 
 
-def _candidates_table(found: Estimate) -> ReportTable:
+def _candidates_table(found: Estimate) -> dict[str, Any]:
     body = []
     for name, pose in zip(POSE_NAMES, found.candidates, strict=False):
         cells, sigmas = pose_cells(pose, 2), pose_sigmas(pose)
@@ -163,13 +154,8 @@ def _candidates_table(found: Estimate) -> ReportTable:
             cells = [f"{cell} ± {sigma_words(sigma)}" for cell, sigma in zip(cells, sigmas, strict=True)]
         chosen = ", chosen" if pose is found.selected else ""
         body.append((f"{name}{chosen}", *cells, percent(pose.probability), number(pose.rms_px, 3)))
-    head = ("", *QUANTITIES, "likely (%)", "error (px)")
-    return ReportTable(
-        "Both poses",
-        head,
-        body,
-        note="±: one-sigma, with what camera and dock may be off. Position in the camera's frame: x right, y down.",
-    )
+    note = "±: one-sigma, with what camera and dock may be off. Position in the camera's frame: x right, y down."
+    return {"title": "Both poses", "head": ("", *QUANTITIES, "likely (%)", "error (px)"), "body": body, "note": note}
 
 
 def _sequence_row(line: Mapping[str, Any]) -> list[str]:
@@ -204,7 +190,6 @@ def _annotated_uri(image: np.ndarray, line: dict[str, Any], pictures: int) -> st
 
 
 def _data_uri(picture: np.ndarray, pictures: int) -> str:
-    """Return a picture as a data URI, smaller where there are many."""
     scale = min(1.0, _WIDEST_PX[pictures] / picture.shape[1])
     size = (max(1, round(scale * picture.shape[1])), max(1, round(scale * picture.shape[0])))
     scaled = picture if scale == 1 else cv2.resize(picture, size, interpolation=cv2.INTER_AREA)

@@ -78,12 +78,9 @@ def _markdown_line(cells: Sequence[str]) -> str:
 
 def _markdown(text: str) -> str:
     """Escape Markdown and HTML; a line break becomes <br>."""
-    marked = re.sub(r"([\\`*_{}\[\]()#+!|~$-])", r"\\\1", text) if not _is_number(text) else text
+    is_number = re.fullmatch(rf"[+-]?[\d.]+( \([+-]?[\d.]+\))?|{MISSING}( \([+-]?[\d.]+\))?", text)
+    marked = text if is_number else re.sub(r"([\\`*_{}\[\]()#+!|~$-])", r"\\\1", text)
     return str(escape(marked)).replace("\n", "<br>")
-
-
-def _is_number(text: str) -> bool:
-    return re.fullmatch(rf"[+-]?[\d.]+( \([+-]?[\d.]+\))?|{MISSING}( \([+-]?[\d.]+\))?", text) is not None
 
 
 def _latex_line(cells: Sequence[str]) -> str:

@@ -37,9 +37,6 @@ class Protected:
             raise UserError(f"{option}: {owner}; give another name")
 
 
-UNPROTECTED = Protected()
-
-
 def places(path: str | Path) -> set[Hashable]:
     """What tells a file that may not exist yet from others; nothing for devices, which several outputs may share."""
     text = str(path)

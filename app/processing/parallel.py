@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import PictureFile
+from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.following import AutoMasks, search_of
-from dockpose.sources import Frames, Pictures, open_frames
+from dockpose.sources import Frames
 from dockpose.tracking.search import BLOCK
 
 _LARGEST_CHUNK = 10 * BLOCK  # frames; a decoder starts at a key frame, often one in 250
@@ -49,19 +49,11 @@ class Found:
 class SequenceWork:
     """The frames of one recording, which each worker opens by its path in ``folder``; ``camera`` is turned."""
 
-    source: str
-    paths: tuple[Path, ...]
-    rate_hz: float | None
+    source: FrameSource
     camera: Camera
     dock: Dock
-    frames: int
-    topic: str | None = None
-    rotate_deg: int = 0
+    count: int  # of frames
     folder: str = field(default_factory=os.getcwd)
-
-    def count(self) -> int:
-        """Number of frames."""
-        return self.frames
 
     def belongs(self, index: int) -> tuple[Camera, Dock]:
         """Camera and dock of a frame."""
@@ -83,6 +75,7 @@ class PictureWork:
     files: tuple[PictureFile, ...]
     folder: str = field(default_factory=os.getcwd)
 
+    @property
     def count(self) -> int:
         """Number of pictures."""
         return len(self.files)
@@ -107,7 +100,7 @@ Work = SequenceWork | PictureWork
 def _estimate_frames(
     work: SequenceWork, start: int, stop: int, before: Found | None, settings: Settings
 ) -> list[Found]:
-    frames, told = _opened(work)
+    source, (frames, told) = work.source, _opened(work)
     told.clear()
     search = search_of(work.camera, work.dock, settings)
     if before is not None and before.estimate is not None:
@@ -118,14 +111,14 @@ def _estimate_frames(
     def pass_on(index: int) -> None:
         nonlocal skipped
         for text in told:
-            text = _as_typed(text, [work.source, *map(str, work.paths[start:stop])], work.folder)
-            done.append(Found(index, None, work.source, None, None, text, frames.skipped - skipped))
+            text = _as_typed(text, [source.source, *map(str, source.paths[start:stop])], work.folder)
+            done.append(Found(index, None, source.source, None, None, text, frames.skipped - skipped))
             skipped = frames.skipped
         told.clear()
 
     for frame in frames.between(start, stop):
         pass_on(frame.index)
-        name = str(work.paths[frame.index]) if work.paths else work.source
+        name = str(source.paths[frame.index]) if source.paths else source.source
         found = search.see(frame.image, frame.index, frame.time_s, settings)
         done.append(Found(frame.index, frame.time_s, name, frame.sha256, found, time_unix_s=frame.time_unix_s))
     pass_on(stop - 1)
@@ -177,25 +170,23 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
 
 def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings) -> Iterator[Found]:
     """Yield the results in order, of ``count`` chunks at once; ``auto_masks`` learns and changes the settings."""
-    total = work.count()
-    size = min(_LARGEST_CHUNK, BLOCK * math.ceil(total / (_CHUNKS_EACH * count * BLOCK)))
+    size = min(_LARGEST_CHUNK, BLOCK * math.ceil(work.count / (_CHUNKS_EACH * count * BLOCK)))
     waiting: deque[Future[list[Found]]] = deque()
     start, last = 0, None
     try:
-        while start < total or waiting:
-            while start < total and len(waiting) < _AHEAD * count:
-                stop = min(total, start - start % BLOCK + size)
+        while start < work.count or waiting:
+            while start < work.count and len(waiting) < _AHEAD * count:
+                stop = min(work.count, start - start % BLOCK + size)
                 waiting.append(executor.submit(work.chunk(start, stop, last if start % BLOCK else None), settings))
                 start = stop
             for one in waiting.popleft().result():
-                if one.estimate is not None:
-                    shape = (one.estimate.height, one.estimate.width)
-                    wanted = auto_masks.settings_for(shape, *work.belongs(one.index))
-                    if one.estimate.settings != wanted:
+                if (found := one.estimate) is not None:
+                    wanted = auto_masks.settings_for((found.height, found.width), *work.belongs(one.index))
+                    if found.settings != wanted:
                         _cancel(waiting)
                         settings, start = wanted, one.index
                         break
-                    auto_masks.see(one.estimate, work.label(one))
+                    auto_masks.see(found, work.label(one))
                     last = one
                 yield one
     finally:
@@ -212,14 +203,12 @@ def _cancel(waiting: deque[Future[list[Found]]]) -> None:
 def _opened(work: SequenceWork) -> tuple[Frames, list[str]]:
     """A source that stays open in a worker from chunk to chunk, and the list of its messages."""
     told: list[str] = []
-    folder = Path(work.folder)
-    if work.paths:
-        frames: Frames = Pictures([folder / path for path in work.paths], work.source, work.rate_hz, told.append)
+    folder, source = Path(work.folder), work.source
+    if source.paths:
+        source = replace(source, paths=tuple(folder / path for path in source.paths))
     else:
-        how: Any = {"rate_hz": work.rate_hz, "grey": not work.dock.colours, "topic": work.topic}
-        frames = open_frames(folder / work.source, told.append, **how)
-    frames.turn(work.rotate_deg)
-    return frames, told
+        source = replace(source, source=str(folder / source.source))
+    return source.open(told.append, grey=not work.dock.colours), told
 
 
 def _leave_interrupts() -> None:

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from dockpose.sources import Frame, Frames
 
@@ -105,7 +105,7 @@ class FramePlayer:
                 return
             if ahead is None or (wanted is not None and wanted != following):
                 following = following if wanted is None else wanted
-                ahead = self._from(following)
+                ahead = self.frames.between(following, 2**31 if self.frames.count is None else self.frames.count)
             frame = next(ahead, None)
             if frame is None:
                 ahead, self._is_playing = None, False
@@ -127,10 +127,6 @@ class FramePlayer:
             self._changed.wait_for(lambda: self._is_closed or self._is_playing or self._wanted is not None)
             wanted, self._wanted = self._wanted, None
             return wanted
-
-    def _from(self, index: int) -> Iterator[Frame]:
-        stop = 2**31 if self.frames.count is None else self.frames.count
-        return self.frames.between(index, stop)
 
     def _period_s(self) -> float:
         return 1 / ((self.frames.rate_hz or _RATE_HZ) * self._speed)

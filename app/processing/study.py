@@ -138,7 +138,6 @@ def code_print() -> str:
 
 
 def _results(executor: Executor, seed: int, blocks: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, str]]:
-    """Yield each block's scenes and rows as it is done."""
     waiting = {executor.submit(block_text, seed, *block): block for block in blocks}
     for future in as_completed(waiting):
         start, stop = waiting.pop(future)

@@ -19,10 +19,9 @@ import av
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Settings, estimate
-from dockpose.app.commands.estimate import estimate_sources
-from dockpose.app.commands.estimate_sequence import How
-from dockpose.app.commands.output import Destinations
+from dockpose.app.cli import main
 from dockpose.app.export.recording import record
+from dockpose.app.inputs.sidecar import save_dock
 from dockpose.app.processing.parallel import search_of
 from dockpose.simulate import Approach, FilmPlan, Scene, film
 from dockpose.simulate.optics.water import preset
@@ -94,8 +93,8 @@ def decode(path: Path) -> int:
 
 
 def run(path: Path, out: Path) -> int:
-    outputs = Destinations(json=str(out))
-    assert estimate_sources([str(path)], CAMERA, DOCK, Settings(), outputs, How()) == 0
+    save_dock(DOCK, path.with_suffix(".yaml"), CAMERA)
+    assert main(["estimate", str(path), "--json", str(out)]) == 0
     return len(out.read_text().splitlines())
 
 

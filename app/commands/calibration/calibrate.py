@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from dockpose.app.commands.arguments import Commands, add_options
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, Terminated, put, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, kept_at_stop, put, say
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.words import MEDIA, camera_lines, outcome, port_lines
 from dockpose.app.inputs.pictures import expand
@@ -76,7 +76,6 @@ def _run_port(arguments: argparse.Namespace, board: Board) -> int:
 
 
 def _status(views: Sequence[BoardView]) -> int:
-    """The exit status."""
     return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in views) else EXIT_ALL_READ
 
 
@@ -117,12 +116,8 @@ def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | 
                 wanted = f"; now {covered.wanted[0]}" if covered.wanted else "; that is enough"
                 progress.tell(f"{covered.pictures} views, {100 * covered.share:.0f} % of the picture{wanted}")
 
-        try:
+        with kept_at_stop():
             looked = gather(frames, gathering, on_look)
-        except Terminated:
-            raise
-        except KeyboardInterrupt:
-            say("stopped; what was seen so far counts")
     return gathering, looked
 
 

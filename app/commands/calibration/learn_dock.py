@@ -4,9 +4,8 @@ import argparse
 from collections.abc import Iterator
 
 import numpy as np
-from dockpose import Estimate
 from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, Terminated, put, say
+from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, kept_at_stop, put
 from dockpose.app.errors import UserError, check_place, writing
 from dockpose.app.export.parts import sentences
 from dockpose.app.inputs.sequences import typed
@@ -38,16 +37,9 @@ def run(arguments: argparse.Namespace) -> int:
     with FrameProgress(arguments.source) as progress, source.open(progress.tell, grey=True) as frames:
         progress.total = frames.count
 
-        def on_frame(found: Estimate) -> None:
-            progress.step(frames.dropped)
-
-        try:
-            for view in dock_views(frames, camera, dock, on_frame):
+        with kept_at_stop():
+            for view in dock_views(frames, camera, dock, lambda found: progress.step(frames.dropped)):
                 views.append(view)
-        except Terminated:
-            raise
-        except KeyboardInterrupt:
-            say("stopped; what was seen so far counts")
         all_read = not (frames.skipped or frames.is_cut_short)
     try:
         learned = learn_dock(views, camera, dock, fit_focal=arguments.fit_focal)
@@ -55,9 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f"{arguments.source}: {error}") from error
     with writing(f"--out {arguments.out}"):
         save_dock(learned.dock, arguments.out, learned.camera if arguments.fit_focal else None)
-    for line in report(learned, len(views)):
-        put(line)
-    put(f"The dock is in {arguments.out}; estimate --dock {arguments.out} uses it.")
+    uses = f"The dock is in {arguments.out}; estimate --dock {arguments.out} uses it."
+    put(*report(learned, len(views)), uses)
     return EXIT_ALL_READ if all_read else EXIT_SOME_UNREADABLE
 
 

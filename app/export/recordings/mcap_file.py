@@ -37,7 +37,11 @@ class PoseFile:
         self._writer = Writer(cast("BinaryIO", self._file), chunk_size=_CHUNK_BYTES)
         with self._writing():
             self._writer.start(profile="ros2", library=f"dockpose {version('dockpose')}")
-        self._channels = {topic: self._channel(topic, kind) for topic, kind in TOPICS.items()}
+        self._channels: dict[str, int] = {}
+        for topic, kind in TOPICS.items():
+            definition = self._store.generate_msgdef(kind, ros_version=2)[0].encode()
+            schema = self._writer.register_schema(kind, "ros2msg", definition)
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
         self._is_open = True
         self._begin_s: float | None = None  # of the clock of the stamps, at the frames' time 0
         self._clock = ""
@@ -70,12 +74,6 @@ class PoseFile:
         except OSError as error:
             self._is_open = False
             raise unwritable(self._path, error, kept=self._file.cut()) from error
-
-    def _channel(self, topic: str, kind: str) -> int:
-        definition, _ = self._store.generate_msgdef(kind, ros_version=2)
-        return self._writer.register_channel(
-            topic, "cdr", self._writer.register_schema(kind, "ros2msg", definition.encode())
-        )
 
     def _stamp_s(self, time_s: float | None, time_unix_s: float | None) -> float:
         """Time of a frame by one clock for all of them."""

@@ -55,7 +55,8 @@ def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Mes
         messages.append(("/dock/pose", pose_message(chosen, time_s, frame_id)))
         messages.append(("/tf", transform_message(chosen, time_s, frame_id)))
     if seen.picture is not None and chosen is not None:
-        messages.append(("/dock/image/compressed", picture_message(seen.picture, time_s, frame_id)))
+        compressed = {"header": header(time_s, frame_id), "format": "jpeg", "data": jpeg(seen.picture)}
+        messages.append(("/dock/image/compressed", compressed))
     return messages
 
 
@@ -89,6 +90,7 @@ def diagnostics_message(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> 
     """Return how a frame was judged: OK, WARN or ERROR as the traffic light says, a sentence, and the numbers."""
     found, track, trust = seen.found, seen.track, seen.trust
     pose = found.selected
+    alone, total = (None, None) if pose is None else (pose.sigma_position_m, pose.sigma_total_position_m)
     values: dict[str, Any] = {
         "status": found.status,
         "trust": trust.colour,
@@ -98,7 +100,8 @@ def diagnostics_message(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> 
         "selected_by": None if found.choice is None else found.choice.selected_by,
         "probability": None if pose is None else pose.probability,
         "detection": found.detection,
-        **_sigmas(pose),
+        "sigma_z_m": None if alone is None else alone[2],  # of this picture by itself
+        "sigma_total_z_m": None if total is None else total[2],  # and with what all pictures share
         "lights_on_ring": found.lights_on_ring,
         "level": None if found.threshold is None else found.threshold.level,
     }
@@ -114,27 +117,12 @@ def diagnostics_message(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> 
     return {"header": header(time_s, frame_id), "status": [status]}
 
 
-def _sigmas(pose: CirclePose | None) -> dict[str, float | None]:
-    """Standard errors of a pose's range by themselves and with those that all pictures share, in metres."""
-    alone, total = (None, None) if pose is None else (pose.sigma_position_m, pose.sigma_total_position_m)
-    return {
-        "sigma_z_m": None if alone is None else alone[2],
-        "sigma_total_z_m": None if total is None else total[2],
-    }
-
-
-def picture_message(picture: np.ndarray, time_s: float, frame_id: str = FRAME_ID) -> dict[str, Any]:
-    """Return a picture (H, W, 3), BGR of 8 bits, as JPEG."""
-    return {"header": header(time_s, frame_id), "format": "jpeg", "data": jpeg(picture)}
-
-
 def jpeg(picture: np.ndarray) -> bytes:
     """A picture (H, W, 3), BGR of 8 bits, as a JPEG file."""
     return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
 
 
 def _as_text(value: Any) -> str:
-    """A number, a word, or nothing where it is not known."""
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -17,7 +17,7 @@ from dockpose.files.durable_files import GrowingFile
 ENDING = ".rrd"
 _POSES = ("pose_a", "pose_b")
 _LEVELS = {"green": "INFO", "amber": "WARN", "red": "ERROR"}
-_RING_POINTS = 49
+_RING_RAD = np.linspace(0, 2 * math.pi, 49)
 
 
 class RerunFile:
@@ -77,7 +77,9 @@ class RerunFile:
                 continue
             x, y, z, w = pose.quaternion_xyzw
             log(f"camera/{name}", rerun.Transform3D(translation=pose.position_m, quaternion=[x, y, z, w]))
-            ring, axis = _ring(found.dock.radius)
+            # In the dock's own frame, in metres: the ring (N, 3), and from its middle the normal (2, 3).
+            ring = found.dock.radius * np.column_stack([np.cos(_RING_RAD), np.sin(_RING_RAD), 0 * _RING_RAD])
+            axis = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -found.dock.radius]])
             width = 3.0 if pose is found.selected else 1.0
             strips = rerun.LineStrips3D([ring, axis], colors=[rgb(colour)], radii=rerun.Radius.ui_points(width))
             log(f"camera/{name}/ring", strips)
@@ -130,10 +132,3 @@ class _Relay:
                     self._file.mark()
                 except OSError as error:
                     self._error, has_failed = error, True
-
-
-def _ring(radius_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """The dock's ring (N, 3), and from its middle the normal (2, 3), in the dock's own frame, in metres."""
-    angles = np.linspace(0, 2 * math.pi, _RING_POINTS)
-    ring = radius_m * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
-    return ring, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -radius_m]])

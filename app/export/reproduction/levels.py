@@ -61,25 +61,16 @@ def figure_8(seed: int) -> Part:
     """The histogram and the level on five scenes."""
     pictures = {name: sweeps.picture_of(scene) for name, scene in tank_scenes(seed).items()}
     seen = {name: sweeps.at_level(picture, picture.hats.level) for name, picture in pictures.items()}
-    exact = [name for name, picture in pictures.items() if _is_exact(picture)]
-    return Part.of(
-        "figure_8",
-        {"main": _draw_scenes(pictures, seen)},
-        {"main": [_scene_row(name, pictures[name], one) for name, one in seen.items()]},
-        exact=exact,
-        pictures=pictures,
-        seen=seen,
-    )
-
-
-def _is_exact(picture: sweeps.Picture) -> bool:
-    points_px = sweeps.group_centres(picture.histogram, picture.hats.level, sweeps.MIN_AREA_PX)
-    return sweeps.are_the_lights(points_px, picture.truth.lights_px[picture.truth.visible])
-
-
-def _scene_row(name: str, picture: sweeps.Picture, one: sweeps.AtLevel) -> tuple[Cell, ...]:
-    errors = 1000 * one.distance_m, one.angle_deg
-    return name, one.level, picture.hats.floor, picture.lights, one.groups, one.found.lights_on_ring, *errors
+    rows: list[tuple[Cell, ...]] = []
+    exact = []
+    for name, picture in pictures.items():
+        one, lights_px = seen[name], picture.truth.lights_px[picture.truth.visible]
+        counts = picture.lights, one.groups, one.found.lights_on_ring
+        rows.append((name, one.level, picture.hats.floor, *counts, 1000 * one.distance_m, one.angle_deg))
+        if sweeps.are_the_lights(sweeps.group_centres(picture.histogram, one.level, sweeps.MIN_AREA_PX), lights_px):
+            exact.append(name)
+    plots = {"main": _draw_scenes(pictures, seen)}
+    return Part.of("figure_8", plots, {"main": rows}, exact=exact, pictures=pictures, seen=seen)
 
 
 def _draw_scenes(pictures: dict[str, sweeps.Picture], seen: dict[str, sweeps.AtLevel]) -> Figure:

@@ -21,9 +21,7 @@ Box = tuple[int, int, int, int]
 
 def canvas(width_in: float, height_in: float, dpi: float = DPI) -> Figure:
     """An empty figure whose axes take the room that their texts leave."""
-    figure = new_figure(width_in, height_in, dpi)
-    figure.set_layout_engine("constrained")
-    return figure
+    return new_figure(width_in, height_in, dpi, "constrained")
 
 
 def legend_above(figure: Figure, axes: Axes, ncols: int, **looks: Any) -> None:
@@ -83,7 +81,6 @@ def show(axes: Axes, image: np.ndarray, title: str, part: Box | None = None, fou
 
 
 def _mark_lights(axes: Axes, found: Estimate) -> None:
-    """Circle the lights on the ring, and draw the ellipse through them."""
     if found.markers is not None and found.ring is not None:
         x, y = found.markers.points_px[found.ring.on_ring].T
         axes.plot(x, y, "o", mfc="none", mec=LIGHT_COLOUR, ms=7, mew=1.2)

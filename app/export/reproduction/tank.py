@@ -206,12 +206,14 @@ def _by_table(budget: Budget) -> Rows:
 
 
 def _figure(budget: Budget) -> Figure:
-    bars = [(words, _rms(budget.items[key]), BLUE) for key, words in ITEMS.items()]
-    sums = _sums(budget)
-    bars.append((_PICTURES["both"], _rms(budget.pictures["both"]), BLUE))
-    bars.append(("all together", sums["all together, without ignored distortion"], ORANGE))
-    for name, colour in (("rounding of the measured values", GREY), ("the paper", VERMILLION)):
-        bars.append((name, sums[name], colour))
+    together, rounding, _, paper = _sums(budget).values()
+    bars = [
+        *((words, _rms(budget.items[key]), BLUE) for key, words in ITEMS.items()),
+        (_PICTURES["both"], _rms(budget.pictures["both"]), BLUE),
+        ("all together", together, ORANGE),
+        ("rounding of the measured values", rounding, GREY),
+        ("the paper", paper, VERMILLION),
+    ]
     figure = canvas(8.0, 4.6)
     panels = figure.subplots(1, 5, sharey=True)
     places = np.arange(len(bars))

@@ -25,7 +25,6 @@ _GRID = {"color": "#dddddd", "linewidth": 0.6}
 
 
 def _looks(label: str) -> tuple[str, str]:
-    """Colour and mark of a method."""
     return (BLUE, "P") if label == PRODUCT else THRESHOLDS.look(label)
 
 
@@ -156,6 +155,5 @@ def cost_figure(cost: Mapping[str, Mapping[int, float]]) -> Figure:
 
 
 def _line(axes: Axes, places: Sequence[float], shares: Sequence[Mapping[str, Any]], label: str, scale: float) -> None:
-    """A method's values against the bins, with their intervals."""
     colour, mark = _looks(label)
     draw_intervals(axes, places, shares, (colour, f"{mark}-"), scale=scale, ms=3.5, label=title_of(label))

@@ -17,6 +17,7 @@ from dockpose.files.durable_files import write_whole
 from dockpose.study.scenes import ELAPSED, HATS, PRODUCT, RIVALS, methods, title_of
 from dockpose.study.summary import Columns, columns_of, of_method, summary_of
 from markupsafe import Markup
+from matplotlib.figure import Figure
 
 PLOTS = "plots"  # folder of the plots and tables
 _RANGES = ("range_diameters", "ring_radius_px", "attenuation_lengths")
@@ -68,32 +69,25 @@ def trust_table(summary: Mapping[str, Any], name: str) -> NumberTable:
 
 def parts_of(summary: Mapping[str, Any], cost: Columns) -> list[Part]:
     """All that the page shows after the advice."""
-    texts = {
-        "claim": "\n\n".join([*claim_text(summary), *factor_text(summary)]),
-        "calibration": "\n\n".join(calibration_text(summary)),
-    }
-    figures = {
-        "claim": {"hats_against": plots.against_figure(summary)},
-        "all": {"methods": plots.methods_figure(summary)},
-        "calibration": {"calibration": plots.calibration_figure(summary)},
-        "cost": {"cost": plots.cost_figure(_cost_by_width(cost))},
-    }
-    tables = {
-        "claim": {"hats_against": _against_rows(summary)},
-        "all": {"methods": _methods_rows(summary)},
-        "factors": {"factors": _factors_rows(summary)},
-        "cost": {"cost_of_methods": _cost_rows(cost)},
-    }
     numbers = {"scenes": summary["scenes"], "docks": summary["docks"], "product": title_of(PRODUCT)}
-    parts = [
-        Part.of(key, figures.get(key, {}), tables.get(key, {}), files="", text=texts.get(key, ""), **numbers)
-        for key in ("claim", "all", "factors", "calibration", "cost")
-    ]
+
+    def part(key: str, figures: Mapping[str, Figure], tables: Mapping[str, Rows], *paragraphs: str) -> Part:
+        return Part.of(key, figures, tables, files="", text="\n\n".join(paragraphs), **numbers)
+
+    against = {"hats_against": plots.against_figure(summary)}
+    claims = *claim_text(summary), *factor_text(summary)
+    calibration = {"calibration": plots.calibration_figure(summary)}
     by = [
         Plot.of(f"by_{name}", words("factors", "plots", "by", title=factor["title"]), plots.factor_figure(factor))
         for name, factor in summary["factors"].items()
     ]
-    return [dataclasses.replace(part, plots=by) if part.key == "factors" else part for part in parts]
+    return [
+        part("claim", against, {"hats_against": _against_rows(summary)}, *claims),
+        part("all", {"methods": plots.methods_figure(summary)}, {"methods": _methods_rows(summary)}),
+        dataclasses.replace(part("factors", {}, {"factors": _factors_rows(summary)}), plots=by),
+        part("calibration", calibration, {}, *calibration_text(summary)),
+        part("cost", {"cost": plots.cost_figure(_cost_by_width(cost))}, {"cost_of_methods": _cost_rows(cost)}),
+    ]
 
 
 def _methods_rows(summary: Mapping[str, Any]) -> Rows:
@@ -198,7 +192,6 @@ def advice_text(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _product_by(factor: Mapping[str, Any]) -> dict[str, Any]:
-    """The program's result in each bin."""
     return dict(zip(factor["bins"], factor["methods"][PRODUCT], strict=True))
 
 

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 from dockpose import Dock
 from dockpose.app.cli import main
-from dockpose.app.commands.ros import NodeLogic, Options, make_node, options_of
+from dockpose.app.commands.ros import NodeLogic, logic_of, make_node
 from dockpose.app.export.recordings.messages import TOPICS
 from dockpose.app.inputs.sidecar import save_dock
 from dockpose.simulate import render
@@ -27,7 +27,7 @@ def told():
 
 @pytest.fixture
 def logic(told):
-    return NodeLogic(Options(DOCK), told.append)
+    return NodeLogic(told.append, DOCK)
 
 
 def status_of(messages):
@@ -96,7 +96,7 @@ def test_a_picture_without_a_stamp_has_the_time_at_which_it_came(logic, told):
 
 
 def test_a_camera_file_has_precedence_and_a_camera_of_another_shape_is_told(told):
-    logic = NodeLogic(Options(DOCK, camera=CAMERA), told.append)
+    logic = NodeLogic(told.append, DOCK, camera=CAMERA)
     logic.take_camera_info(bags.camera_info((99.0, 0, 1, 0, 99.0, 1, 0, 0, 1), (640, 480)))
     assert len(logic.take_image(bags.image(PICTURE, "mono8"), 0.0)) == len(TOPICS)
     messages = logic.take_image(bags.image(PICTURE[:, :480].copy(), "mono8"), 0.0)
@@ -106,9 +106,8 @@ def test_a_camera_file_has_precedence_and_a_camera_of_another_shape_is_told(told
 
 
 def test_compressed_pictures_have_their_camera_beside_the_others():
-    options = Options(DOCK, image_topic="/left/image_raw/compressed")
-    assert (options.is_compressed, options.info_topic) == (True, "/left/camera_info")
-    logic = NodeLogic(options, print)
+    logic = NodeLogic(print, DOCK, image_topic="/left/image_raw/compressed")
+    assert (logic.is_compressed, logic.info_topic) == (True, "/left/camera_info")
     logic.take_camera_info(INFO)
     assert len(logic.take_image(bags.compressed(PICTURE, "png"), 0.0)) == len(TOPICS)
 
@@ -208,7 +207,7 @@ def test_a_dock_file_has_precedence(node, tmp_path):
     save_dock(Dock(0.25, 5, angles_deg=(0, 50, 100, 180, 270)), path)
     node.parameters |= {"dock_file": str(path), "dock_diameter_m": 0.0}
     assert node.trigger_configure() is Return.SUCCESS
-    assert options_of(node.parameters).dock.angles_deg == (0, 50, 100, 180, 270)
+    assert logic_of(node.parameters, print)._dock.angles_deg == (0, 50, 100, 180, 270)
 
 
 def test_a_managed_node_waits(monkeypatch):

@@ -6,8 +6,8 @@ from importlib.metadata import PackageNotFoundError
 import cv2
 import pytest
 from dockpose.app.cli import main
-from dockpose.app.commands.machine import checkup, doctor
-from dockpose.app.commands.machine.checkup import BROKEN, OK, WARNING, Finding
+from dockpose.app.commands.machine import doctor
+from dockpose.app.commands.machine.doctor import BROKEN, OK, WARNING, Finding
 
 
 @pytest.fixture
@@ -54,15 +54,15 @@ def test_json_has_a_line_for_each_with_the_numbers_of_the_self_test(home, capsys
 
 
 def test_a_wrong_pose_is_broken_and_so_is_the_exit_status(home, monkeypatch, capsys):
-    real = checkup.load_sample("tilted")
-    monkeypatch.setattr(checkup, "load_sample", lambda name: None)
-    monkeypatch.setattr(doctor, "CHECKS", {"self test": checkup._self_test})
+    real = doctor.load_sample("tilted")
+    monkeypatch.setattr(doctor, "load_sample", lambda name: None)
+    monkeypatch.setattr(doctor, "CHECKS", {"self test": doctor._self_test})
     assert main(["doctor"]) == 1  # the check itself raises
     monkeypatch.undo()
-    right = checkup.load_sample("plain")
+    right = doctor.load_sample("plain")
     other = type(right)(**{**vars(real), "truth": right.truth})
-    monkeypatch.setattr(checkup, "load_sample", lambda name: other)
-    monkeypatch.setattr(doctor, "CHECKS", {"self test": checkup._self_test})
+    monkeypatch.setattr(doctor, "load_sample", lambda name: other)
+    monkeypatch.setattr(doctor, "CHECKS", {"self test": doctor._self_test})
     assert main(["doctor"]) == 1
     told = capsys.readouterr().out.splitlines()
     assert told[0].startswith("broken  self test            AttributeError: ")
@@ -75,7 +75,7 @@ def test_one_check_that_fails_leaves_the_others(home, monkeypatch):
         yield Finding("first", OK, "there")
         raise OSError(f"no way to\n{home}")
 
-    monkeypatch.setattr(doctor, "CHECKS", {"a": fails, "b": checkup._port})
+    monkeypatch.setattr(doctor, "CHECKS", {"a": fails, "b": doctor._port})
     states = [(one.name, one.state, one.text) for one in doctor.findings()]
     assert states[:2] == [("first", OK, "there"), ("a", BROKEN, r"OSError: no way to\n~")]
     assert states[2][0] == "port"
@@ -85,8 +85,8 @@ def test_a_port_that_is_taken_is_told_with_a_free_one(monkeypatch):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        monkeypatch.setattr(checkup, "DEFAULT_PORT", taken.getsockname()[1])
-        finding = found(checkup._port)["port"]
+        monkeypatch.setattr(doctor, "DEFAULT_PORT", taken.getsockname()[1])
+        finding = found(doctor._port)["port"]
     assert finding.state == WARNING
     assert "is taken; dockpose serve --port " in finding.text
 
@@ -95,29 +95,27 @@ def test_folders_that_cannot_be_written(tmp_path):
     file = tmp_path / "file"
     file.touch()
     # A file where a folder should be stops root too.
-    finding = checkup._writable("sessions", file / "below", WARNING, "; advice")
+    finding = doctor._writable("sessions", file / "below", WARNING, "; advice")
     assert (finding.state, finding.text.endswith("cannot be written (Not a directory); advice")) == (WARNING, True)
-    assert checkup._writable("sessions", tmp_path / "new" / "below", BROKEN, "").state == OK
+    assert doctor._writable("sessions", tmp_path / "new" / "below", BROKEN, "").state == OK
     assert list(tmp_path.iterdir()) == [file]
 
 
 def test_decoders_that_are_missing(monkeypatch):
-    monkeypatch.setattr(
-        checkup, "_VIDEOS", {"ffv1": ("ffv1", "gray"), "h264": ("no_such_encoder", "gray"), "zzz": None}
-    )
-    finding, *others = checkup._videos()
+    monkeypatch.setattr(doctor, "_VIDEOS", {"ffv1": ("ffv1", "gray"), "h264": ("no_such_encoder", "gray"), "zzz": None})
+    finding, *others = doctor._videos()
     assert [one.text for one in others if one.state != OK] == []  # a small video was written and read back
     assert (finding.state, finding.text) == (WARNING, "ffv1, h264 can be read; zzz cannot")
-    monkeypatch.setattr(checkup, "_NEEDED_VIDEOS", ("zzz",))
-    assert next(checkup._videos()).state == BROKEN
-    monkeypatch.setattr(checkup, "_PICTURES", (".png", ".zzz"))
-    assert next(checkup._pictures()).text == "png can be read; zzz cannot"
+    monkeypatch.setattr(doctor, "_NEEDED_VIDEOS", ("zzz",))
+    assert next(doctor._videos()).state == BROKEN
+    monkeypatch.setattr(doctor, "_PICTURES", (".png", ".zzz"))
+    assert next(doctor._pictures()).text == "png can be read; zzz cannot"
 
 
 def test_a_video_that_cannot_be_read_back_is_broken(monkeypatch):
-    assert checkup._film().state == OK
-    monkeypatch.setattr(checkup, "open_frames", lambda path: 1 / 0)
-    finding = checkup._film()
+    assert doctor._film().state == OK
+    monkeypatch.setattr(doctor, "open_frames", lambda path: 1 / 0)
+    finding = doctor._film()
     assert (finding.state, "cannot be read: ZeroDivisionError" in finding.text) == (BROKEN, True)
 
 
@@ -128,12 +126,12 @@ def test_another_build_of_opencv_beside_ours_is_told(monkeypatch, other):
             raise PackageNotFoundError(package)
         return "5.0"
 
-    monkeypatch.setattr(checkup, "version", version)
-    told = [(one.name, one.state) for one in checkup._other_opencv()]
+    monkeypatch.setattr(doctor, "version", version)
+    told = [(one.name, one.state) for one in doctor._other_opencv()]
     assert told == ([] if other is None else [(other, WARNING)])
 
 
 @pytest.mark.skipif(not os.path.isdir("/dev"), reason="cameras are listed in /dev alone")
 def test_cameras_are_listed_by_name(monkeypatch):
-    monkeypatch.setattr(checkup.Path, "glob", lambda self, pattern: [self / "video7"] if pattern == "video*" else [])
-    assert found(checkup._cameras)["cameras"].text.startswith("/dev/video7 (no name")
+    monkeypatch.setattr(doctor.Path, "glob", lambda self, pattern: [self / "video7"] if pattern == "video*" else [])
+    assert found(doctor._cameras)["cameras"].text.startswith("/dev/video7 (no name")

@@ -197,15 +197,14 @@ def read_ahead(items: Iterable[Item]) -> Iterator[Item]:
     stop = threading.Event()
 
     def run() -> None:
-        error: BaseException | None = None
         try:
             for item in items:
                 waiting.put((item, None))
                 if stop.is_set():
                     return
-        except BaseException as raised:  # raised again where the items are consumed
-            error = raised
-        waiting.put((_END, error))
+            waiting.put((_END, None))
+        except BaseException as error:  # raised again where the items are consumed
+            waiting.put((_END, error))
 
     thread = threading.Thread(target=run, name="dockpose reading ahead", daemon=True)
     thread.start()

@@ -104,10 +104,11 @@ class Hypotheses:
         chains = list(self.chains)
         seen: list[int | None] = [None, None]
         for number, candidate in enumerate(order):
+            index = candidate * (len(found.candidates) - 1)  # a single one stands for both
             if gated[number, candidate]:
-                chains[number], seen[number] = chains[number].update(pair[candidate]), candidate
+                chains[number], seen[number] = chains[number].update(pair[candidate]), index
             elif twins:
-                chains[number], seen[number] = Chain.begin(pair[candidate], speeds), candidate
+                chains[number], seen[number] = Chain.begin(pair[candidate], speeds), index
             else:
                 chains[number] = Chain.begin(_twin(pair[order[1 - number]]), speeds)
         first = _mixed(first if twins else self.first, pair)

@@ -170,9 +170,7 @@ def _add_near(
     height, width = direct.shape
     rows = np.arange(max(0, row - reach), min(height, row + reach + 1))
     columns = np.arange(max(0, column - reach), min(width, column + reach + 1))
-    if len(rows) == 0 or len(columns) == 0:
-        return
-    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    window = np.ix_(rows, columns)
     dx, dy = np.meshgrid(columns - lamp.centre_px[0], rows - lamp.centre_px[1])
     x_rad = lamp.angle_of_px[0, 0] * dx + lamp.angle_of_px[0, 1] * dy
     y_rad = lamp.angle_of_px[1, 0] * dx + lamp.angle_of_px[1, 1] * dy

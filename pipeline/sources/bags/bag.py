@@ -90,8 +90,7 @@ class Bag(Indexed):
 
     def _message(self, place: Place) -> Any:
         """A message with its fields."""
-        storage = self._storages[place.file]
-        topic, data = storage.topics[place.topic], storage.read(place)
+        topic, data = place.file.topics[place.topic], place.file.read(place)
         store = _store(topic.encoding)
         try:
             if topic.encoding == "ros1":
@@ -116,10 +115,9 @@ class Bag(Indexed):
 
     def _stamp_ns(self, place: Place) -> int | None:
         """The time stamp in the head of a message; None where it cannot be read."""
-        storage = self._storages[place.file]
         try:
-            head = storage.read(place)[:12]
-            if storage.topics[place.topic].encoding == "ros1":
+            head = place.file.read(place)[:12]
+            if place.file.topics[place.topic].encoding == "ros1":
                 _, seconds, nanoseconds = struct.unpack("<III", head)
             else:
                 seconds, nanoseconds = struct.unpack("<iI" if head[1] & 1 else ">iI", head[4:])
@@ -140,9 +138,9 @@ class Bag(Indexed):
         names = [f"{above}/camera_info", f"{above.rsplit('/', 1)[0]}/camera_info"]  # of a compressed one, one level up
         # By the name that ROS gives to pictures of which a program took the distortion out.
         is_rectified = "rect" in self.topic.removesuffix("/compressed").rsplit("/")[-1]
-        for name in names[: 2 if self._kind_of(self._places[0]) == COMPRESSED else 1]:
+        for name in names[: 2 if _kind_of(self._places[0]) == COMPRESSED else 1]:
             places = self._places_of(name)
-            if not places or self._kind_of(places[0]) != CAMERA_INFO:
+            if not places or _kind_of(places[0]) != CAMERA_INFO:
                 continue
             try:
                 camera = camera_in(self._message(places[0]), is_rectified)
@@ -154,9 +152,6 @@ class Bag(Indexed):
             self._tell(f"{self.source}: the camera of {name} was not calibrated (its focal length is 0)")
         return None, None
 
-    def _kind_of(self, place: Place) -> str:
-        return self._storages[place.file].topics[place.topic].kind
-
     def _tell_faults(self) -> None:
         for fault in [fault for storage in self._storages for fault in storage.faults]:
             self._skip(f"{self.source}: {fault}")
@@ -166,6 +161,10 @@ class Bag(Indexed):
             self._tell(f"{self.source}: the bag is cut short: {frames} there")
         elif self._is_unfinished:
             self._tell(f"{self.source}: the bag was not closed, as it has no metadata.yaml: {frames} there")
+
+
+def _kind_of(place: Place) -> str:
+    return place.file.topics[place.topic].kind
 
 
 @lru_cache(maxsize=2)

@@ -4,17 +4,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from dockpose.camera.camera import Camera
 from dockpose.dock import Dock
-from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError, fit_ellipse
-from dockpose.pose.circle import CirclePose, circle_poses, rotation_from_angles
+from dockpose.lights.ellipse import NoEllipseError
+from dockpose.paper.lights.levels import poses_of_all
+from dockpose.paper.tank.poses import CAMERA, DIAMETER_M
+from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses
 from dockpose.study.draw import tilted_normal
 from dockpose.study.judge import nearest, pose_errors
 
-CAMERA = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
-DIAMETER_M = 0.30
 NOISE_PX = 0.3
 RANGE_M, OFF_AXIS, TILT_DEG = (0.7, 2.5), 0.1, 40.0
 RING_OF = 12  # lights, as the paper's coloured dock has, of which some are seen
@@ -80,10 +79,8 @@ def _pose_by(who: str, points: np.ndarray, numbers: np.ndarray, dock: Dock, norm
             choice = find_poses(points, CAMERA, dock)[1]
             return choice.candidates[choice.selected]
         if who == "ellipse":
-            if len(points) < MIN_POINTS:
-                return None
-            poses = circle_poses(fit_ellipse(points), CAMERA, dock.diameter)
-            return nearest(poses, normal)
+            poses = poses_of_all(points, CAMERA, dock)
+            return nearest(poses, normal) if poses else None
         return solve(points, numbers, CAMERA, dock, who)
     except (NoEllipseError, NoPoseError):
         return None

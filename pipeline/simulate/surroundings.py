@@ -115,7 +115,5 @@ def _add_spot(picture: np.ndarray, x: float, y: float, size: float, peak: float)
     column, row = round(x), round(y)
     rows = np.arange(max(0, row - reach), min(picture.shape[0], row + reach + 1))
     columns = np.arange(max(0, column - reach), min(picture.shape[1], column + reach + 1))
-    if len(rows) == 0 or len(columns) == 0:
-        return
     down, across = np.exp(-((rows - y) ** 2) / (2 * size**2)), np.exp(-((columns - x) ** 2) / (2 * size**2))
-    picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] += peak * np.outer(down, across)
+    picture[np.ix_(rows, columns)] += peak * np.outer(down, across)

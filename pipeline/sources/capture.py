@@ -11,6 +11,7 @@ import av
 import cv2
 import numpy as np
 from av.error import FFmpegError
+from dockpose.sources.frames import SourceError
 from dockpose.sources.pixels import picture_of
 
 if "OPENCV_LOG_LEVEL" not in os.environ:
@@ -46,7 +47,7 @@ NO_WISHES = Wishes()
 
 
 class Camera:
-    """A camera of this machine, by its number, with whichever backend the system has. Raises OSError without one.
+    """A camera of this machine, by its number, with whichever backend the system has. Raises SourceError without one.
 
     With Video4Linux, grey formats keep all their levels (GREY is uint8, Y10 to Y16 are uint16), and of Motion JPEG the
     data are there as they were sent; other pictures are BGR, uint8. This was tried with no real camera, but with one
@@ -62,7 +63,7 @@ class Camera:
         self._capture = cv2.VideoCapture(number, cv2.CAP_ANY)
         if not self._capture.isOpened():
             self.release()
-            raise OSError("no camera has that number, or another program uses it")
+            raise SourceError(f"camera {number}: no camera has that number, or another program uses it")
         # What it gives, in words, as "1280 x 720 MJPG at 30 frames/s", and the last frame as it was sent.
         self.about = self._words(NO_WISHES)
         self.packets: tuple[av.Packet, ...] = ()

@@ -127,7 +127,7 @@ def video_in(source: str) -> tuple[InputContainer, bool]:
         container.close()
         raise SourceError(f"{source}: is a video whose coding cannot be decoded here; convert it to H.264")
     is_mp4 = "mp4" in container.format.name.split(",")
-    return container, is_mp4 and Path(source).is_file() and breaks_off(Path(source))
+    return container, is_mp4 and Path(source).is_file() and whole_boxes(Path(source))[1]
 
 
 def _opened_cut_short(source: str) -> InputContainer | None:
@@ -136,9 +136,7 @@ def _opened_cut_short(source: str) -> InputContainer | None:
     if not (source.lower().endswith(_BOXES) and path.is_file()):
         return None
     try:
-        with path.open("rb") as file:
-            end, _ = _boxes(file)
-        return opened(f"subfile,,start,0,end,{end},,:{path.resolve()}")
+        return opened(f"subfile,,start,0,end,{whole_boxes(path)[0]},,:{path.resolve()}")
     except (FFmpegError, OSError, ValueError):
         return None
 
@@ -150,7 +148,6 @@ def why_not(source: str) -> str:
     try:
         with Path(source).open("rb") as file:
             head = file.read(1024)
-            file.seek(0)
             kinds = {kind for kind, _, _ in _each_box(file)} if head[4:8] == b"ftyp" else set()
     except OSError as error:
         return f"{source}: cannot be read ({error.strerror or error})"
@@ -164,26 +161,20 @@ def why_not(source: str) -> str:
     return f"{source}: is not a video, or one of a format that is not read; convert it to MP4 or MKV"
 
 
-def breaks_off(path: Path) -> bool:
-    """Whether the last box of an MP4 file is not there as a whole. Raises OSError if the file cannot be read."""
-    with path.open("rb") as file:
-        return _boxes(file)[1]
-
-
-def _boxes(file: BinaryIO) -> tuple[int, bool]:
-    """Where the last whole box ends, or the file where that is within frames; and whether the file breaks off.
+def whole_boxes(path: Path) -> tuple[int, bool]:
+    """Where the last whole box of an MP4 ends, or the file where that is within frames; and whether it breaks off.
 
     An MP4 is a row of boxes, each of which begins with its size and its kind (ISO 14496-12, section 4.2). Frames lie in
     boxes of the kind "mdat", of which FFmpeg reads what is there.
     """
-    length = file.seek(0, os.SEEK_END)
-    end, last = 0, b""
-    for kind, start, size in _each_box(file):
-        if size == 0:  # as far as the file goes
-            return length, False
-        if start + size > length:
-            return (length if kind == b"mdat" else start), True
-        end, last = start + size, kind
+    length, end, last = path.stat().st_size, 0, b""
+    with path.open("rb") as file:
+        for kind, start, size in _each_box(file):
+            if size == 0:  # as far as the file goes
+                return length, False
+            if start + size > length:
+                return (length if kind == b"mdat" else start), True
+            end, last = start + size, kind
     return end, end < length or last == b"moof"  # the head of a fragment, whose frames would follow
 
 

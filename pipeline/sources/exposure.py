@@ -43,21 +43,20 @@ def exposure_hint(image: np.ndarray, found: Estimate) -> ExposureHint:
     top = _TOP_SHARE * scale
     if found.status != "ok" or found.ring is None or found.markers is None:
         return _without_dock(image, scale, top)
-    lights = [_look(image, box, top) for box in found.markers.boxes_px[found.ring.on_ring]]
-    count = len(lights)
-    cut = [light.cut_share for light in lights if light.cut_share >= CUT_SHARE]
+    looks = [_look(image, box, top) for box in found.markers.boxes_px[found.ring.on_ring]]
+    cut_shares, contrasts, peaks = np.array(looks).T
+    count, cut = len(looks), cut_shares[cut_shares >= CUT_SHARE]
     if len(cut) >= _MANY * count:
         share = float(np.median(cut))
         is_strong = share >= math.log(_STRONGLY) / math.log(2 * _STRONGLY)
         what = "take a quarter of the exposure" if is_strong else "halve the exposure"
         return ExposureHint("saturated", f"{len(cut)} of {count} lights are saturated: {what}.")
-    lost = [light for light in lights if light.contrast < LEAST_CONTRAST]
+    lost = contrasts[contrasts < LEAST_CONTRAST]
     if len(lost) >= _MANY * count:
-        times = float(np.median([light.contrast for light in lost]))
-        peak = max(light.peak for light in lights)
         longer = "double the exposure, or have brighter lamps"
-        what = longer if peak < _DARK_SHARE * top / _TOP_SHARE else "have brighter lamps, or less light on the water"
-        where = f"{len(lost)} of {count} lights hardly stand out of the water, by {times:.0f} times its noise"
+        is_dark = peaks.max() < _DARK_SHARE * top / _TOP_SHARE
+        what = longer if is_dark else "have brighter lamps, or less light on the water"
+        where = f"{len(lost)} of {count} lights hardly stand out of the water, by {np.median(lost):.0f} times its noise"
         return ExposureHint("drowned", f"{where}: {what}.")
     return ExposureHint("good")
 
@@ -100,16 +99,8 @@ class ExposureWatch:
         return hint.sentence
 
 
-@dataclass(frozen=True)
-class _Light:
-    """How a light stands in the picture."""
-
-    cut_share: float  # of its pixels above half of its height, those at the top of the scale
-    contrast: float  # its height above the water, in times the water's noise
-    peak: float  # its brightest level
-
-
-def _look(image: np.ndarray, box: np.ndarray, top: float) -> _Light:
+def _look(image: np.ndarray, box: np.ndarray, top: float) -> tuple[float, float, float]:
+    """Share of a light's core at the top of the scale, its height above the water in times its noise, and its peak."""
     left, upper, right, lower = (int(side) for side in box)
     half = (max(right - left, lower - upper) + 2) // 2
     reach = min(max(_LEAST_REACH_PX, half), _MOST_REACH_PX)
@@ -125,7 +116,7 @@ def _look(image: np.ndarray, box: np.ndarray, top: float) -> _Light:
     core = core[core >= (water + peak) / 2]
     # The brightest of the few pixels that share the top is so by about one deviation of the noise.
     contrast = (peak - water) / _noise(levels, (water + peak) / 2) - 1
-    return _Light(float(np.mean(core >= top)), contrast, peak)
+    return float(np.mean(core >= top)), contrast, peak
 
 
 def _noise(levels: np.ndarray, below: float) -> float:

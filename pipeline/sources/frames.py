@@ -6,8 +6,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
-from types import TracebackType
-from typing import TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 from dockpose.camera.camera import Camera
@@ -18,7 +17,6 @@ from dockpose.dock import Dock
 __all__ = ["Frame", "Frames", "SourceError"]
 
 Tell = Callable[[str], None]
-Source = TypeVar("Source", bound="Frames")
 
 
 class SourceError(InputError):
@@ -122,10 +120,10 @@ class Frames(abc.ABC):
     def close(self) -> None:  # noqa: B027  # most have nothing to release
         """Release files, cameras and threads."""
 
-    def __enter__(self: Source) -> Source:
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _turned(self, frame: Frame) -> Frame:
@@ -197,15 +195,14 @@ def read_ahead(items: Iterable[Item]) -> Iterator[Item]:
     stop = threading.Event()
 
     def run() -> None:
-        error: BaseException | None = None
         try:
             for item in items:
                 waiting.put((item, None))
                 if stop.is_set():
                     return
-        except BaseException as raised:  # raised again where the items are consumed
-            error = raised
-        waiting.put((_END, error))
+            waiting.put((_END, None))
+        except BaseException as error:  # raised again where the items are consumed
+            waiting.put((_END, error))
 
     thread = threading.Thread(target=run, name="dockpose reading ahead", daemon=True)
     thread.start()

@@ -1,7 +1,6 @@
 """Open a source of frames by its name."""
 
 import os
-import time
 
 import numpy as np
 from dockpose.checks import check_turn, shown
@@ -98,7 +97,7 @@ def open_frames(
             raise SourceError(str(error)) from error
     elif kind is Kind.CAMERA:
         number = camera_number(name) or 0
-        frames = Live(f"camera {number}", lambda: _camera(number, grey), tell, wishes=wishes)
+        frames = Live(f"camera {number}", lambda: Camera(number, grey=grey), tell, wishes=wishes)
     elif kind is Kind.STREAM:
         frames = _open_stream(name, tell, timeout_s, grey)
     else:
@@ -121,26 +120,8 @@ def _kind_and_name(source: object) -> tuple[Kind, str]:
 
 def _open_stream(address: str, tell: Tell | None, timeout_s: float, grey: bool) -> Frames:
     """A live stream, or a recording where the address turns out to be that of a file."""
-    first = [_stream(address, timeout_s, grey)]
+    first = [StreamCapture(address, timeout_s, grey=grey)]
     if first[0].is_recording:
         first.pop().release()
         return Video(address, tell, scan=False, grey=grey)
-    return Live(address, lambda: first.pop() if first else _stream(address, timeout_s, grey), tell)
-
-
-def _stream(address: str, timeout_s: float, grey: bool) -> StreamCapture:
-    start_s = time.monotonic()
-    try:
-        return StreamCapture(address, timeout_s, grey=grey)
-    except OSError as error:
-        if time.monotonic() - start_s >= 0.9 * timeout_s:
-            raise SourceError(f"{address}: does not answer within {timeout_s:g} s") from error
-        what = "nothing answers there, or what answers is not a video"
-        raise SourceError(f"{address}: cannot be opened: {what}") from error
-
-
-def _camera(number: int, grey: bool) -> Camera:
-    try:
-        return Camera(number, grey=grey)
-    except OSError as error:
-        raise SourceError(f"camera {number}: {error}") from error
+    return Live(address, lambda: first.pop() if first else StreamCapture(address, timeout_s, grey=grey), tell)

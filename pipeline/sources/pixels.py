@@ -48,24 +48,20 @@ def _luma(frame: av.VideoFrame) -> np.ndarray:
     plane = frame.planes[0]
     rows = np.frombuffer(memoryview(plane), np.uint8 if bits == 8 else order).reshape(frame.height, -1)
     levels = rows[:, : frame.width]
-    name = frame.format.name
-    is_full = frame.color_range == _FULL_RANGE or name.startswith("yuvj")
-    if name.startswith("gray") and frame.color_range != _LIMITED_RANGE:
-        is_full = True
-    if is_full:
+    is_grey = frame.format.name.startswith("gray")
+    is_full = frame.color_range == _FULL_RANGE or frame.format.name.startswith("yuvj")
+    if is_full or (is_grey and frame.color_range != _LIMITED_RANGE):
         return levels.astype(np.uint8 if bits == 8 else np.uint16)
     stretch = _stretched(bits)
     return np.asarray(cv2.LUT(levels, stretch)) if bits == 8 else stretch[levels]
 
 
 def _converted(frame: av.VideoFrame, *, grey: bool) -> np.ndarray:
-    is_deep = max(component.bits for component in frame.format.components) > 8
-    if frame.format.name.startswith("pal"):
-        is_deep = False
-    is_colour = not (grey and not frame.format.is_rgb)
-    if is_colour:
-        return frame.to_ndarray(format="bgr48le" if is_deep else "bgr24")
-    return frame.to_ndarray(format="gray16le" if is_deep else "gray")
+    bits = max(component.bits for component in frame.format.components)
+    is_deep = bits > 8 and not frame.format.name.startswith("pal")
+    if grey and not frame.format.is_rgb:
+        return frame.to_ndarray(format="gray16le" if is_deep else "gray")
+    return frame.to_ndarray(format="bgr48le" if is_deep else "bgr24")
 
 
 @lru_cache(maxsize=8)

@@ -1,5 +1,6 @@
 """A network stream, read so that each frame is there as soon as it arrives."""
 
+import time
 from collections.abc import Callable
 from functools import partial
 
@@ -8,6 +9,7 @@ import numpy as np
 from av.error import FFmpegError
 from dockpose.sources.capture import Wishes
 from dockpose.sources.container import opened
+from dockpose.sources.frames import SourceError
 from dockpose.sources.pixels import picture_of
 
 # Frames are neither queued nor waited for, and the format is recognised from half a second of them rather than five.
@@ -23,13 +25,17 @@ class StreamCapture:
 
     def __init__(self, address: str, timeout_s: float, *, grey: bool = False) -> None:
         self._grey = grey
+        start_s = time.monotonic()
         try:
             self._container = opened(address, options=_OPTIONS, timeout=(timeout_s, timeout_s))
-        except (FFmpegError, ValueError) as error:
-            raise OSError(str(error)) from error
-        if not self._container.streams.video:
-            self._container.close()
-            raise OSError(f"{address} has no video in it")
+            if not self._container.streams.video:
+                self._container.close()
+                raise OSError("has no video in it")
+        except (FFmpegError, OSError, ValueError) as error:
+            if time.monotonic() - start_s >= 0.9 * timeout_s:
+                raise SourceError(f"{address}: does not answer within {timeout_s:g} s") from error
+            what = "nothing answers there, or what answers is not a video"
+            raise SourceError(f"{address}: cannot be opened: {what}") from error
         self._stream = self._container.streams.video[0]
         self._stream.codec_context.thread_count = 1
         self._has_clock = bool(_WITH_CLOCK & set(self._container.format.name.split(",")))

@@ -179,7 +179,6 @@ class _Decoder:
 
     def __init__(self, source: str, order: Order | None) -> None:
         self._source, self._order = source, order
-        self._last: tuple[int, av.VideoFrame] | None = None
         self._open()
 
     def close(self) -> None:
@@ -214,7 +213,7 @@ class _Decoder:
         self._is_threaded = is_threaded
         self._stream.thread_type = "AUTO" if is_threaded else "SLICE"
         self._frames = self._decoded()
-        self._last = None
+        self._last: tuple[int, av.VideoFrame] | None = None
         self._following = self._count = 0
 
     def _near(self, index: int) -> tuple[int, av.VideoFrame] | None:

@@ -121,28 +121,24 @@ def farthest_within_m(
     camera: Camera, dock: Dock, share: float, tilt_deg: float = 20.0, noise_px: float = USUAL_NOISE_PX
 ) -> float:
     """Range, in metres, up to which the standard error of the range is at most a share of it."""
-
-    def over(log_range: float) -> float:
-        range_m = math.exp(log_range)
-        return budget(camera, dock, range_m, tilt_deg, noise_px).sigma_position_m[2] / range_m - share
-
-    return _crossing(over, camera, dock)
+    return _farthest_m(camera, dock, tilt_deg, noise_px, lambda one: one.sigma_position_m[2] / one.range_m - share)
 
 
 def farthest_told_m(
     camera: Camera, dock: Dock, chance: float, tilt_deg: float, noise_px: float = USUAL_NOISE_PX
 ) -> float:
     """Range, in metres, up to which both poses at that tilt can be distinguished with at least that chance."""
-
-    def under(log_range: float) -> float:
-        return chance - (budget(camera, dock, math.exp(log_range), tilt_deg, noise_px).tells_apart or 0.5)
-
-    return _crossing(under, camera, dock)
+    return _farthest_m(camera, dock, tilt_deg, noise_px, lambda one: chance - (one.tells_apart or 0.5))
 
 
-def _crossing(rises: Callable[[float], float], camera: Camera, dock: Dock) -> float:
-    """Range where a function of its logarithm becomes positive, between 0 and where lights can be seen one by one."""
+def _farthest_m(
+    camera: Camera, dock: Dock, tilt_deg: float, noise_px: float, excess: Callable[[Budget], float]
+) -> float:
+    """Range where a number of the budget becomes positive, between 0 and where lights can be seen one by one."""
     from scipy.optimize import brentq  # takes half a second to import
+
+    def rises(log_range: float) -> float:
+        return excess(budget(camera, dock, math.exp(log_range), tilt_deg, noise_px))
 
     low, high = math.log(nearest_m(camera, dock)), math.log(farthest_apart_m(camera, dock))
     if low >= high or rises(low) > 0:

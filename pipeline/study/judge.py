@@ -55,8 +55,7 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
     row["lights_found"] = None if found.markers is None else len(found.markers)
     row["lights_on_ring"] = found.lights_on_ring
     chosen = found.selected
-    is_ok = found.status == "ok" and chosen is not None
-    if not is_ok or chosen is None:
+    if found.status != "ok" or chosen is None:
         row["outcome"] = REFUSED if has_dock else CORRECT_REFUSAL
         return row
     row |= {"probability": chosen.probability, "detection": found.detection}

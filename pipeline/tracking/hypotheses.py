@@ -104,10 +104,11 @@ class Hypotheses:
         chains = list(self.chains)
         seen: list[int | None] = [None, None]
         for number, candidate in enumerate(order):
+            index = candidate * (len(found.candidates) - 1)  # a single one stands for both
             if gated[number, candidate]:
-                chains[number], seen[number] = chains[number].update(pair[candidate]), candidate
+                chains[number], seen[number] = chains[number].update(pair[candidate]), index
             elif twins:
-                chains[number], seen[number] = Chain.begin(pair[candidate], speeds), candidate
+                chains[number], seen[number] = Chain.begin(pair[candidate], speeds), index
             else:
                 chains[number] = Chain.begin(_twin(pair[order[1 - number]]), speeds)
         first = _mixed(first if twins else self.first, pair)
@@ -143,17 +144,22 @@ def rings_of(found: Estimate) -> Iterator[Estimate]:
 
 def posterior(first: float, distances: np.ndarray, log_odds: float) -> tuple[tuple[int, int], float]:
     """Which candidate continues each chain, by distances (2, 2), and how probable the first is, see docs/method.md."""
-    # Relative to the nearer candidate of each chain, so that nothing underflows.
-    weights = []
-    for before, squares in zip((first, 1 - first), distances.tolist(), strict=True):
-        nearest = min(squares)
-        fits = [math.exp(-0.5 * (square - nearest)) for square in squares]
-        moved = before * math.exp(-0.5 * WORTH_OF_MOTION * min(nearest, _MOST_DISTANCE)) / sum(fits)
-        weights.append((moved * fits[0] * _logistic(log_odds), moved * fits[1] * _logistic(-log_odds)))
-    (kept, crossed), (crossed_back, kept_too) = weights
+    (kept, crossed), (crossed_back, kept_too) = _weights((first, 1 - first), distances, log_odds)
     total = kept + crossed + crossed_back + kept_too
     order, ours = ((0, 1), kept + crossed_back) if kept + kept_too >= total / 2 else ((1, 0), crossed + kept_too)
     return order, min(1 - _DOUBT, max(_DOUBT, ours / total))
+
+
+def _weights(before: tuple[float, float], distances: np.ndarray, log_odds: float) -> list[tuple[float, float]]:
+    """How likely each chain, with its probability before, goes on to the first and to the second candidate."""
+    # Relative to the nearer candidate of each chain, so that nothing underflows.
+    weights = []
+    for probability, squares in zip(before, distances.tolist(), strict=True):
+        nearest = min(squares)
+        fits = [math.exp(-0.5 * (square - nearest)) for square in squares]
+        moved = probability * math.exp(-0.5 * WORTH_OF_MOTION * min(nearest, _MOST_DISTANCE)) / sum(fits)
+        weights.append((moved * fits[0] * _logistic(log_odds), moved * fits[1] * _logistic(-log_odds)))
+    return weights
 
 
 def links(before: Hypotheses, found: Estimate, worth: float) -> np.ndarray:
@@ -168,11 +174,7 @@ def links(before: Hypotheses, found: Estimate, worth: float) -> np.ndarray:
     _, distances = _distances(before.chains, pair)
     log_odds = _log_odds(found, worth)
     order, _ = posterior(before.first, distances, log_odds)
-    nearest = distances.min(axis=1, keepdims=True)
-    fit = np.exp(-0.5 * (distances - nearest))
-    moved = np.exp(-0.5 * WORTH_OF_MOTION * np.minimum(nearest, _MOST_DISTANCE))
-    to_candidates = moved * fit / fit.sum(axis=1, keepdims=True) * [_logistic(log_odds), _logistic(-log_odds)]
-    return to_candidates[:, order] @ mixed
+    return np.array(_weights((1.0, 1.0), distances, log_odds))[:, order] @ mixed
 
 
 def _mixed(first: float, pair: Pair) -> float:

@@ -77,7 +77,9 @@ class Search:
         if ring is None or self._last is None:
             return False
         all_there = (found.lights_on_ring or 0) >= (self._last[0].lights_on_ring or 0)
-        return all_there and is_within(ring, region)
+        (left, top, width, height), (x, y, across, down) = ring, region
+        is_inside = left >= x and top >= y and left + width <= x + across and top + height <= y + down
+        return all_there and is_inside
 
 
 def period_s(before_s: float | None, now_s: float | None) -> float:
@@ -94,13 +96,3 @@ def ring_region(pose: CirclePose, camera: Camera, dock: Dock) -> Region | None:
         return None
     (left, top), (right, bottom) = seen.min(axis=0).tolist(), seen.max(axis=0).tolist()
     return left, top, right - left, bottom - top
-
-
-def is_within(inner: Region, outer: Region) -> bool:
-    """Whether one region lies entirely inside another."""
-    return (
-        inner[0] >= outer[0]
-        and inner[1] >= outer[1]
-        and inner[0] + inner[2] <= outer[0] + outer[2]
-        and inner[1] + inner[3] <= outer[1] + outer[3]
-    )

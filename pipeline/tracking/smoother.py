@@ -82,14 +82,10 @@ class Smoother:
         if step is None or step.after is None:
             self._kept.append(None)
             return
-        before = step.before if step.goes_on else None
-        link = np.eye(2)
-        if before is not None and step.after.gap_s == 0:
-            link = links(before, tracked.estimate, step.worth)
+        before, after, found = step.before if step.goes_on else None, step.after, tracked.estimate
+        link = np.eye(2) if before is None or after.gap_s > 0 else links(before, found, step.worth)
         predicted = None if before is None else before.chains
-        self._kept.append(
-            _Kept(tracked.estimate.dock, step.after.chains, predicted, step.after.first, link, step.elapsed_s)
-        )
+        self._kept.append(_Kept(found.dock, after.chains, predicted, after.first, link, step.elapsed_s))
 
     def poses(self) -> list[Smoothed | None]:
         """The smoothed pose of each frame that was taken in, in order; None where no dock was tracked."""
@@ -97,8 +93,7 @@ class Smoother:
         later: _Kept | None = None
         chains: list[Chain] = []
         onwards = np.ones(2)
-        for index in range(len(self._kept) - 1, -1, -1):
-            kept = self._kept[index]
+        for index, kept in reversed(list(enumerate(self._kept))):
             if kept is None:
                 later = None
                 continue

@@ -237,10 +237,10 @@ class Tracker:
 
     def _worth(self, ring: Ellipse | None) -> float:
         """Weight of a frame's evidence, by how far the ring's image moved since the previous frame."""
-        before, now = self._ring, ring
-        if now is None or before is None:
+        before = self._ring
+        if ring is None or before is None:
             return WORTH
-        moved = math.dist((*now.centre_px, *now.semi_axes_px), (*before.centre_px, *before.semi_axes_px))
+        moved = math.dist((*ring.centre_px, *ring.semi_axes_px), (*before.centre_px, *before.semi_axes_px))
         return max(WORTH_AT_REST, WORTH * min(1.0, moved))
 
 
@@ -251,8 +251,7 @@ def _reported(found: Estimate, step: Step) -> Tracked:
         return Tracked(found, Track(), step=step)
     chosen = state.chosen
     selected = state.seen[chosen]
-    position, normal = state.chains[chosen].position_m, state.chains[chosen].normal
-    filtered = CirclePose.at(position, normal, found.camera)
+    filtered = CirclePose.at(state.chains[chosen].position_m, state.chains[chosen].normal, found.camera)
     if selected is None or found.choice is None:
         track = Track(state.probability, state.age, predicted=True, lost=False)
         return Tracked(found, track, None, None, filtered, filtered, chosen, step)

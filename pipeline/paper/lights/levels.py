@@ -10,6 +10,7 @@ from dockpose.camera.image import to_grey
 from dockpose.dock import Dock
 from dockpose.estimate import Estimate, estimate
 from dockpose.lights.ellipse import MIN_POINTS, Ellipse, NoEllipseError, fit_ellipse
+from dockpose.pixels.bright import PixelGroups
 from dockpose.pose.circle import CirclePose, circle_poses
 from dockpose.settings import Settings
 from dockpose.simulate import Scene, Truth, render
@@ -34,10 +35,8 @@ def group_centres(histogram: Histogram, level: int, min_area_px: int) -> np.ndar
     if level >= LEVELS or (pixels := histogram.bright(level)).is_empty:
         return np.empty((0, 2))
     count, labels = pixels.groups()
-    area = np.bincount(labels, minlength=count)
-    y, x = np.divmod(pixels.index, pixels.width)
-    centres = np.column_stack([np.bincount(labels, x, count), np.bincount(labels, y, count)]) / area[:, None]
-    return centres[area >= min_area_px]
+    shapes = PixelGroups(pixels, labels, count).shapes()
+    return shapes.moments[shapes.areas >= min_area_px]
 
 
 def poses_of_all(points_px: np.ndarray, camera: Camera, dock: Dock) -> tuple[CirclePose, ...]:

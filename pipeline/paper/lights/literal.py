@@ -107,13 +107,11 @@ def _at_least(votes: float, needed: float) -> bool:
 def _runs(counts: np.ndarray, weights: np.ndarray, in_a_row: bool) -> dict[int, tuple[int, int, float]]:
     """For each count above 0 its first candidate, how many there are, and their votes: of all, or the longest run."""
     found: dict[int, tuple[int, int, float]] = {}
-    if not in_a_row:
-        for count in np.unique(counts[counts > 0]).tolist():
-            same = np.flatnonzero(counts == count)
-            found[count] = int(same[0]), len(same), float(weights[same].sum())
-        return found
-    edges = np.flatnonzero(np.diff(counts)) + 1
-    for run in np.split(np.arange(len(counts)), edges):
+    if in_a_row:
+        runs = np.split(np.arange(len(counts)), np.flatnonzero(np.diff(counts)) + 1)
+    else:
+        runs = [np.flatnonzero(counts == count) for count in np.unique(counts)]
+    for run in runs:
         count = int(counts[run[0]]) if len(run) else 0
         if count > 0 and len(run) > found.get(count, (0, 0, 0.0))[1]:
             found[count] = int(run[0]), len(run), float(weights[run].sum())

@@ -1,6 +1,6 @@
 """The threshold methods on random scenes, HATS against its rivals (Figure 15), and HATS from literal to ours."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,18 +38,10 @@ class Tally:
     right: dict[str, np.ndarray]  # (N,): whether the pose that our further steps choose is right
 
 
-Row = tuple[bool, dict[str, bool], dict[str, bool], dict[str, bool]]  # a scene's, of a tally
-
-
 def compare_methods(seed: int, a_half: int = SCENES_A_HALF) -> Tally:
     """Search random scenes by each method, all with the same later steps; ``PER_LIGHT`` is our default."""
     searches = {name: Settings(method=name) for name in METHODS_COMPARED}
-    rows = []
-    for row, histogram, truth in _searched(seed, a_half, lambda histogram: searches):
-        lights_px = truth.lights_px[truth.visible]
-        row[1][ANY_LEVEL] = any_level_shows_the_lights(histogram, lights_px, Settings().min_area_px)
-        rows.append(row)
-    return _tally(rows)
+    return _compared(seed, a_half, lambda histogram: searches, has_any_level=True)
 
 
 def compare_schemes(seed: int, a_half: int = SCENES_A_HALF) -> Tally:
@@ -59,7 +51,7 @@ def compare_schemes(seed: int, a_half: int = SCENES_A_HALF) -> Tally:
         steps = {name: settings_of(scheme, literal_hats(histogram, scheme)) for name, scheme in STEPS.items()}
         return {**steps, OURS: Settings()}
 
-    return _tally(row for row, _, _ in _searched(seed, a_half, searches))
+    return _compared(seed, a_half, searches)
 
 
 def settings_of(scheme: Scheme, vote: Vote) -> Settings:
@@ -67,18 +59,24 @@ def settings_of(scheme: Scheme, vote: Vote) -> Settings:
     return Settings(method="fixed", level=min(vote.level, LEVELS - 1), min_area_px=scheme.min_area_px)
 
 
-def _searched(
-    seed: int, a_half: int, searches: Callable[[Histogram], dict[str, Settings]]
-) -> Iterator[tuple[Row, Histogram, Truth]]:
-    """What came of each scene, with its histogram and truth; the same search is not done twice."""
-    for is_hard, scene in draw_scenes(seed, a_half):
+def _compared(
+    seed: int, a_half: int, searches: Callable[[Histogram], dict[str, Settings]], *, has_any_level: bool = False
+) -> Tally:
+    """What came of each scene by each search; the same search is not done twice."""
+    scenes, rows = draw_scenes(seed, a_half), []
+    for _, scene in scenes:
         image, truth = render(scene)
         histogram = histogram_of(to_grey(image))
         wanted = searches(histogram)
         judged = {settings: _judged(image, histogram, scene, truth, settings) for settings in set(wanted.values())}
         exact, chain, right = ({name: judged[one][column] for name, one in wanted.items()} for column in range(3))
+        if has_any_level:
+            lights_px = truth.lights_px[truth.visible]
+            exact[ANY_LEVEL] = any_level_shows_the_lights(histogram, lights_px, Settings().min_area_px)
         right[PER_LIGHT] = pose_is_right(estimate(image, scene.camera, scene.dock), truth)
-        yield (is_hard, exact, chain, right), histogram, truth
+        rows.append((exact, chain, right))
+    columns = ({name: np.array([row[name] for row in part]) for name in part[0]} for part in zip(*rows, strict=True))
+    return Tally(np.array([is_hard for is_hard, _ in scenes]), *columns)
 
 
 def _judged(
@@ -90,10 +88,3 @@ def _judged(
     points_px = group_centres(histogram, level, settings.min_area_px)
     chain = any(is_right(pose, truth) for pose in poses_of_all(points_px, scene.camera, scene.dock))
     return are_the_lights(points_px, truth.lights_px[truth.visible]), chain, pose_is_right(found, truth)
-
-
-def _tally(rows: Iterable[Row]) -> Tally:
-    is_hard, *columns = zip(*rows, strict=True)
-    return Tally(
-        np.array(is_hard), *({name: np.array([row[name] for row in part]) for name in part[0]} for part in columns)
-    )

@@ -135,12 +135,12 @@ def _weights(distances: np.ndarray, distance_m: float) -> list[tuple[int, float]
 
 def _tails(scene: Scene, water: Water, distances: np.ndarray, lamps: list[_Lamp], near_px: float) -> list[np.ndarray]:
     """Glow (n,) of unit share at each distance, on ``ANGLES``, smoothed within ``near_px``."""
-    near_rad = near_px * float(np.median([lamp.rad_per_px for lamp in lamps]))
-    spreads = [
-        point_spread(scene.psf, water, float(distance_m), np.random.default_rng(scene.seed)) for distance_m in distances
-    ]
-    # Of a share of 0, as of clear water, there is no glow at any angle.
-    return [_smooth_within(spread.glow_per_sr / (spread.glow_share or 1.0), near_rad) for spread in spreads]
+    near_rad, tails = near_px * float(np.median([lamp.rad_per_px for lamp in lamps])), []
+    for distance_m in distances.tolist():
+        spread = point_spread(scene.psf, water, distance_m, np.random.default_rng(scene.seed))
+        # Of a share of 0, as of clear water, there is no glow at any angle.
+        tails.append(_smooth_within(spread.glow_per_sr / (spread.glow_share or 1.0), near_rad))
+    return tails
 
 
 def _smooth_within(glow: np.ndarray, near_rad: float) -> np.ndarray:
@@ -170,9 +170,7 @@ def _add_near(
     height, width = direct.shape
     rows = np.arange(max(0, row - reach), min(height, row + reach + 1))
     columns = np.arange(max(0, column - reach), min(width, column + reach + 1))
-    if len(rows) == 0 or len(columns) == 0:
-        return
-    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    window = np.ix_(rows, columns)
     dx, dy = np.meshgrid(columns - lamp.centre_px[0], rows - lamp.centre_px[1])
     x_rad = lamp.angle_of_px[0, 0] * dx + lamp.angle_of_px[0, 1] * dy
     y_rad = lamp.angle_of_px[1, 0] * dx + lamp.angle_of_px[1, 1] * dy

@@ -64,7 +64,7 @@ def point_spread(psf: Psf, water: Water, distance_m: float, rng: np.random.Gener
 
 def _voss(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
     """Voss 1991 and Wells 1973: H = exp(-c r + b r mean_{0..psi} P^), P^ the phase function's transform."""
-    scattered = water.scattering_per_m * distance_m * _mean_transform(water.phase_function)
+    scattered = water.scattering_per_m * distance_m * mean_phase_transform(water.phase_function)
     direct = math.exp(-water.attenuation_per_m * distance_m)
     return _from_transfer(direct, direct * np.expm1(scattered))
 
@@ -81,12 +81,21 @@ def _gaussian(psf: Psf, water: Water, distance_m: float, rng: np.random.Generato
 
 def _hou(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
     """Hou, Gray, Weidemann and Arnone 2008: K b r e^{-tau} / (2 pi theta^m), m = 1 / (w0 - 2 tau theta0)."""
-    return _power_law(psf, water, distance_m, water.scattering_per_m * distance_m)
-
-
-def _hou_poisson(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
-    """Ghosh et al. 2016, section 2.1.2: Hou's, with a Poisson random number of mean b r in place of b r."""
-    return _power_law(psf, water, distance_m, float(rng.poisson(water.scattering_per_m * distance_m)))
+    scatterings = water.scattering_per_m * distance_m
+    if psf.model == "hou_poisson":  # Ghosh et al. 2016, section 2.1.2: a random number of this mean in its place
+        scatterings = float(rng.poisson(scatterings))
+    direct = math.exp(-water.attenuation_per_m * distance_m)
+    if water.scattering_per_m == 0:
+        return PointSpread(direct, np.zeros_like(ANGLES), np.zeros_like(FREQUENCIES))
+    exponent = hou_exponent(psf, water, distance_m)
+    inner = math.radians(psf.inner_cutoff_deg)
+    shape = np.where(ANGLES <= _WIDEST_RAD, np.maximum(ANGLES, inner) ** -exponent, 0.0)
+    shape /= np.trapezoid(shape * ANGLES**2, np.log(ANGLES))  # so that 2 pi int shape / (2 pi) theta dtheta = 1
+    glow = scatterings * direct
+    spread = glow * shape / (2 * math.pi)
+    transfer = np.clip(transfer_of(spread), 0.0, glow)
+    transfer[0] = glow
+    return PointSpread(direct, spread, transfer)
 
 
 def _measured(psf: Psf, water: Water, distance_m: float, rng: np.random.Generator) -> PointSpread:
@@ -97,7 +106,7 @@ def _measured(psf: Psf, water: Water, distance_m: float, rng: np.random.Generato
     return _from_transfer(direct, np.exp(log_transfer) - direct)
 
 
-MODELS = {"voss": _voss, "hou": _hou, "hou_poisson": _hou_poisson, "gaussian": _gaussian, "mtf": _measured}
+MODELS = {"voss": _voss, "hou": _hou, "hou_poisson": _hou, "gaussian": _gaussian, "mtf": _measured}
 
 
 def hou_exponent(psf: Psf, water: Water, distance_m: float) -> float:
@@ -113,28 +122,8 @@ def hou_exponent(psf: Psf, water: Water, distance_m: float) -> float:
     return 1 / (water.albedo - 2 * optical_length * theta0)
 
 
-def _power_law(psf: Psf, water: Water, distance_m: float, scatterings: float) -> PointSpread:
-    direct = math.exp(-water.attenuation_per_m * distance_m)
-    if water.scattering_per_m == 0:
-        return PointSpread(direct, np.zeros_like(ANGLES), np.zeros_like(FREQUENCIES))
-    exponent = hou_exponent(psf, water, distance_m)
-    inner = math.radians(psf.inner_cutoff_deg)
-    shape = np.where(ANGLES <= _WIDEST_RAD, np.maximum(ANGLES, inner) ** -exponent, 0.0)
-    shape /= np.trapezoid(shape * ANGLES**2, np.log(ANGLES))  # so that 2 pi int shape / (2 pi) theta dtheta = 1
-    glow = scatterings * direct
-    spread = glow * shape / (2 * math.pi)
-    transfer = np.clip(transfer_of(spread), 0.0, glow)
-    transfer[0] = glow
-    return PointSpread(direct, spread, transfer)
-
-
 def _from_transfer(direct: float, glow_transfer: np.ndarray) -> PointSpread:
     return PointSpread(direct, np.maximum(spread_of(glow_transfer), 0.0), glow_transfer)
-
-
-@lru_cache
-def _mean_transform(phase_function: str) -> np.ndarray:
-    return mean_phase_transform(phase_function, FREQUENCIES)
 
 
 @lru_cache

@@ -9,7 +9,7 @@ from typing import Any
 from dockpose.camera.camera import Camera
 from dockpose.sources.bags.files import opened_files
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
-from dockpose.sources.bags.storage import Place, Topic
+from dockpose.sources.bags.storage import Place
 from dockpose.sources.frames import Frame, Indexed, SourceError, Tell, growing
 
 _ENCODINGS = ("cdr", "ros1")
@@ -62,7 +62,9 @@ class Bag(Indexed):
     def _chosen(self, topic: str | None) -> str:
         """The topic that was asked for, or the only one with pictures."""
         known = {one.name: one for storage in self._storages for one in storage.topics.values()}
-        pictures = sorted(name for name, one in known.items() if _has_pictures(one))
+        pictures = sorted(
+            name for name, one in known.items() if one.kind in (IMAGE, COMPRESSED) and one.encoding in _ENCODINGS
+        )
         if topic is not None:
             wanted = topic if topic in known or topic.startswith("/") else f"/{topic}"
             if wanted in pictures:
@@ -87,9 +89,15 @@ class Bag(Indexed):
         return found
 
     def _message(self, place: Place) -> Any:
-        storage = self._storages[place.file]
-        topic = storage.topics[place.topic]
-        return deserialised(storage.read(place), topic)
+        """A message with its fields."""
+        topic, data = place.file.topics[place.topic], place.file.read(place)
+        store = _store(topic.encoding)
+        try:
+            if topic.encoding == "ros1":
+                return store.deserialize_ros1(data, topic.kind)
+            return store.deserialize_cdr(data, topic.kind)
+        except Exception as error:  # which errors damaged bytes raise is not documented
+            raise SourceError(f"the message is damaged ({len(data)} bytes)") from error
 
     def _clock(self) -> list[int]:
         """Time stamps of all pictures, in nanoseconds; by the recording where the pictures have none."""
@@ -107,10 +115,9 @@ class Bag(Indexed):
 
     def _stamp_ns(self, place: Place) -> int | None:
         """The time stamp in the head of a message; None where it cannot be read."""
-        storage = self._storages[place.file]
         try:
-            head = storage.read(place)[:12]
-            if storage.topics[place.topic].encoding == "ros1":
+            head = place.file.read(place)[:12]
+            if place.file.topics[place.topic].encoding == "ros1":
                 _, seconds, nanoseconds = struct.unpack("<III", head)
             else:
                 seconds, nanoseconds = struct.unpack("<iI" if head[1] & 1 else ">iI", head[4:])
@@ -129,12 +136,14 @@ class Bag(Indexed):
         """The camera that the topic beside that of the pictures describes, and that topic."""
         above = self.topic.rsplit("/", 1)[0]
         names = [f"{above}/camera_info", f"{above.rsplit('/', 1)[0]}/camera_info"]  # of a compressed one, one level up
-        for name in names[: 2 if self._kind_of(self._places[0]) == COMPRESSED else 1]:
+        # By the name that ROS gives to pictures of which a program took the distortion out.
+        is_rectified = "rect" in self.topic.removesuffix("/compressed").rsplit("/")[-1]
+        for name in names[: 2 if _kind_of(self._places[0]) == COMPRESSED else 1]:
             places = self._places_of(name)
-            if not places or self._kind_of(places[0]) != CAMERA_INFO:
+            if not places or _kind_of(places[0]) != CAMERA_INFO:
                 continue
             try:
-                camera = camera_in(self._message(places[0]), self._is_rectified())
+                camera = camera_in(self._message(places[0]), is_rectified)
             except ValueError as error:
                 self._tell(f"{self.source}: the camera of {name} cannot be used ({error})")
                 continue
@@ -142,13 +151,6 @@ class Bag(Indexed):
                 return camera, name
             self._tell(f"{self.source}: the camera of {name} was not calibrated (its focal length is 0)")
         return None, None
-
-    def _is_rectified(self) -> bool:
-        """Whether a program took the distortion out of the pictures, by the name that ROS gives such topics."""
-        return "rect" in self.topic.removesuffix("/compressed").rsplit("/")[-1]
-
-    def _kind_of(self, place: Place) -> str:
-        return self._storages[place.file].topics[place.topic].kind
 
     def _tell_faults(self) -> None:
         for fault in [fault for storage in self._storages for fault in storage.faults]:
@@ -161,15 +163,8 @@ class Bag(Indexed):
             self._tell(f"{self.source}: the bag was not closed, as it has no metadata.yaml: {frames} there")
 
 
-def deserialised(data: bytes, topic: Topic) -> Any:
-    """Return a message with its fields."""
-    store = _store(topic.encoding)
-    try:
-        if topic.encoding == "ros1":
-            return store.deserialize_ros1(data, topic.kind)
-        return store.deserialize_cdr(data, topic.kind)
-    except Exception as error:  # which errors damaged bytes raise is not documented
-        raise SourceError(f"the message is damaged ({len(data)} bytes)") from error
+def _kind_of(place: Place) -> str:
+    return place.file.topics[place.topic].kind
 
 
 @lru_cache(maxsize=2)
@@ -178,7 +173,3 @@ def _store(encoding: str) -> Any:
     from rosbags.typesys import Stores, get_typestore
 
     return get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
-
-
-def _has_pictures(topic: Topic) -> bool:
-    return topic.kind in (IMAGE, COMPRESSED) and topic.encoding in _ENCODINGS

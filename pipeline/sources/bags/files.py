@@ -38,11 +38,10 @@ def opened_files(source: str) -> tuple[list[Storage], bool, contextlib.ExitStack
         raise SourceError(f"{path}: the bag has no files")
     expand = partial(expanded, "zstd") if is_by_message else None
     with contextlib.ExitStack() as stack:
-        storages = [_opened(each, number, expand, stack) for number, each in enumerate(paths)]
-        return storages, is_unfinished, stack.pop_all()
+        return [_opened(each, expand, stack) for each in paths], is_unfinished, stack.pop_all()
 
 
-def _opened(path: Path, number: int, expand: Callable[[bytes], bytes] | None, stack: contextlib.ExitStack) -> Storage:
+def _opened(path: Path, expand: Callable[[bytes], bytes] | None, stack: contextlib.ExitStack) -> Storage:
     try:
         check_regular(path)
         if path.stat().st_size == 0:
@@ -51,9 +50,9 @@ def _opened(path: Path, number: int, expand: Callable[[bytes], bytes] | None, st
             path = _unpacked(path, Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dockpose-"))))
         ending = path.suffix.lower()
         if ending == ".db3":
-            storage: Storage = SqliteFile(path, number, expand)
+            storage: Storage = SqliteFile(path, expand)
         else:
-            storage = McapFile(path, number) if ending == ".mcap" else Ros1File(path, number)
+            storage = McapFile(path) if ending == ".mcap" else Ros1File(path)
     except OSError as error:
         raise SourceError(f"{path}: cannot be read ({error.strerror or error})") from error
     except SourceError as error:

@@ -20,10 +20,10 @@ class McapFile(storage.ChunkedFile):
 
     _magic, _refusal, _chunk_kind = b"\x89MCAP0\r\n", "is not an MCAP file", 0x06
 
-    def __init__(self, path: Path, number: int = 0) -> None:
+    def __init__(self, path: Path) -> None:
         self._schemas: dict[int, str] = {}
         self._indexed: list[tuple[int, dict[int, int]]] = []
-        super().__init__(path, number)
+        super().__init__(path)
 
     def places(self, topics: Collection[int]) -> list[storage.Place]:
         """Where the messages of some channels lie, in the order in which they were recorded."""
@@ -32,7 +32,7 @@ class McapFile(storage.ChunkedFile):
             for topic in index_of.keys() & topics:
                 content = self._record(index_of[topic]).data(self._file)[6:]
                 entries = struct.iter_unpack("<QQ", content[: len(content) // 16 * 16])
-                found += [storage.Place(time_ns, topic, self._number, chunk, offset) for time_ns, offset in entries]
+                found += [storage.Place(time_ns, topic, self, chunk, offset) for time_ns, offset in entries]
         return sorted(found, key=lambda place: (place.chunk, place.offset)) if self._indexed else found
 
     def _read(self, place: storage.Place) -> bytes:
@@ -109,7 +109,7 @@ class McapFile(storage.ChunkedFile):
         if record.kind == _MESSAGE:
             stream.seek(record.start)
             channel, _, time_ns, _ = _MESSAGE_HEAD.unpack(stream.read(_MESSAGE_HEAD.size))
-            self._places.append(storage.Place(time_ns, channel, self._number, chunk, record.at))
+            self._places.append(storage.Place(time_ns, channel, self, chunk, record.at))
         elif record.kind in (_SCHEMA, _CHANNEL):
             content = ReadDataStream(io.BytesIO(record.data(stream)))
             self._note(Schema.read(content) if record.kind == _SCHEMA else Channel.read(content))

@@ -24,7 +24,7 @@ class Ros1File(storage.ChunkedFile):
                 for connection in reader.connections:
                     self.topics[connection.id] = storage.Topic(connection.topic, connection.msgtype, "ros1")
                     self._places += [
-                        storage.Place(entry.time, connection.id, self._number, entry.chunk_pos, entry.offset)
+                        storage.Place(entry.time, connection.id, self, entry.chunk_pos, entry.offset)
                         for entry in reader.indexes[connection.id]
                     ]
         except (ReaderError, StopIteration, AssertionError, *storage.DAMAGE):
@@ -55,7 +55,7 @@ class Ros1File(storage.ChunkedFile):
         elif record.kind == _MESSAGE and chunk >= 0:
             seconds, nanoseconds = struct.unpack("<II", record.header["time"])
             time_ns = seconds * 10**9 + nanoseconds
-            self._places.append(storage.Place(time_ns, _number(record, "conn"), self._number, chunk, record.at))
+            self._places.append(storage.Place(time_ns, _number(record, "conn"), self, chunk, record.at))
 
     def _expanded(self, record: storage.Record) -> bytes:
         compression, size = record.header["compression"].decode(), _number(record, "size")

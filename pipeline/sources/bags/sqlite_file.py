@@ -19,8 +19,8 @@ _GENERATED = (2, 3)  # "hidden" in SQLite's description of a column
 class SqliteFile(Storage):
     """A database as rosbag2 writes it, with the tables "topics" and "messages"."""
 
-    def __init__(self, path: Path, number: int = 0, expand: Callable[[bytes], bytes] | None = None) -> None:
-        super().__init__(number)
+    def __init__(self, path: Path, expand: Callable[[bytes], bytes] | None = None) -> None:
+        super().__init__()
         with path.open("rb") as file:
             if file.read(16) != b"SQLite format 3\0":
                 raise SourceError("is not an SQLite database")
@@ -110,7 +110,7 @@ class SqliteFile(Storage):
                     raise SourceError(f"its table 'messages' is damaged: message {key} follows {rows[-1].offset}")
                 if len(rows) > self._bytes:  # a view after all, which a forged schema can call a table
                     break
-                rows.append(Place(time_ns, topic, self._number, -1, key))
+                rows.append(Place(time_ns, topic, self, -1, key))
         except (sqlite3.DatabaseError, SourceError):
             if not self.is_cut_short:
                 raise

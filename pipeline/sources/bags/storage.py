@@ -36,7 +36,7 @@ class Place(NamedTuple):
 
     time_ns: int  # when it was recorded, by the clock of the recording machine
     topic: int  # key of its topic
-    file: int  # which file of the bag
+    file: "Storage"  # of the bag
     chunk: int  # where its chunk begins in the file; -1 outside of chunks
     offset: int  # where it begins in the chunk or the file, or its number in a database
 
@@ -44,11 +44,10 @@ class Place(NamedTuple):
 class Storage(abc.ABC):
     """One file of a bag, of which messages are read one by one, from any thread."""
 
-    def __init__(self, number: int) -> None:
+    def __init__(self) -> None:
         self.topics: dict[int, Topic] = {}
         self.is_cut_short = False
         self.faults: list[str] = []
-        self._number = number
         self._places: list[Place] = []
         self._lock = threading.Lock()
 
@@ -96,8 +95,8 @@ class ChunkedFile(Storage):
     _refusal: str
     _chunk_kind: int
 
-    def __init__(self, path: Path, number: int) -> None:
-        super().__init__(number)
+    def __init__(self, path: Path) -> None:
+        super().__init__()
         self._file: BinaryIO = path.open("rb")
         self._kept: tuple[int, bytes] = (-1, b"")
         try:

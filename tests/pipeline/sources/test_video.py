@@ -11,7 +11,7 @@ import av
 import numpy as np
 import pytest
 from dockpose.sources import SourceError, open_frames
-from dockpose.sources.container import breaks_off
+from dockpose.sources.container import whole_boxes
 
 MICROSECONDS = Fraction(1, 1_000_000)
 WIDTH, HEIGHT = 64, 48
@@ -210,7 +210,7 @@ def test_an_mp4_cut_in_the_middle_gives_every_whole_frame_and_one_line(tmp_path,
 )
 def test_boxes_break_off_wherever_the_file_does(tmp_path, end, is_cut):
     (tmp_path / "a.mp4").write_bytes(b"\0\0\0\x0cftypisom" + end)
-    assert breaks_off(tmp_path / "a.mp4") is is_cut
+    assert whole_boxes(tmp_path / "a.mp4")[1] is is_cut
 
 
 def test_an_mp4_cut_before_its_index_is_told_in_one_sentence(tmp_path):

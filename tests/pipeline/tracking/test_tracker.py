@@ -401,3 +401,13 @@ def test_a_region_does_not_hold_on_to_a_part_of_the_ring():
     found = [tracker.see(image, 0.1 * number) for number, image in enumerate(images)]
     assert [each.estimate.lights_on_ring for each in found[5:]] == [10] * 5
     assert found[-1].pose.position_m[2] == pytest.approx(0.8, rel=0.01)
+
+
+def test_a_frame_with_one_candidate_alone_continues_either_chain():
+    found = shown((0.0, 0.0, 1.5), facing(5, 20), dock=UNKNOWN)
+    alone = replace(found, choice=replace(found.choice, candidates=found.candidates[1:], selected=0))
+    for first in np.linspace(0.2, 0.8, 50):  # both are even then but for rounding, which may favour the second
+        tracker = Tracker(CAMERA, UNKNOWN)
+        tracker.follow(with_odds(found, first), 0.0)
+        tracked = tracker.follow(alone, 0.1)
+        assert (tracked.selected, tracked.pose) == (0, found.candidates[1])

@@ -9,6 +9,7 @@ from dockpose import Dock, estimate
 from dockpose.app.cli import main
 from dockpose.app.experiment import Session
 from dockpose.app.inputs.sidecar import load_dock
+from dockpose.camera.files import load_camera
 from dockpose.simulate import Pose, render
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
@@ -47,8 +48,8 @@ def session(tmp_path):
 
 
 def test_a_diameter_that_is_one_per_cent_wrong_is_told_and_mended(estimates, session, capsys, tmp_path):
-    folder, out = session(estimates), tmp_path / "dock.yaml"
-    assert main(["check", str(folder), "--out", str(out)]) == 0
+    folder, out, out_camera = session(estimates), tmp_path / "dock.yaml", tmp_path / "camera.yaml"
+    assert main(["check", str(folder), "--out", str(out), "--out-camera", str(out_camera)]) == 0
     told = capsys.readouterr().out
     match = re.search(r"All ranges are ([\d.]+) ± ([\d.]+) % too short: the diameter or the focal length\.", told)
     assert match is not None, told
@@ -59,6 +60,12 @@ def test_a_diameter_that_is_one_per_cent_wrong_is_told_and_mended(estimates, ses
     assert dock.diameter_sigma_m is not None
     assert dock.diameter == pytest.approx(DOCK.diameter, abs=3 * dock.diameter_sigma_m)
     assert "zero" not in told
+    # With the diameter as it was, a focal length so much longer gives the same ranges.
+    camera = load_camera(out_camera)
+    assert camera.sigma is not None
+    assert camera.fx / CAMERA.fx == pytest.approx(dock.diameter / WRONG.diameter)
+    assert camera.sigma.fx is not None
+    assert camera.sigma.fx / CAMERA.fx == pytest.approx(dock.diameter_sigma_m / WRONG.diameter)
 
 
 def test_a_tape_that_begins_elsewhere_is_told_apart(estimates, session, capsys):

@@ -64,6 +64,7 @@ REFUSED = [
     ("learn-dock film.mkv", "--out dock.yaml", "is there already and is not overwritten"),
     ("check session --out session/results.csv", "--out session/results.csv", "input session/results.csv"),
     ("check session --out dock.yaml", "--out dock.yaml", "is there already and is not overwritten"),
+    ("check session --out-camera camera.yaml", "--out-camera camera.yaml", "is there already and is not overwritten"),
     (f"budget {_KNOWN} --csv cam.yaml", "--csv cam.yaml", "input cam.yaml"),
     ("study --scenes 1 --seed 1 --out new --log-file new", "--log-file new", "what --out writes"),
     ("reproduce --out new --log-file new", "--log-file new", "what --out writes"),

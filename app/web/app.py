@@ -20,6 +20,7 @@ from dockpose.app.state.tank import Tanks
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_refusal
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
@@ -67,8 +68,9 @@ class App(contextlib.AbstractContextManager["App"]):
         self._is_warm = False
         self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
         self._pacing = UpdatePacing(self._looks.draws_slowly, lambda: self._sequence.is_playing)
+        self._live, self._closing = LivePage(), contextlib.ExitStack()
         with icons_from_one_archive():
-            self._layout = Layout(server, self._parts(options, beside))
+            self._layout = Layout(self._parts(options, beside))
         self._panels = self._layout.panels
         for panel in self._panels:
             panel.load(view)
@@ -149,7 +151,7 @@ class App(contextlib.AbstractContextManager["App"]):
     def stop(self) -> None:
         """End the worker and the server."""
         self._sequence.close()
-        self._layout.close()
+        self._closing.close()
         self._worker.close()
         self._scene_worker.close()
         self._memory.write()
@@ -204,6 +206,9 @@ class App(contextlib.AbstractContextManager["App"]):
 
     def _parts(self, options: Options, beside: Path | None) -> Parts:
         return Parts(
+            server=self._server,
+            live=self._live,
+            closing=self._closing,
             change=self.change,
             fail=self.fail,
             undo=lambda client: self.change(self._history.undo, client, reload=True),
@@ -229,7 +234,7 @@ class App(contextlib.AbstractContextManager["App"]):
         uploads = self._uploads.attach(client)
         with self._greeting:  # viser takes buttons for one browser at a time into a folder
             for panel in self._panels:
-                panel.add_upload(client, uploads)
+                panel.welcome(client, uploads)
 
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""
@@ -272,33 +277,24 @@ class App(contextlib.AbstractContextManager["App"]):
         analysis = self._newest = follower.read(view, frame)
         if self._pacing.shows_next():
             self._pacing.note()
-            self._show_at_once(analysis)
+            self._show(analysis)
 
     def _show(self, analysis: Analysis) -> None:
-        """Show a result; the 3D scene follows when it has rested."""
-        if analysis.tracked_frame is not None:
-            self._show_at_once(analysis)
-            return
+        """Show a result, of a frame all of it in one update, so that nothing on the page is ever of another frame."""
         _ = analysis.trust  # which is judged when first asked for, and what is sent must not wait for
         self._shown, self._current = analysis.view, analysis
-        with self._layout.live.held:
-            self._layout.live.put(hidesScene=False)
+        is_frame = analysis.tracked_frame is not None
+        is_hidden = is_frame and self._pacing.hides_scene()
+        with self._live.held, self._server.atomic() if is_frame else contextlib.nullcontext():
+            self._live.put(hidesScene=is_hidden)
             for panel in self._panels:
                 panel.show(analysis)
-        self._scene_worker.submit(analysis)
-
-    def _show_at_once(self, analysis: Analysis) -> None:
-        """Show all of a frame in one update, so that nothing on the page is ever of another frame."""
-        _ = analysis.trust  # which is judged when first asked for, and what is sent must not wait for
-        self._shown, self._current = analysis.view, analysis
-        is_hidden = self._pacing.hides_scene()
-        with self._layout.live.held, self._server.atomic():
-            self._layout.live.put(hidesScene=is_hidden)
-            for panel in self._panels:
-                panel.show(analysis)
-            if not is_hidden:
+            if is_frame and not is_hidden:
                 self._draw(analysis)
-        self._server.flush()
+        if is_frame:
+            self._server.flush()
+        else:
+            self._scene_worker.submit(analysis)  # the 3D scene follows when it has rested
 
     def _draw(self, analysis: Analysis) -> None:
         """Draw the 3D scene of a result, unless another is shown by now."""

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from html import escape
 
-import viser
 from dockpose import Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import (
@@ -24,14 +23,12 @@ from dockpose.app.state.changes import MEASURED_LIMITS, with_measured, with_pose
 from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
-from dockpose.app.web.live import LivePage
-from dockpose.app.web.widgets import Change, Panel, on_change, on_click
+from dockpose.app.web.widgets import Panel, Parts, on_person
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
 
 PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
-_SAID = read_toml("controls.toml")
 
 
 def details_html(found: Estimate) -> str:
@@ -135,22 +132,24 @@ def _ellipse_words(found: Estimate) -> str:
 class PosePanel(Panel):
     """Tables, three buttons to overrule the choice, and five numbers of a measured pose."""
 
-    def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change) -> None:
-        self._live = live
+    table = "pose"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
         self._candidates: Sequence[CirclePose] = ()
-        live.place(gui, "pose")
-        use = gui.add_button_group(**_SAID["pose"]["use"], options=(PROGRAM, POSE_A, POSE_B))
-        live.place(gui, "peers")
-        self._compare = gui.add_checkbox(**_SAID["pose"]["compare"])
-        hints = {name: _SAID["measured"]["place" if "cm" in name else "turn"] for name in MEASURED_LIMITS}
-        self._measured = {  # text, for a number's box cannot be blank
-            name: gui.add_text(f"Measured {name}", "", visible=False, hint=hint) for name, hint in hints.items()
-        }
-        live.place(gui, "errors")
-        on_change(self._compare, change, self._with_measured)
-        for box in self._measured.values():
-            on_change(box, change, self._with_measured)
-        on_click(use, lambda client: change(lambda view: with_pose_by_hand(view, self._named(use.value)), client))
+        parts.live.place("pose", lambda analysis: details_html(analysis.estimate))
+        with_named = self.changing(lambda view: with_pose_by_hand(view, self._named(use.value)), reload=False)
+        use = self.add("button_group", "use", with_named, options=(PROGRAM, POSE_A, POSE_B))
+        parts.live.place("peers", lambda analysis: peers_html(analysis.estimate))
+        with_measured = self.changing(self._with_measured, reload=False)
+        self._compare = self.add("checkbox", "compare", with_measured)
+        hints = read_toml("controls.toml")["measured"]
+        self._measured = {}  # of text, for a number's box cannot be blank
+        for name in MEASURED_LIMITS:
+            hint = hints["place" if "cm" in name else "turn"]
+            self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
+            on_person(self._measured[name].on_update, with_measured)
+        parts.live.place("errors", both_errors_html)
 
     def load(self, view: View) -> None:
         """Set the measured pose."""
@@ -161,12 +160,8 @@ class PosePanel(Panel):
             box.visible, box.value = measured is not None, number_text(value)
 
     def show(self, analysis: Analysis) -> None:
-        """Fill the tables."""
-        found = analysis.estimate
-        self._candidates = found.candidates
-        self._live.put_html("pose", details_html(found))
-        self._live.put_html("peers", peers_html(found))
-        self._live.put_html("errors", both_errors_html(analysis))
+        """Keep which poses there are to choose from."""
+        self._candidates = analysis.estimate.candidates
 
     def _named(self, name: str) -> CirclePose | None:
         index = POSE_NAMES.index(name) if name in POSE_NAMES else len(self._candidates)

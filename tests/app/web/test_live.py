@@ -28,7 +28,9 @@ def gui():
 
 @pytest.fixture
 def live(gui):
-    return LivePage(gui, lambda: None)  # type: ignore[arg-type]
+    page, server = LivePage(), SimpleNamespace(gui=gui, flush=lambda: None)
+    page.begin(SimpleNamespace(server=server, change=None))  # type: ignore[arg-type]
+    return page
 
 
 def sent(gui):
@@ -47,7 +49,8 @@ def test_nothing_is_sent_before_there_is_a_picture(gui, live):
 
 def test_nobody_sends_half_of_a_result(gui, live):
     live.put(picture=1, overlay=1)
-    live.put_html("strip", "one")
+    live.place("strip", str)
+    live.put_html("one", "strip")
 
     with live.held:
         live.put(picture=2, overlay=2)
@@ -55,6 +58,6 @@ def test_nobody_sends_half_of_a_result(gui, live):
         other.start()
         other.join(0.2)
         assert sent(gui) is None
-        live.put_html("strip", "two")
+        live.put_html("two", "strip")
     other.join(60)
     assert sent(gui) == {"serial": 1, "picture": 2, "overlay": 2, "html": {"strip": "two"}}

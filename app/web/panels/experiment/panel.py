@@ -11,18 +11,20 @@ from dockpose.app.resources import read_toml
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.panels.experiment import rows as log_rows
-from dockpose.app.web.widgets import Act, Panel, Parts, Saver, on_click, on_person
+from dockpose.app.web.widgets import Panel, Parts, on_person, saver
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
-_SAID = read_toml("controls.toml")["log"]
-WHAT = _SAID["files"]
+WHAT = read_toml("controls.toml")["log"]["files"]
 
 
 class ExperimentPanel(Panel):
     """Session, button to take a frame, boxes for measured values, running table, charts and downloads."""
 
-    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
-        self._parts, self._sessions, self._notify = parts, parts.sessions, parts.notify
+    table = "log"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
+        self._sessions = parts.sessions
         self._lock = threading.RLock()
         self._analysis: Analysis | None = None
         self._session: Session | None = None
@@ -30,9 +32,10 @@ class ExperimentPanel(Panel):
         self._drafts: dict[int | None, log_rows.Texts] = {}
         self._known_pose: MeasuredPose | None = None
         self._page_number, self._said = 1, ""
-        self._add_session(gui)
-        self._add_fields(gui)
-        self._add_rows(gui)
+        self.take = self.trying(self._take)
+        self._add_session()
+        self._add_fields()
+        self._add_rows()
         self._show_session("")
 
     def show(self, analysis: Analysis) -> None:
@@ -45,45 +48,36 @@ class ExperimentPanel(Panel):
             self._next_texts = log_rows.after_change(self._next_texts, self._known_pose, known)
             self._known_pose = known
 
-    def close(self) -> None:
-        """Close the session."""
-        self._saver.close()
+    def _add_session(self) -> None:
+        self.add("button", "take", self.take)
+        self._words = self.gui.add_html("")
+        names = NO_SESSION, *self._sessions.names()
+        self._choice = self.add("dropdown", "choice", self.trying(self._open_chosen), options=names)
+        self._name, self._start = self.add("text", "name"), self.add("button", "start", self.trying(self._start_new))
+        key = self.gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
+        on_person(key.on_trigger, self.take)
+
+    def _add_fields(self) -> None:
+        with self.gui.add_folder("Measured by hand", expand_by_default=True):
+            choose = self.trying(self._choose_row)
+            self._target = self.add("dropdown", "target", choose, options=(target_name(None),))
+            self._fields = log_rows.MeasuredFields(self.gui)
+            self._save_row = self.add("button", "save_row", self.trying(self._save_chosen))
+            self._keep = self.add("checkbox", "keep")
+
+    def _add_rows(self) -> None:
+        self._table = self.gui.add_html("")
+        self._page = self.add("slider", "page", self.trying(self._turn_page))
+        self._charts = ErrorCharts(self.gui)
+        self._what = self.add("dropdown", "what", options=tuple(WHAT))
+        self._save = self.add("button", "save", self.trying(self._download))
+        self.parts.closing.callback(self._close_session)
+        self._saver = saver(self.parts)
+
+    def _close_session(self) -> None:
         with self._lock:
             if self._session is not None:
                 self._session.close()
-
-    def take(self, client: viser.ClientHandle) -> None:
-        """Record the frame and the estimate that are shown, for the browser that asked."""
-        self._trying(self._take)(client)
-
-    def _add_session(self, gui: viser.GuiApi) -> None:
-        take = gui.add_button(**_SAID["take"])
-        self._words = gui.add_html("")
-        self._choice = gui.add_dropdown(**_SAID["choice"], options=(NO_SESSION, *self._sessions.names()))
-        self._name, self._start = gui.add_text(**_SAID["name"]), gui.add_button(**_SAID["start"])
-        key = gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
-        on_person(key.on_trigger, self.take)
-        on_person(self._choice.on_update, self._trying(self._open_chosen))
-        on_click(self._start, self._trying(self._start_new))
-        on_click(take, self.take)
-
-    def _add_fields(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Measured by hand", expand_by_default=True):
-            self._target = gui.add_dropdown(**_SAID["target"], options=(target_name(None),))
-            self._fields = log_rows.MeasuredFields(gui)
-            self._save_row, self._keep = gui.add_button(**_SAID["save_row"]), gui.add_checkbox(**_SAID["keep"])
-        on_person(self._target.on_update, self._trying(self._choose_row))
-        on_click(self._save_row, self._trying(self._save_chosen))
-
-    def _add_rows(self, gui: viser.GuiApi) -> None:
-        self._table = gui.add_html("")
-        self._page = gui.add_slider(**_SAID["page"])
-        self._charts = ErrorCharts(gui)
-        self._what = gui.add_dropdown(**_SAID["what"], options=tuple(WHAT))
-        self._save = gui.add_button(**_SAID["save"])
-        self._saver = Saver(gui, self._parts)
-        on_person(self._page.on_update, self._trying(self._turn_page))
-        on_click(self._save, self._trying(self._download))
 
     @property
     def _next_texts(self) -> log_rows.Texts:
@@ -123,7 +117,7 @@ class ExperimentPanel(Panel):
 
     def _tell_notices(self, client: viser.ClientHandle) -> None:
         for sentence in () if self._session is None else self._session.notices:
-            self._notify("About the session", sentence, "yellow", client)
+            self.parts.notify("About the session", sentence, "yellow", client)
 
     def _take(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -146,7 +140,7 @@ class ExperimentPanel(Panel):
                 )
             if session is self._session:
                 self._show_rows(said)
-        self._notify("Taken", said, "green", client)
+        self.parts.notify("Taken", said, "green", client)
 
     def _choose_row(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -171,7 +165,7 @@ class ExperimentPanel(Panel):
             row = self._session.edit(self._chosen_row, **log_rows.values_of(self._fields.texts))
             said = f"Row {row.number} is on disk as changed."
             self._show_rows(said)
-        self._notify("Saved", said, "green", client)
+        self.parts.notify("Saved", said, "green", client)
 
     def _turn_page(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -221,10 +215,6 @@ class ExperimentPanel(Panel):
 
         called = bundle_name(session.record.name, ".zip" if name == ALL else f"_{name}")
         self._saver.save(client, called, make)
-
-    def _trying(self, act: Act) -> Act:
-        """Do what a person asked for; if that fails, say so and keep everything typed."""
-        return lambda client: self._parts.attempt(lambda: act(client), client)
 
 
 def target_name(number: int | None) -> str:

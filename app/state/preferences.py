@@ -115,13 +115,12 @@ class Memory:
         self._delete_picture()
 
     def _delete_picture(self) -> None:
-        if self._path is None:
-            return
-        path = self._path.with_name(_PICTURE)
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise UserError(f"{path}: the last picture cannot be deleted ({error.strerror or error})") from error
+        if self._path is not None:
+            path = self._path.with_name(_PICTURE)
+            try:
+                path.unlink(missing_ok=True)
+            except OSError as error:
+                raise UserError(f"{path}: the last picture cannot be deleted ({error.strerror or error})") from error
 
     def last_view(self, tank: Tank) -> View | None:
         """The picture of the last run with My tank; None where there was none that can be had again."""

@@ -75,7 +75,11 @@ class View:
         own, sentences = self.tank.camera, [self.note] if self.note else []
         if self.camera_of == "guess":
             other = "" if own is None else f"The camera of My tank is for {own.width} x {own.height}. "
-            sentences.insert(0, other + _guess_sentence(self.camera))
+            sentences.insert(
+                0,
+                f"{other}No camera is known for a picture of {self.camera.width} x {self.camera.height}: one that sees "
+                f"{GUESSED_VIEW_DEG:.0f} degrees was assumed, so distances are only rough.",
+            )
         elif self.camera_of == "tank" and own is not None and own.width != self.camera.width:
             size, own_size = (f"{camera.width} x {camera.height}" for camera in (self.camera, own))
             sentences.insert(0, f"The camera of My tank is for {own_size}; its values were scaled to {size}.")
@@ -166,13 +170,6 @@ def _decoded(view: View, data: bytes, name: str, list_name: str, beside: Sidecar
     shown = _view(decode(data, name), name, view.tank, beside.camera, beside.dock, view.settings, truth=beside.truth)
     note, sha256 = orientation_sentence(orientation_of(data), name), hashlib.sha256(data).hexdigest()
     return replace(shown, list_name=list_name, item=name, sha256=sha256, note=note)
-
-
-def _guess_sentence(camera: Camera) -> str:
-    return (
-        f"No camera is known for a picture of {camera.width} x {camera.height}: one that sees "
-        f"{GUESSED_VIEW_DEG:.0f} degrees was assumed, so distances are only rough."
-    )
 
 
 def _sample_view(

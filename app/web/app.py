@@ -63,11 +63,10 @@ class App(contextlib.AbstractContextManager["App"]):
         self._scene = Scene3D(server)
         self._shown = view
         self._sequence = SequenceController(self, sequence, options.folder)
-        self._sequence.on_change, self._sequence.on_rest = self._on_sequence, self._on_rest
         self._newest: Analysis | None = None
         self._is_warm = False
         self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
-        self._pacing = UpdatePacing(self._looks.draws_slowly, lambda: self._sequence.is_playing)
+        self._pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self._sequence.is_playing)
         self._live, self._closing = LivePage(), contextlib.ExitStack()
         with icons_from_one_archive():
             self._layout = Layout(self._parts(options, beside))
@@ -194,12 +193,13 @@ class App(contextlib.AbstractContextManager["App"]):
         self._worker.submit(frame)
         self._worker.wait_until_idle(FRAME_LIMIT_S)
 
-    def _on_sequence(self, name: str | None) -> None:
+    def on_sequence(self, name: str | None) -> None:
+        """Show that another sequence was opened, or none."""
         self._newest = None
         self._history.forget()
         self._layout.sequence.reset(name)
 
-    def _on_rest(self) -> None:
+    def on_rest(self) -> None:
         """Show the frame in full; while playing, only its picture may have been shown."""
         if self._newest is not None:
             self._worker.submit(None)
@@ -239,7 +239,7 @@ class App(contextlib.AbstractContextManager["App"]):
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""
         LOG.info("browser %d left", client.client_id)
-        self._looks.forget(client)
+        self._looks.slow.discard(client.client_id)
         self._uploads.detach(client)
         self._notices.forget(client)
         self._layout.settings.forget(client)
@@ -276,7 +276,6 @@ class App(contextlib.AbstractContextManager["App"]):
         self._tell_notes(before, view, None)
         analysis = self._newest = follower.read(view, frame)
         if self._pacing.shows_next():
-            self._pacing.note()
             self._show(analysis)
 
     def _show(self, analysis: Analysis) -> None:

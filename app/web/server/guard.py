@@ -1,5 +1,6 @@
 """Access control, which viser lacks: only requests of the page itself pass, from a browser that has shown the token."""
 
+import contextlib
 import hmac
 import ipaddress
 import secrets
@@ -98,7 +99,9 @@ class Guard:
 
     def _knows(self, host: str) -> bool:
         name = (_split(f"//{host}").hostname or "").lower()
-        return name in self._names or (self._takes_addresses and _is_address(name))
+        with contextlib.suppress(ValueError):
+            return name in self._names or (self._takes_addresses and bool(ipaddress.ip_address(name)))
+        return False
 
 
 def cookie_name(host: str) -> str:
@@ -167,8 +170,7 @@ def _answer(
         reason = str(reason)
         response = _response(403, "Forbidden", Page("text/plain; charset=utf-8", reason.encode()))
         gate.journal.note(client_of(connection), f"refused a request: {_why(reason, headers)}")
-    for name, value in _HEADERS.items():
-        response.headers[name] = value
+    response.headers.update(_HEADERS)
     return response
 
 
@@ -203,14 +205,6 @@ def _split(address: str) -> SplitResult:
         return urlsplit(address)
     except ValueError:
         return SplitResult("", "", "", "", "")
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True
 
 
 def _same(one: str, other: str) -> bool:

@@ -5,17 +5,9 @@ from collections.abc import Sequence
 from html import escape
 
 from dockpose import Estimate
+from dockpose.app.drawing import numbers
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import (
-    MISSING,
-    QUANTITIES,
-    number,
-    percent,
-    pose_cells,
-    pose_sigmas,
-    pose_values,
-    sigma_words,
-)
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
@@ -96,25 +88,25 @@ def both_errors_html(analysis: Analysis) -> str:
 
 def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
     """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees; a dash where not known."""
-    known_values = known.values if isinstance(known, MeasuredPose) else pose_values(known)
-    pairs = zip(pose_values(pose), known_values, strict=True)
+    known_values = known.values if isinstance(known, MeasuredPose) else numbers.pose_values(known)
+    pairs = zip(numbers.pose_values(pose), known_values, strict=True)
     errors = [None if true is None else found - true for found, true in pairs]
     turns = [None if turn is None else (turn + 180) % 360 - 180 for turn in errors[3:]]
-    return [number(value, signed=True) for value in (*errors[:3], *turns)]
+    return [numbers.number(value, signed=True) for value in (*errors[:3], *turns)]
 
 
 def _described(pose: CirclePose) -> dict[str, str]:
     """One candidate's numbers by their names with units."""
-    sigmas = map(sigma_words, pose_sigmas(pose))
+    sigmas = map(numbers.sigma_words, numbers.pose_sigmas(pose))
     cells = {
         name: value if sigma == MISSING else f"{value} ± {sigma}"
-        for name, value, sigma in zip(QUANTITIES, pose_cells(pose, 2), sigmas, strict=True)
+        for name, value, sigma in zip(QUANTITIES, numbers.pose_cells(pose, 2), sigmas, strict=True)
     }
     return cells | {
-        "roll (°)": number(None if pose.roll_rad is None else math.degrees(pose.roll_rad)),
+        "roll (°)": numbers.number(None if pose.roll_rad is None else math.degrees(pose.roll_rad)),
         "dock centre (px)": f"{pose.centre_px[0]:.1f}, {pose.centre_px[1]:.1f}",
-        "likely (%)": percent(pose.probability),
-        "reprojection error (px)": number(pose.rms_px, 3),
+        "likely (%)": numbers.percent(pose.probability),
+        "reprojection error (px)": numbers.number(pose.rms_px, 3),
     }
 
 

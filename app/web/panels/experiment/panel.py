@@ -100,12 +100,15 @@ class ExperimentPanel(Panel):
                 self._choice.value = NO_SESSION if self._session is None else self._session.record.name
                 raise
             self._replace(session, "" if session is None else "Reopened.")
-        self._tell_notices(client)
+        for sentence in () if session is None else session.notices:
+            self.parts.notify("About the session", sentence, "yellow", client)
 
-    def _start_new(self, client: viser.ClientHandle) -> None:
+    def _start_new(self, client: viser.ClientHandle) -> Session:
         with self._lock:
-            self._replace(self._sessions.start(str(self._name.value)), "Started.")
+            session = self._sessions.start(str(self._name.value))
+            self._replace(session, "Started.")
             self._name.value = ""
+            return session
 
     def _replace(self, session: Session | None, said: str) -> None:
         if self._session is not None:
@@ -115,29 +118,19 @@ class ExperimentPanel(Panel):
         self._session, self._page_number = session, 1
         self._show_session(said)
 
-    def _tell_notices(self, client: viser.ClientHandle) -> None:
-        for sentence in () if self._session is None else self._session.notices:
-            self.parts.notify("About the session", sentence, "yellow", client)
-
     def _take(self, client: viser.ClientHandle) -> None:
         with self._lock:
             analysis, texts = self._analysis, self._next_texts
             if analysis is None:
                 return
             values = log_rows.values_of(texts)
-            if self._session is None:  # the first row starts one
-                self._session = self._sessions.start(str(self._name.value))
-                self._name.value = ""
-                self._show_session("Started.")
-            session = self._session
+            session = self._session or self._start_new(client)  # the first row starts one
         view = analysis.view
         row = session.take(view.image, analysis.estimate, view.source, view.sha256, **values)
         said = log_rows.taken_words(row)
         with self._lock:
             if not self._keep.value and self._next_texts == texts:
-                self._next_texts = (
-                    log_rows.BLANK if self._known_pose is None else log_rows.texts_of_pose(self._known_pose)
-                )
+                self._next_texts = log_rows.texts_of_pose(self._known_pose)
             if session is self._session:
                 self._show_rows(said)
         self.parts.notify("Taken", said, "green", client)
@@ -169,8 +162,7 @@ class ExperimentPanel(Panel):
 
     def _turn_page(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            value = self._page.value
-            self._page_number = int(value) if isinstance(value, (int, float)) else 1
+            self._page_number = int(self._page.value)
             self._show_rows(self._said)
 
     def _rows(self) -> tuple[Row, ...]:
@@ -200,9 +192,8 @@ class ExperimentPanel(Panel):
         self._target.options = [target_name(number) for number in (None, *numbers)]
         self._table.content = "" if self._session is None else log_rows.session_table(rows, self._page_number)
         self._charts.show(rows)
-        self._words.content = log_rows.state_html(
-            None if self._session is None else self._session.folder, len(rows), said
-        )
+        folder = None if self._session is None else self._session.folder
+        self._words.content = log_rows.state_html(folder, len(rows), said)
 
     def _download(self, client: viser.ClientHandle) -> None:
         session, name = self._session, WHAT.get(str(self._what.value))

@@ -31,8 +31,8 @@ def tank_words(tank: Tank) -> str:
     camera, dock = tank.camera, tank.dock
     lens = "camera not known yet"
     if camera is not None:
-        lens = f"fx {camera.fx:.1f} px at {camera.width} × {camera.height}"
-        lens += "" if camera.port is None else " behind a flat port"
+        port = "" if camera.port is None else " behind a flat port"
+        lens = f"fx {camera.fx:.1f} px at {camera.width} × {camera.height}{port}"
     lights = "lights not known" if dock.lights is None else f"{dock.lights} lights"
     return f"{tank.name or UNNAMED}: {lens}, dock {100 * dock.diameter:g} cm, {lights}"
 

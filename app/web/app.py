@@ -75,9 +75,8 @@ class App(contextlib.AbstractContextManager["App"]):
             panel.load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
-        self._scene_worker = LatestWorker(
-            self._draw, self.fail, self._pacing.drawing_rest_s, self._pacing.drawing_quiet_s
-        )
+        pacing = self._pacing
+        self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_rest_s, pacing.drawing_quiet_s)
         self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
@@ -94,9 +93,8 @@ class App(contextlib.AbstractContextManager["App"]):
         options: Options = DEFAULTS,
     ) -> "App":
         """Open the source and start serving. Raises ValueError or OSError where that cannot be done."""
-        is_typed = source is not None and is_sequence(source)
-        sequence = given(source, camera, dock, options.topic) if source is not None and is_typed else None
-        picture = None if source is None or sequence is not None else Path(source)
+        sequence = given(source, camera, dock, options.topic) if source is not None and is_sequence(source) else None
+        beside = None if source is None or sequence is not None else Path(source).resolve().parent
         memory = Memory(options.remember_in)
         tank = memory.now.tank
         if sequence is not None:
@@ -111,7 +109,6 @@ class App(contextlib.AbstractContextManager["App"]):
         view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
         guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
         server = open_server(host, port, guard)
-        beside = None if picture is None else picture.resolve().parent
         app = cls(server, guard, view, memory, options, sequence, beside)
         try:
             app._sequence.open_given()
@@ -228,7 +225,7 @@ class App(contextlib.AbstractContextManager["App"]):
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Set up what a new browser has to itself, and tell the others of it."""
         LOG.info("browser %d opened the page", client.client_id)
-        self._scene.open_to(client)
+        client.scene.set_global_visibility(True)  # only now: all else on its page would wait for the first drawing
         self._looks.heed(client)
         self._layout.strip.count_browsers(len(self._server.get_clients()))
         uploads = self._uploads.attach(client)
@@ -237,7 +234,6 @@ class App(contextlib.AbstractContextManager["App"]):
                 panel.welcome(client, uploads)
 
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
-        """Forget a browser that left."""
         LOG.info("browser %d left", client.client_id)
         self._looks.slow.discard(client.client_id)
         self._uploads.detach(client)

@@ -74,6 +74,7 @@ class Panel:
     def __init__(self, parts: Parts) -> None:
         self.parts, self.gui, self.change = parts, parts.server.gui, parts.change
         self.said = read_toml("controls.toml").get(self.table, {})
+        self.analysis: Analysis | None = None
         self.sliders: dict[str, Slider] = {}
         self._uploads: list[tuple[viser.GuiFolderHandle, dict[str, Any], Take]] = []
 
@@ -83,7 +84,8 @@ class Panel:
             slider.load(view)
 
     def show(self, analysis: Analysis) -> None:
-        """Show what was found; called from the worker's thread."""
+        """Show what was found, and keep it; called from the worker's thread."""
+        self.analysis = analysis
 
     def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Give a browser that came what it has to itself: its buttons for files."""

@@ -60,7 +60,6 @@ class CalibrationPanel(Panel):
         self._gathering = Gathering(Board(10, 7, 0.024), distinct=True)
         self._dropped: dict[str, Sighting] = {}
         self._done: Calibration | None = None
-        self._image: np.ndarray | None = None
         self._count = itertools.count(1)
         self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, parts.fail)
         parts.closing.callback(self._worker.close)
@@ -73,7 +72,7 @@ class CalibrationPanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Keep what is shown, and look for the board in it while watching."""
-        self._image = analysis.view.image
+        super().show(analysis)
         if self._watch.value and not analysis.view.is_stale:
             self._worker.submit(analysis.view.image)
 
@@ -106,9 +105,9 @@ class CalibrationPanel(Panel):
         return self._gathering
 
     def _add_shown(self, client: viser.ClientHandle) -> None:
-        if self._image is None:
+        if self.analysis is None:
             raise UserError("There is no picture yet.")
-        self._look(self._image, f"shown {next(self._count)}", thorough=True)
+        self._look(self.analysis.view.image, f"shown {next(self._count)}", thorough=True)
 
     def _watch_one(self, image: np.ndarray) -> None:
         with contextlib.suppress(ValueError):  # the board is being typed
@@ -245,10 +244,11 @@ def seen_html(name: str, found: Sighting | None, dropped: str) -> str:
 
 def coverage_html(covered: Coverage) -> str:
     """The parts of the picture that boards reached and how often, tilts, distances, and what to add."""
-    rows = "".join(
-        "<tr>" + "".join(f'<td style="{_CELL}; {_shade(count)}">{count}</td>' for count in cells) + "</tr>"
-        for cells in covered.cells.tolist()
-    )
+    rows = ""
+    for cells in covered.cells.tolist():
+        shades = [f"background: rgba(0,114,178,{min(count, 4) / 8:.2f})" for count in cells]
+        columns = [f'<td style="{_CELL}; {shade}">{count}</td>' for count, shade in zip(cells, shades, strict=True)]
+        rows += f"<tr>{''.join(columns)}</tr>"
     parts = [f"{covered.pictures} {'view' if covered.pictures == 1 else 'views'}"]
     if covered.pictures:
         (left, top), (right, bottom) = covered.tilts_deg.min(axis=0), covered.tilts_deg.max(axis=0)
@@ -259,10 +259,6 @@ def coverage_html(covered: Coverage) -> str:
         f'<div id="calibration-covered" style="{SMALL}"><table style="border-collapse: collapse; margin: 0.3em 0">'
         f"{rows}</table>{escape(', '.join(parts))}. {words}</div>"
     )
-
-
-def _shade(count: int) -> str:
-    return f"background: rgba(0,114,178,{min(count, 4) / 8:.2f})"
 
 
 def pictures_html(views: Sequence[BoardView]) -> str:

@@ -67,10 +67,7 @@ class CameraPanel(Panel):
     def _add_dock(self) -> None:
         self.add_sliders(DOCK)
         self._lights = self.add(
-            "number",
-            "lights",
-            lambda client: self.change(partial(self._with_lights, client), client),
-            max=MAX_LIGHTS,
+            "number", "lights", lambda client: self.change(partial(self._with_lights, client), client), max=MAX_LIGHTS
         )
         uneven = self.gui.add_folder("Lights that are not evenly spaced", expand_by_default=False)
         with uneven, self.gui.add_form(None) as spacing:

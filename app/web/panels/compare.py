@@ -106,7 +106,6 @@ class ComparePanel(Panel):
 
     def __init__(self, parts: Parts) -> None:
         super().__init__(parts)
-        self._analysis: Analysis | None = None
         self._compared: View | None = None
         self._swept: View | None = None
         self._state: dict[str, Any] = {}
@@ -122,13 +121,13 @@ class ComparePanel(Panel):
         gui.add_html(help_link("study", "Which method when, by a study of 2,000 scenes; the paper, reproduced"))
 
     def show(self, analysis: Analysis) -> None:
-        """Keep what to compare; say which method is in use, and whether the results are of something else by now."""
-        self._analysis = analysis
+        """Say which method is in use, and whether the results are of something else by now."""
+        super().show(analysis)
         self._tell()
 
     def compare(self) -> None:
         """Compare the methods on what is shown, unless the results there are of it."""
-        if self._analysis is not None and not self._is_fresh:
+        if self.analysis is not None and not self._is_fresh:
             self._begin(self._do_compare)
 
     def use(self, method: str, client: viser.ClientHandle) -> None:
@@ -137,21 +136,21 @@ class ComparePanel(Panel):
 
     @property
     def _is_fresh(self) -> bool:
-        present = None if self._analysis is None else self._analysis.view
+        present = None if self.analysis is None else self.analysis.view
         return self._compared is not None and present is not None and same_comparison(self._compared, present)
 
     def _begin(self, work: Callable[[Analysis, Progress], None]) -> None:
-        if self._analysis is not None:
-            self._task.start(partial(work, self._analysis))
+        if self.analysis is not None:
+            self._task.start(partial(work, self.analysis))
 
     def _tell(self) -> None:
-        in_use = None if self._analysis is None else self._analysis.view.settings.method
-        threshold = None if self._analysis is None else self._analysis.estimate.threshold
+        in_use = None if self.analysis is None else self.analysis.view.settings.method
+        threshold = None if self.analysis is None else self.analysis.estimate.threshold
         steps_in = threshold.method if threshold is not None and threshold.method != in_use else None
         state = {"inUse": in_use, "stepsIn": steps_in, "isOld": self._compared is not None and not self._is_fresh}
         if state != self._state:
             self._state, self._states.content = state, data_html("compare-state", state)
-        is_old = self._swept is not None and self._analysis is not None and self._swept is not self._analysis.view
+        is_old = self._swept is not None and self.analysis is not None and self._swept is not self.analysis.view
         self._sweep_note.content = small(_OLD_SWEEP) if is_old else ""
 
     def _do_compare(self, analysis: Analysis, progress: Progress) -> None:

@@ -30,7 +30,6 @@ class ExportPanel(Panel):
 
     def __init__(self, parts: Parts) -> None:
         super().__init__(parts)
-        self._analysis: Analysis | None = None
         self.gui.add_html(small(_WORDS))
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self.add("button", "save", self._save)
@@ -45,12 +44,8 @@ class ExportPanel(Panel):
         """The layers to draw on the annotated picture."""
         return [name for name, box in self._layers.items() if box.value]
 
-    def show(self, analysis: Analysis) -> None:
-        """Keep what to save."""
-        self._analysis = analysis
-
     def _save(self, client: viser.ClientHandle) -> None:
-        analysis, layers, name = self._analysis, self.layers, WHAT.get(self._what.value)
+        analysis, layers, name = self.analysis, self.layers, WHAT.get(self._what.value)
         if analysis is None or name is None:
             return
 
@@ -64,7 +59,7 @@ class ExportPanel(Panel):
 
     def save_all(self, client: viser.ClientHandle) -> None:
         """Save everything as one ZIP file, in the downloads of this browser."""
-        analysis, layers, with_montage = self._analysis, self.layers, bool(self._montage.value)
+        analysis, layers, with_montage = self.analysis, self.layers, bool(self._montage.value)
         if analysis is None:
             return
 

@@ -61,10 +61,7 @@ class ViewpointPanel(Panel):
         super().__init__(parts)
         self.gui.add_html('<dockpose-name-next name="view-buttons"></dockpose-name-next>')
         buttons = self.add(
-            "button_group",
-            "viewpoint",
-            lambda client: parts.scene.look_from(client, buttons.value),
-            options=NAMES,
+            "button_group", "viewpoint", lambda client: parts.scene.look_from(client, buttons.value), options=NAMES
         )
 
 

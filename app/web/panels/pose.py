@@ -1,7 +1,6 @@
 """Both candidates in full, why this one, how others solve it, and how far they are from a measured pose."""
 
 import math
-from collections.abc import Sequence
 from html import escape
 
 from dockpose import Estimate
@@ -128,7 +127,6 @@ class PosePanel(Panel):
 
     def __init__(self, parts: Parts) -> None:
         super().__init__(parts)
-        self._candidates: Sequence[CirclePose] = ()
         parts.live.place("pose", lambda analysis: details_html(analysis.estimate))
         with_named = self.changing(lambda view: with_pose_by_hand(view, self._named(use.value)), reload=False)
         use = self.add("button_group", "use", with_named, options=(PROGRAM, POSE_A, POSE_B))
@@ -151,13 +149,9 @@ class PosePanel(Panel):
         for box, value in zip(self._measured.values(), values, strict=True):
             box.visible, box.value = measured is not None, number_text(value)
 
-    def show(self, analysis: Analysis) -> None:
-        """Keep which poses there are to choose from."""
-        self._candidates = analysis.estimate.candidates
-
     def _named(self, name: str) -> CirclePose | None:
-        index = POSE_NAMES.index(name) if name in POSE_NAMES else len(self._candidates)
-        return self._candidates[index] if index < len(self._candidates) else None
+        candidates = () if self.analysis is None else self.analysis.estimate.candidates
+        return dict(zip(POSE_NAMES, candidates, strict=False)).get(name)
 
     def _with_measured(self, view: View) -> View:
         for box in self._measured.values():

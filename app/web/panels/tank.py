@@ -52,23 +52,22 @@ class BudgetPanel(Panel):
 
     def __init__(self, parts: Parts) -> None:
         super().__init__(parts)
-        self._view: View | None = None
         self._shown: tuple[Camera, Dock] | None = None
         with self.gui.add_folder("Error budget", expand_by_default=False):
             self.add("button", "budget", lambda client: self._fill())
             self._table = self.gui.add_html("")
 
     def show(self, analysis: Analysis) -> None:
-        """Remember the camera and the dock; a table of others is no longer true."""
-        self._view = analysis.view
-        if self._shown is not None and self._shown != (self._view.camera, self._view.dock):
+        """Say that a table of another camera or dock is no longer true."""
+        super().show(analysis)
+        if self._shown is not None and self._shown != (analysis.view.camera, analysis.view.dock):
             self._shown = None
             self._table.content = small("The camera or the dock has changed: press again.")
 
     def _fill(self) -> None:
-        if self._view is None:
+        if self.analysis is None:
             return
-        self._shown = camera, dock = self._view.camera, self._view.dock
+        self._shown = camera, dock = self.analysis.view.camera, self.analysis.view.dock
         try:
             ranges_m = usual_ranges_m(camera, dock)
             rows = [budget_cells(budget(camera, dock, near, tilt)) for near in ranges_m for tilt in TILTS_DEG]

@@ -51,7 +51,6 @@ class PicturePanel(Panel):
         self._sent: np.ndarray | None = None
         self._is_exact = False
         self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
-        self._analysis: Analysis | None = None
         show = {wish_to("methods", shown=bool): lambda wish, client: self._show_methods(wish.shown)}
         wishes = WishBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
@@ -61,7 +60,8 @@ class PicturePanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
-        last, self._analysis = self._analysis, analysis
+        last = self.analysis
+        super().show(analysis)
         image, is_playing = analysis.view.image, self.parts.sequence.is_playing
         if image is not self._sent or not (self._is_exact or is_playing):
             self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)
@@ -79,7 +79,7 @@ class PicturePanel(Panel):
 
     def _show_methods(self, are_shown: bool) -> None:
         """Mark the level of every method, or none."""
-        levels, analysis = None, self._analysis
+        levels, analysis = None, self.analysis
         if are_shown and analysis is not None:
             found = thresholds_by(histogram_in(analysis.view, analysis.estimate), analysis.estimate.settings)
             levels = [(METHODS.short(name), one.level) for name, one in found.items() if one.level < LEVELS]
@@ -212,8 +212,7 @@ class HistogramNumbers:
             return None
         known = analysis.view.image, settings.masks, settings.min_area_px
         if self._histogram is None or known[0] is not self._known[0] or known[1:] != self._known[1:]:
-            self._known, self._histogram = known, histogram_in(analysis.view, analysis.estimate)
-            self._curve = None
+            self._known, self._histogram, self._curve = known, histogram_in(analysis.view, analysis.estimate), None
         if (threshold.groups_at_level >= 0).any():
             self._curve = threshold
         elif self._curve is None and not is_playing:

@@ -139,7 +139,7 @@ class Scene3D:
         self.look_from = self._viewpoints.look_from
         scene = server.scene
         scene.set_up_direction("-y")
-        scene.set_global_visibility(False)  # to begin with: see open_to
+        scene.set_global_visibility(False)  # until a browser has the rest of its page
         scene.configure_default_lights(cast_shadow=False)  # shadows would take half the drawing time
         scene.configure_environment_map(None)  # nothing reflects it, and software takes seconds
         self._grid = scene.add_grid(
@@ -158,11 +158,6 @@ class Scene3D:
         self._port = PortDisc(scene)
         self._labels: dict[str, viser.LabelHandle] = {}
         self._poses = [EstimatedDock(scene, *pose) for pose in zip(POSE_NAMES, map(rgb, POSE_COLOURS), strict=True)]
-
-    @staticmethod
-    def open_to(client: viser.ClientHandle) -> None:
-        """Let a new browser draw the scene: only now, since all else on its page would wait for the first drawing."""
-        client.scene.set_global_visibility(True)
 
     def show(self, analysis: Analysis) -> None:
         """Draw what was found; called from the worker's thread."""

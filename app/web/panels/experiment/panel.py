@@ -26,7 +26,6 @@ class ExperimentPanel(Panel):
         super().__init__(parts)
         self._sessions = parts.sessions
         self._lock = threading.RLock()
-        self._analysis: Analysis | None = None
         self._session: Session | None = None
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, log_rows.Texts] = {}
@@ -40,7 +39,7 @@ class ExperimentPanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Keep what a frame would record; a pose measured in the tab Detect goes into the boxes, and out again."""
-        self._analysis = analysis
+        super().show(analysis)
         known = analysis.view.measured
         if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
             return
@@ -120,7 +119,7 @@ class ExperimentPanel(Panel):
 
     def _take(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            analysis, texts = self._analysis, self._next_texts
+            analysis, texts = self.analysis, self._next_texts
             if analysis is None:
                 return
             values = log_rows.values_of(texts)

@@ -159,16 +159,12 @@ def sequence_words(tracked_frame: TrackedFrame, frames: Frames) -> str:
     elif track.predicted:
         state = "The dock is not seen in this frame; its place is predicted from those before."
     else:
-        state = f"Followed for {track.age} frame{'' if track.age == 1 else 's'}{_chance_words(track.probability)}."
-    left_out = [
-        f"{number} {what}" for number, what in ((frames.skipped, "corrupt"), (frames.dropped, "too fast")) if number
-    ]
+        state = f"Followed for {track.age} frame{'' if track.age == 1 else 's'}"
+        if track.probability is not None:
+            chance = f"{100 * track.probability:.1f} %" if track.probability < SURE else f"over {100 * SURE:g} %"
+            state += f"; the chosen pose is right with a probability of {chance}"
+        state += "."
+    missed = (frames.skipped, "corrupt"), (frames.dropped, "too fast")
+    left_out = [f"{number} {what}" for number, what in missed if number]
     missing = f" Left out: {', '.join(left_out)}." if left_out else ""
     return f"Frame {frame.index + 1}{count}{time}. {state}{missing}"
-
-
-def _chance_words(probability: float | None) -> str:
-    if probability is None:
-        return ""
-    chance = f"{100 * probability:.1f} %" if probability < SURE else f"over {100 * SURE:g} %"
-    return f"; the chosen pose is right with a probability of {chance}"

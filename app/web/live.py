@@ -44,9 +44,9 @@ class LivePage(Panel):
         self.gui.add_html(f'<dockpose-live name="{name}"></dockpose-live>', order=order)
         self._html_of[name] = html_of
 
-    def put_html(self, analysis: Analysis, *names: str) -> None:
-        """Make what is shown at these places of a result, from the next message on."""
-        self._html |= {name: self._html_of[name](analysis) for name in names}
+    def put_html(self, name: str, html: str) -> None:
+        """Set what is shown at a place, from the next message on."""
+        self._html[name] = html
 
     def put(self, **data: Any) -> None:
         """Set data for the elements of static/, from the next message on."""
@@ -67,7 +67,8 @@ class LivePage(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Send what the panels put, and the HTML of all places."""
-        self.put_html(analysis, *self._html_of)
+        for name, html_of in self._html_of.items():
+            self._html[name] = html_of(analysis)
         self.send()
 
 

@@ -72,7 +72,7 @@ class CalibrationPanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Keep what is shown, and look for the board in it while watching."""
-        super().show(analysis)
+        self.analysis = analysis
         if self._watch.value and not analysis.view.is_stale:
             self._worker.submit(analysis.view.image)
 

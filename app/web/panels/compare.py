@@ -122,7 +122,7 @@ class ComparePanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Say which method is in use, and whether the results are of something else by now."""
-        super().show(analysis)
+        self.analysis = analysis
         self._tell()
 
     def compare(self) -> None:

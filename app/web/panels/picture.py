@@ -109,7 +109,7 @@ class StripPanel(Panel):
         with live.held:
             before, self._browsers = self._browsers, max(1, browsers)
             if self._newest is not None and before != self._browsers:
-                live.put_html(self._newest, "strip")
+                live.put_html("strip", self._html(self._newest))
                 live.send()
 
     def _html(self, analysis: Analysis) -> str:

@@ -59,7 +59,7 @@ class BudgetPanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Say that a table of another camera or dock is no longer true."""
-        super().show(analysis)
+        self.analysis = analysis
         if self._shown is not None and self._shown != (analysis.view.camera, analysis.view.dock):
             self._shown = None
             self._table.content = small("The camera or the dock has changed: press again.")

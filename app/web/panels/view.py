@@ -60,8 +60,7 @@ class PicturePanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
-        last = self.analysis
-        super().show(analysis)
+        last, self.analysis = self.analysis, analysis
         image, is_playing = analysis.view.image, self.parts.sequence.is_playing
         if image is not self._sent or not (self._is_exact or is_playing):
             self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)

@@ -49,8 +49,7 @@ def test_nothing_is_sent_before_there_is_a_picture(gui, live):
 
 def test_nobody_sends_half_of_a_result(gui, live):
     live.put(picture=1, overlay=1)
-    live.place("strip", str)
-    live.put_html("one", "strip")
+    live.put_html("strip", "one")
 
     with live.held:
         live.put(picture=2, overlay=2)
@@ -58,6 +57,6 @@ def test_nobody_sends_half_of_a_result(gui, live):
         other.start()
         other.join(0.2)
         assert sent(gui) is None
-        live.put_html("two", "strip")
+        live.put_html("strip", "two")
     other.join(60)
     assert sent(gui) == {"serial": 1, "picture": 2, "overlay": 2, "html": {"strip": "two"}}

@@ -39,7 +39,7 @@ class ExperimentPanel(Panel):
 
     def show(self, analysis: Analysis) -> None:
         """Keep what a frame would record; a pose measured in the tab Detect goes into the boxes, and out again."""
-        super().show(analysis)
+        self.analysis = analysis
         known = analysis.view.measured
         if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
             return

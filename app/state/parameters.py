@@ -158,7 +158,7 @@ _FUNCTIONS: dict[str, dict[str, Any]] = {
 
 def parameter(name: str, row: dict[str, Any]) -> Parameter:
     """The parameter of a row, with the functions of that name."""
-    limits = {"limits": Limits(*row["limits"])} if "limits" in row else {}
+    limits: dict[str, Any] = {"limits": Limits(*row["limits"])} if "limits" in row else {}
     return Parameter(**row | _FUNCTIONS.get(name, {}) | limits)
 
 

@@ -104,7 +104,6 @@ class Memory:
                 self._delete_picture()
         elif view.list_name == "uploads" and view.image.size <= _MOST_VALUES:
             with contextlib.suppress(OSError):
-                make_private(self._path.parent)
                 write_whole(self._path.with_name(_PICTURE), cv2.imencode(".png", view.image)[1].tobytes())
                 self.change(sample=None, upload=view.item)
 
@@ -138,7 +137,6 @@ class Memory:
             return
         self._written_s = time.monotonic()
         with contextlib.suppress(OSError):
-            make_private(self._path.parent)
             write_whole(self._path, to_yaml(msgspec.to_builtins(self.now)))
             self._kept = self.now
 

@@ -87,7 +87,6 @@ class Tanks:
         if self._path is not None:
             text = to_yaml(msgspec.to_builtins(_File(tuple(tanks.values()))))
             try:
-                make_private(self._path.parent)
                 write_whole(self._path, text)
             except OSError as error:
                 raise UserError(f"{self._path}: the tanks cannot be saved ({error.strerror or error})") from error
@@ -96,6 +95,7 @@ class Tanks:
 
 def write_whole(path: Path, content: str | bytes) -> None:
     """Write a file for its owner alone beside its place, flush it to the disk, and only then put it there, whole."""
+    make_private(path.parent)
     beside = path.with_suffix(".new")
     beside.unlink(missing_ok=True)
     with open(beside, "xb", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:

@@ -223,7 +223,6 @@ class App(contextlib.AbstractContextManager["App"]):
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
-        """Set up what a new browser has to itself, and tell the others of it."""
         LOG.info("browser %d opened the page", client.client_id)
         client.scene.set_global_visibility(True)  # only now: all else on its page would wait for the first drawing
         self._looks.heed(client)
@@ -260,7 +259,6 @@ class App(contextlib.AbstractContextManager["App"]):
         self._show(analysis)
 
     def _work_on_frame(self, frame: Frame) -> None:
-        """Put the frame in the place of what is shown, search it, and show what was found."""
         with self._lock:
             follower, before = self._sequence.follower, self._view
             if follower is None:  # closed meanwhile
@@ -292,7 +290,6 @@ class App(contextlib.AbstractContextManager["App"]):
             self._scene_worker.submit(analysis)  # the 3D scene follows when it has rested
 
     def _draw(self, analysis: Analysis) -> None:
-        """Draw the 3D scene of a result, unless another is shown by now."""
         with self._drawing:
             if analysis is self._current:
                 self._scene.show(analysis)

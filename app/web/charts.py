@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
@@ -164,10 +164,10 @@ def swept_so_far(sweep: LevelSweep) -> str:
 
 
 class SweepChart:
-    """Draws a sweep; hidden until the first. ``clock`` returns seconds."""
+    """Draws a sweep; hidden until the first."""
 
-    def __init__(self, gui: viser.GuiApi, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock, self._drawn_s = clock, -math.inf
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._drawn_s = -math.inf
         curves = [line(name, colour, dash) for name, (colour, dash) in zip(CENTRES, _LOOKS, strict=True)]
         axes = axis("fixed level (0-255)", 26, 16), axis("centre off by (px)", 34, 16)
         self._chart = Chart(gui, "level", curves, axes, _SWEEP_PX)
@@ -175,15 +175,12 @@ class SweepChart:
 
     def grow(self, sweep: LevelSweep) -> None:
         """Draw what was swept so far, a few times a second."""
-        if self._clock() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
-            self._draw(sweep, swept_so_far(sweep))
-            self._drawn_s = self._clock()
+        if time.monotonic() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
+            self.show(sweep, swept_so_far(sweep))
+            self._drawn_s = time.monotonic()
 
-    def show(self, sweep: LevelSweep) -> None:
-        """Draw a finished sweep."""
-        self._draw(sweep, sweep_sentence(sweep))
-
-    def _draw(self, sweep: LevelSweep, sentence: str) -> None:
+    def show(self, sweep: LevelSweep, sentence: str = "") -> None:
+        """Draw a sweep, a finished one unless a sentence says otherwise."""
         data = (sweep.levels.astype(float), *sweep.errors_px.T)  # NaN where a level shows no dock
         self._chart.show(data, x=(0.0, LEVELS - 1.0), y=(0.0, sweep_top_px(sweep)))
-        self._sentence.content = small(escape(sentence), 'id="sweep"')
+        self._sentence.content = small(escape(sentence or sweep_sentence(sweep)), 'id="sweep"')

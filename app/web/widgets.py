@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import viser
 from dockpose.app.experiment.session import SessionFolder
@@ -29,14 +29,10 @@ if TYPE_CHECKING:
 
 Act = Callable[[viser.ClientHandle], object]
 Take = Callable[[bytes, str, viser.ClientHandle], object]  # of a file its bytes and name
+# Applies a function to the present view, for the browser that asked for it; by ``reload`` the controls follow.
+Change = Callable[..., None]
 IDLE_S = 1.5  # a pause in typing
-
-
-class Change(Protocol):
-    """Applies a function to the present view, for the browser that asked for it."""
-
-    def __call__(self, function: Callable[[View], View], client: viser.ClientHandle, *, reload: bool = False) -> None:
-        """``reload``: the controls must follow, since they were not what changed the view."""
+_SAVING = "Something is being saved already. Wait for it, or stop it first."
 
 
 @dataclass(frozen=True)
@@ -205,7 +201,7 @@ class Slider:
 class BackgroundWork:
     """Runs one piece of work at a time in its own thread, with a progress bar and a button to stop, with its hint."""
 
-    def __init__(self, parts: Parts, hint: str, busy: str = "") -> None:
+    def __init__(self, parts: Parts, hint: str = "Do not make the file.", busy: str = _SAVING) -> None:
         self._parts, self._busy, gui = parts, busy, parts.server.gui
         self._bar = gui.add_progress_bar(0, visible=False, animated=True)
         self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint=hint)
@@ -274,10 +270,3 @@ class BackgroundWork:
     def _show(self, is_running: bool) -> None:
         self._bar.visible = self._stop.visible = is_running
         self._bar.value = 0
-
-
-def saver(parts: Parts) -> BackgroundWork:
-    """What makes files one at a time, for :meth:`BackgroundWork.save`."""
-    return BackgroundWork(
-        parts, "Do not make the file.", "Something is being saved already. Wait for it, or stop it first."
-    )

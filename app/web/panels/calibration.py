@@ -141,7 +141,6 @@ class CalibrationPanel(Panel):
         self._which.visible = self._drop.visible = bool(names)
 
     def _take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
-        """Look for the board in a file that a browser sent."""
         if Path(name).suffix.lower() in VIDEO_ENDINGS:
             self._work.start(lambda progress: self._take_video(data, name, client), client)
         else:

@@ -12,7 +12,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import Panel, Parts, saver
+from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
 
 _SAID = read_toml("controls.toml")["export"]
 WHAT, LAYER_WORDS = _SAID["files"], _SAID["layers"]
@@ -35,7 +35,7 @@ class ExportPanel(Panel):
         self.add("button", "save", self._save)
         self._montage = self.add("checkbox", "montage")
         self.add("button", "save_all", self.save_all)
-        self._saver = saver(parts)
+        self._saver = BackgroundWork(parts)
         with self.gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
             self._layers = {name: self.gui.add_checkbox(**LAYER_WORDS[name], initial_value=True) for name in LAYERS}
 

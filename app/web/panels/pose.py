@@ -95,7 +95,6 @@ def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
 
 
 def _described(pose: CirclePose) -> dict[str, str]:
-    """One candidate's numbers by their names with units."""
     sigmas = map(numbers.sigma_words, numbers.pose_sigmas(pose))
     cells = {
         name: value if sigma == MISSING else f"{value} ± {sigma}"
@@ -151,7 +150,7 @@ class PosePanel(Panel):
 
     def _named(self, name: str) -> CirclePose | None:
         candidates = () if self.analysis is None else self.analysis.estimate.candidates
-        return dict(zip(POSE_NAMES, candidates, strict=False)).get(name)
+        return next((pose for letter, pose in zip(POSE_NAMES, candidates, strict=False) if letter == name), None)
 
     def _with_measured(self, view: View) -> View:
         for box in self._measured.values():

@@ -70,7 +70,6 @@ class SourcePanel(Panel):
         return self.changing(lambda view: self._opened(view, list_name, self._choices[list_name].value))
 
     def _opened(self, view: View, list_name: str, name: str | None) -> View:
-        """Show the picture of that name in a list."""
         if name in (None, OWN_PICTURE, NONE_CHOSEN):
             return view
         if list_name == "samples":
@@ -125,5 +124,4 @@ def _megabytes(size: int) -> str:
 
 
 def _fill(dropdown: Any, names: list[str], chosen: str | None) -> None:
-    """Offer "(none)" and the names in a drop-down."""
     offer(dropdown, (NONE_CHOSEN, *names), chosen if chosen in names else NONE_CHOSEN)

@@ -77,7 +77,6 @@ class PicturePanel(Panel):
             self._show_methods(False)
 
     def _show_methods(self, are_shown: bool) -> None:
-        """Mark the level of every method, or none."""
         levels, analysis = None, self.analysis
         if are_shown and analysis is not None:
             found = thresholds_by(histogram_in(analysis.view, analysis.estimate), analysis.estimate.settings)
@@ -185,7 +184,6 @@ def _points(points: Any) -> list[list[float]]:
 
 
 def _histogram_of(analysis: Analysis) -> tuple[Any, ...]:
-    """Return what the level of every method follows from."""
     settings = analysis.estimate.settings
     return id(analysis.view.image), settings.masks, settings.min_area_px
 

@@ -59,8 +59,7 @@ class Gate:
         client = None if client_id is None else self._server.get_clients().get(client_id)
         if handle is None or client is None or not viser_private.send_value(self._server, client.client_id, handle):
             return
-        label = viser_private.property_of(handle, "label")
-        client.add_notification("Not taken", f"{label}: {refusal.reason}.", color="yellow")
+        client.add_notification("Not taken", f"{handle.label}: {refusal.reason}.", color="yellow")
 
     def _find(self, find: Callable[[viser.GuiApi, str], Any], uuid: str) -> Any:
         """Find a control among those of all browsers, and then among those of cards that one browser alone is shown."""
@@ -87,8 +86,6 @@ class _Bucket:
 
 
 class _Inbox:
-    """What one browser sends."""
-
     def __init__(self, gate: Gate, connection: Any, *, only_views: bool) -> None:
         self._gate, self._connection, self._only_views = gate, connection, only_views
         self._receive = connection.recv

@@ -118,7 +118,6 @@ def look_of(headers: Headers) -> set[str]:
 
 
 def _cookies(headers: Headers, name: str) -> list[str]:
-    """The values of all cookies of that name."""
     parts = [part.strip().partition("=") for header in headers.get_all("Cookie") for part in header.split(";")]
     return [value for one, _, value in parts if one == name]
 
@@ -175,7 +174,6 @@ def _answer(
 
 
 def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Request, otherwise: Any) -> Response:
-    """One of our pages, or else viser's."""
     otherwise_page = otherwise(connection, request)  # called in any case, for it also silences the library's log
     path = request.path.partition("?")[0]
     if path == LOOK_PATH:

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import msgspec
 import viser
-from dockpose.app.web.server.viser_private import property_of
 from dockpose.checks import one_line
 from msgspec import Meta
 
@@ -43,7 +42,6 @@ class _Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 def _kind(name: str, **fields: Any) -> Any:
-    """A kind of message, named as viser's own."""
     look: Any = {"tag": True, "tag_field": "type", "forbid_unknown_fields": True, "frozen": True}
     return msgspec.defstruct(name, list(fields.items()), **look)
 
@@ -125,8 +123,7 @@ def why_not(control: Any, value: Any) -> str | None:
     if isinstance(control, viser.GuiButtonHandle | viser.GuiCheckboxHandle):
         return None if isinstance(value, bool) else "it is neither true nor false"
     if isinstance(control, viser.GuiDropdownHandle | viser.GuiButtonGroupHandle):
-        options = property_of(control, "options")
-        return None if isinstance(value, str) and value in options else "there is no such option"
+        return None if isinstance(value, str) and value in control.options else "there is no such option"
     if isinstance(control, viser.GuiTextHandle):
         return None if isinstance(value, str) else "it is not text"
     if isinstance(control, viser.GuiNumberHandle | viser.GuiSliderHandle):

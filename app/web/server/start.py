@@ -9,7 +9,7 @@ import socket
 from pathlib import Path
 
 import viser
-from dockpose.app.state.tank import make_private, write_whole
+from dockpose.app.state.tank import write_whole
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.guard import Guard, guarded
@@ -100,7 +100,6 @@ def token_for(folder: Path | None, name: str) -> str:
         if _TOKEN.fullmatch(kept) and _is_private(path):
             return kept
     with contextlib.suppress(OSError):
-        make_private(folder)
         write_whole(path, new + "\n")
     return new
 

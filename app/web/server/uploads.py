@@ -9,7 +9,6 @@ import viser
 from dockpose.app.inputs.received import clean_name
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.journal import LOG, log_failure
-from dockpose.app.web.server.options import UPLOAD_LIMIT_BYTES
 from dockpose.checks import one_line
 
 MOST_AT_ONCE = 16  # files of one browser; the page sends one after the other
@@ -18,17 +17,14 @@ _SMALLEST_PART_BYTES = 2**16  # on average; the page's have 2**19
 _BETWEEN_NOTICES_S = 1.0
 
 # Takes a file's bytes and its cleaned name; runs in a thread of its own.
-Receiver = Callable[[bytes, str], None]
+Receiver = Callable[[bytes, str], object]
 
 
 class Uploads:
     """All files under way; ``limit_bytes`` caps them with those kept, of which ``make_room(at_most)`` drops some."""
 
-    def __init__(
-        self, limit_bytes: int = UPLOAD_LIMIT_BYTES, make_room: Callable[[int], None] = lambda at_most: None
-    ) -> None:
-        self.limit_bytes = limit_bytes
-        self._make_room = make_room
+    def __init__(self, limit_bytes: int, make_room: Callable[[int], None]) -> None:
+        self.limit_bytes, self._make_room = limit_bytes, make_room
         self._clients: dict[int, ClientUploads] = {}
 
     def attach(self, client: viser.ClientHandle) -> "ClientUploads":

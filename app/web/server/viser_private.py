@@ -144,11 +144,6 @@ def identity(handle: Any) -> str:
     return handle._impl.uuid
 
 
-def property_of(handle: Any, name: str) -> Any:
-    """What a control was made with: its label, its options."""
-    return getattr(handle._impl.props, name)
-
-
 def control(gui: viser.GuiApi, uuid: str) -> Any:
     """The control of an id; None where there is none."""
     return gui._gui_input_handle_from_uuid.get(uuid)

@@ -11,7 +11,7 @@ from dockpose.app.resources import read_toml
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.panels.experiment import rows as log_rows
-from dockpose.app.web.widgets import Panel, Parts, on_person, saver
+from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
 WHAT = read_toml("controls.toml")["log"]["files"]
@@ -71,7 +71,7 @@ class ExperimentPanel(Panel):
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self._save = self.add("button", "save", self.trying(self._download))
         self.parts.closing.callback(self._close_session)
-        self._saver = saver(self.parts)
+        self._saver = BackgroundWork(self.parts)
 
     def _close_session(self) -> None:
         with self._lock:
@@ -80,7 +80,6 @@ class ExperimentPanel(Panel):
 
     @property
     def _next_texts(self) -> log_rows.Texts:
-        """The draft for the next frame."""
         return self._fields.texts if self._chosen_row is None else self._drafts.get(None, log_rows.BLANK)
 
     @_next_texts.setter
@@ -168,7 +167,6 @@ class ExperimentPanel(Panel):
         return () if self._session is None else self._session.rows
 
     def _show_session(self, said: str) -> None:
-        """Show which session is open."""
         session = self._session
         name = NO_SESSION if session is None else session.record.name
         names = [NO_SESSION, *self._sessions.names()]
@@ -179,7 +177,6 @@ class ExperimentPanel(Panel):
         self._show_rows(said)
 
     def _show_rows(self, said: str) -> None:
-        """Show a page of the table, its summary, and the charts."""
         self._said, rows = said, self._rows()
         last = log_rows.pages(len(rows))
         self._page_number = min(max(self._page_number, 1), last)

@@ -115,7 +115,6 @@ class LiveControls(Panel):
         self._tell()
 
     def _tell(self) -> None:
-        """Put what there is to say of the source, its exposure and its recording."""
         self._told_s = time.monotonic()
         live, recording, parts = self._source(), self._recording, []
         if live is not None:

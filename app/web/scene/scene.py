@@ -66,14 +66,6 @@ def rays_to_lights(found: Estimate) -> np.ndarray:
     return np.stack([starts, ends], axis=1)
 
 
-def path_segments(analysis: Analysis) -> np.ndarray:
-    """Segments (N, 2, 3) in metres of the dock's path over the frames of a sequence."""
-    if analysis.tracked_frame is None:
-        return np.zeros((0, 2, 3))
-    path = analysis.tracked_frame.trajectory.path_m(_PATH_POINTS)
-    return np.stack([path[:-1], path[1:]], axis=1)
-
-
 def docks_of(found: Estimate, *known: KnownPose | None) -> Extent | None:
     """The box around all docks, estimated and known; None where there is none."""
     positions = [np.asarray(pose.position_m) for pose in (*filter(None, known), *found.candidates)]
@@ -175,7 +167,9 @@ class Scene3D:
             self._port.show(found.camera, self.extent.depth_m)
             port_radius = port_radius_m(found.camera, self.extent.depth_m)
             self._show_labels(labels(found, view, self.extent.depth_m, port_radius))
-            self._path.points = path_segments(analysis)
+            tracked = analysis.tracked_frame
+            path = np.zeros((1, 3)) if tracked is None else tracked.trajectory.path_m(_PATH_POINTS)
+            self._path.points = np.stack([path[:-1], path[1:]], axis=1)
             self._truth.show(view.truth, found.dock.radius)
             self._measured.show(view.measured_pose, found.dock.radius)
         self._pictured = view.image

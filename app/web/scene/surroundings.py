@@ -9,7 +9,6 @@ import viser
 from dockpose import Camera, Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.state.view import View
-from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 from viser import transforms
 
@@ -103,11 +102,6 @@ class Label:
     anchor: Anchor
 
 
-def pose_label(name: str, pose: CirclePose) -> str:
-    """Label of a pose: its letter, and how likely it is."""
-    return name if pose.probability is None else f"{name} {100 * pose.probability:.0f} %"
-
-
 def labels(found: Estimate, view: View, depth_m: float, port_radius_m: float | None) -> dict[str, Label]:
     """Return the labels by name; those of docks, which lie nearly in one place, have a side each to themselves."""
     radius, axes = found.dock.radius, AXES_TO * depth_m * np.eye(3)
@@ -119,7 +113,7 @@ def labels(found: Estimate, view: View, depth_m: float, port_radius_m: float | N
     upper = int(np.argmin(heights)) if heights else 0
     for index, pose in enumerate(found.candidates):
         side, anchor = (-radius, "bottom-center") if index == upper else (radius, "top-center")
-        text = pose_label(POSE_NAMES[index], pose)
+        text = POSE_NAMES[index] + ("" if pose.probability is None else f" {100 * pose.probability:.0f} %")
         placed[POSE_NAMES[index]] = Label(text, np.asarray(pose.position_m) + (0.0, side, 0.0), anchor)
     if view.truth is not None:
         placed["truth"] = Label("truth", np.asarray(view.truth.position_m) + (radius, 0.0, 0.0), "center-left")

@@ -27,7 +27,7 @@ class Gate:
         self.probe, self.is_reached = secrets.token_bytes(32), threading.Event()
         self._server: viser.ViserServer | None = None
         self._control = partial(self._find, viser_private.control)
-        self._openings = _Bucket(_OPENED_HZ, _OPENED_AT_ONCE)
+        self.openings = _Bucket(_OPENED_HZ, _OPENED_AT_ONCE)  # each page is sent all that there is to see
 
     def serve(self, server: viser.ViserServer) -> None:
         """Let messages through to this server; before that, none pass."""
@@ -38,10 +38,6 @@ class Gate:
         """Take the place of a WebSocket's ``recv``, before anything was read from it."""
         inbox = _Inbox(self, connection, only_views=only_views)
         connection.recv = inbox.receive
-
-    async def wait_to_open(self) -> None:
-        """Wait where pages are opened too fast, for each is sent all that there is to see."""
-        await self._openings.pay(1)
 
     def check(self, raw: bytes | str, *, only_views: bool = False) -> Any:
         """Return the message; raises RefusedError where viser must not see it."""

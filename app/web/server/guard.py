@@ -139,7 +139,7 @@ def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> AbstractCont
                     gate.journal.note(client_of(connection), "refused a page: too many are open")
                     return _response(503, "Service Unavailable", Page("text/plain", b"Too many pages are open.\n"))
                 sockets.admit(connection)
-                await gate.wait_to_open()
+                await gate.openings.pay(1)
             return answer
 
         SOCKETS_LOG.filters = [OneLine(gate.journal)]
@@ -168,7 +168,9 @@ def _answer(
     if response is None:
         reason = str(reason)
         response = _response(403, "Forbidden", Page("text/plain; charset=utf-8", reason.encode()))
-        gate.journal.note(client_of(connection), f"refused a request: {_why(reason, headers)}")
+        # Nothing else of the request, for it may hold a token.
+        named = [f"{name} {value[:80]!r}" for name in ("Host", "Origin") for value in headers.get_all(name)]
+        gate.journal.note(client_of(connection), f"refused a request: {reason} {', '.join(named)}")
     response.headers.update(_HEADERS)
     return response
 
@@ -184,12 +186,6 @@ def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Req
     response = otherwise_page if page is None else _response(200, "OK", page)
     response.headers["Set-Cookie"] = guard.cookie(request.headers, request.path)
     return response
-
-
-def _why(reason: str, headers: Headers) -> str:
-    """The reason for the journal, with the names that were asked for or from; without anything that holds a token."""
-    named = [f"{name} {value[:80]!r}" for name in ("Host", "Origin") for value in headers.get_all(name)]
-    return f"{reason} {', '.join(named)}"
 
 
 def _response(status: int, phrase: str, page: Page) -> Response:

@@ -10,7 +10,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent, written
 from dockpose.app.state.in_force import with_own_camera
 from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera
-from dockpose.camera.files import FORMATS, load_camera, save_camera
+from dockpose.camera.files import load_camera, save_camera
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
 from msgspec.structs import replace as changed
 
@@ -38,9 +38,7 @@ def with_coefficient(camera: Camera, index: int, number: float) -> Camera:
 
 def with_port(view: View, is_there: Any) -> View:
     """Put a flat window before the camera, or take it away."""
-    if not is_there:
-        return replace(view, camera=changed(view.camera, port=None))
-    port = view.camera.port or view.given_camera.port or DEFAULT_PORT
+    port = (view.camera.port or view.given_camera.port or DEFAULT_PORT) if is_there else None
     return replace(view, camera=changed(view.camera, port=port))
 
 
@@ -62,9 +60,7 @@ def with_camera_file(view: View, data: bytes, name: str) -> View:
 
 
 def camera_file(camera: Camera, file_format: Any) -> bytes:
-    """The bytes of a camera file in one of ``FORMATS``."""
-    if file_format not in FORMATS:
-        raise UserError(f"There is no format of camera files called {file_format!r}.")
+    """The bytes of a camera file in one of :data:`dockpose.camera.files.FORMATS`."""
     return written(lambda path: save_camera(camera, path, file_format))
 
 

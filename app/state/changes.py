@@ -10,10 +10,8 @@ from dockpose.app.errors import UserError
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.parameters import checked_number, put
 from dockpose.app.state.view import View
-from dockpose.lights.markers import CENTROIDS
 from dockpose.lights.masks import Mask
 from dockpose.pose.circle import CirclePose
-from dockpose.thresholds import METHODS
 from msgspec.structs import replace as changed
 
 MAX_LIGHTS = 60
@@ -21,13 +19,7 @@ _MIN_LIGHTS = 3
 _LONGEST = 1000  # letters of the angles
 MAX_MASKS = 40
 # Name and unit of a measured pose's numbers, and how far to either side they may be.
-MEASURED_LIMITS = {
-    "x (cm)": 5000.0,
-    "y (cm)": 5000.0,
-    "z (cm)": 5000.0,
-    "θx (°)": 90.0,
-    "θy (°)": 90.0,
-}
+MEASURED_LIMITS = {**dict.fromkeys(("x (cm)", "y (cm)", "z (cm)"), 5000.0), "θx (°)": 90.0, "θy (°)": 90.0}
 
 
 def with_lights(view: View, value: Any) -> View:
@@ -72,20 +64,18 @@ def dropped_sentence(before: Dock, after: Dock) -> str:
 def _numbers(text: Any) -> tuple[float, ...]:
     if not isinstance(text, str) or len(text) > _LONGEST:
         raise UserError(f"The light angles are not text of at most {_LONGEST} letters.")
-    return tuple(_number(word) for word in re.split(r"[,;\s°]+", text) if word)
-
-
-def _number(word: str) -> float:
-    try:
-        return checked_number("A light angle", float(word))
-    except ValueError as error:
-        raise UserError(f"A light angle is {word[:20]!r}; it must be a number of degrees, as in 0, 36, 72.") from error
+    numbers = []
+    for word in filter(None, re.split(r"[,;\s°]+", text)):
+        try:
+            numbers.append(checked_number("A light angle", float(word)))
+        except ValueError as error:
+            what = f"A light angle is {word[:20]!r}; it must be a number of degrees, as in 0, 36, 72."
+            raise UserError(what) from error
+    return tuple(numbers)
 
 
 def with_method(view: View, method: Any, level: Any = None) -> View:
     """Set the threshold method, and the level of the method "fixed"; None keeps the level. Other methods have none."""
-    if not isinstance(method, str) or method not in METHODS:
-        raise UserError(f"There is no threshold method called {method!r}.")
     if method != "fixed":
         return _with_settings(view, method=method, level=None)
     return _with_settings(view if level is None else put(view, "level", level), method=method)
@@ -93,8 +83,6 @@ def with_method(view: View, method: Any, level: Any = None) -> View:
 
 def with_centroid(view: View, centroid: Any) -> View:
     """Set how a light's centre is found: "grey" or "binary"."""
-    if centroid not in CENTROIDS:
-        raise UserError(f"There is no way to find a light's centre called {centroid!r}.")
     return _with_settings(view, centroid=centroid)
 
 

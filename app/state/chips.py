@@ -1,6 +1,6 @@
 """Whatever rules the next picture too, each as a chip that one click removes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -29,21 +29,15 @@ def chips(view: View, fitting_lights: int | None = None) -> list[Chip]:
     return [*_offers(view, fitting_lights), *_removable(view)]
 
 
-def _offers(view: View, fitting_lights: int | None) -> list[Chip]:
-    offers = []
+def _offers(view: View, fitting_lights: int | None) -> Iterator[Chip]:
     if fitting_lights is not None:
         label = f"{fitting_lights} lights form a ring; the dock is set to {view.dock.lights}. Use {fitting_lights}?"
-        hint = "Sets the number of lights, evenly spaced."
-        offers.append(Chip(label, hint, lambda view: with_lights(view, fitting_lights)))
+        yield Chip(label, "Sets the number of lights, evenly spaced.", lambda view: with_lights(view, fitting_lights))
+    mine = with_my_tank(view)
     is_known = view.tank.camera is not None or view.camera_of == "tank"
-    if is_known and not is_in_force(view) and _differs(with_my_tank(view), view):
+    if is_known and not is_in_force(view) and (mine.camera, mine.dock) != (view.camera, view.dock):
         hint = "Look at this picture with the operator's own camera and dock."
-        offers.append(Chip("Use My tank for this picture", hint, with_my_tank))
-    return offers
-
-
-def _differs(one: View, other: View) -> bool:
-    return (one.camera, one.dock) != (other.camera, other.dock)
+        yield Chip("Use My tank for this picture", hint, with_my_tank)
 
 
 def _removable(view: View) -> list[Chip]:

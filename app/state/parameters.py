@@ -158,9 +158,8 @@ _FUNCTIONS: dict[str, dict[str, Any]] = {
 
 def parameter(name: str, row: dict[str, Any]) -> Parameter:
     """The parameter of a row, with the functions of that name."""
-    limits = Limits(*row["limits"]) if "limits" in row else None
-    settings: dict[str, Any] = row | _FUNCTIONS.get(name, {}) | ({} if limits is None else {"limits": limits})
-    return Parameter(**settings)
+    limits: dict[str, Any] = {"limits": Limits(*row["limits"])} if "limits" in row else {}
+    return Parameter(**row | _FUNCTIONS.get(name, {}) | limits)
 
 
 def _group(name: str) -> dict[str, Parameter]:

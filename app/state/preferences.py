@@ -104,7 +104,6 @@ class Memory:
                 self._delete_picture()
         elif view.list_name == "uploads" and view.image.size <= _MOST_VALUES:
             with contextlib.suppress(OSError):
-                make_private(self._path.parent)
                 write_whole(self._path.with_name(_PICTURE), cv2.imencode(".png", view.image)[1].tobytes())
                 self.change(sample=None, upload=view.item)
 
@@ -115,13 +114,12 @@ class Memory:
         self._delete_picture()
 
     def _delete_picture(self) -> None:
-        if self._path is None:
-            return
-        path = self._path.with_name(_PICTURE)
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise UserError(f"{path}: the last picture cannot be deleted ({error.strerror or error})") from error
+        if self._path is not None:
+            path = self._path.with_name(_PICTURE)
+            try:
+                path.unlink(missing_ok=True)
+            except OSError as error:
+                raise UserError(f"{path}: the last picture cannot be deleted ({error.strerror or error})") from error
 
     def last_view(self, tank: Tank) -> View | None:
         """The picture of the last run with My tank; None where there was none that can be had again."""
@@ -139,7 +137,6 @@ class Memory:
             return
         self._written_s = time.monotonic()
         with contextlib.suppress(OSError):
-            make_private(self._path.parent)
             write_whole(self._path, to_yaml(msgspec.to_builtins(self.now)))
             self._kept = self.now
 

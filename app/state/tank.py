@@ -31,8 +31,8 @@ def tank_words(tank: Tank) -> str:
     camera, dock = tank.camera, tank.dock
     lens = "camera not known yet"
     if camera is not None:
-        lens = f"fx {camera.fx:.1f} px at {camera.width} × {camera.height}"
-        lens += "" if camera.port is None else " behind a flat port"
+        port = "" if camera.port is None else " behind a flat port"
+        lens = f"fx {camera.fx:.1f} px at {camera.width} × {camera.height}{port}"
     lights = "lights not known" if dock.lights is None else f"{dock.lights} lights"
     return f"{tank.name or UNNAMED}: {lens}, dock {100 * dock.diameter:g} cm, {lights}"
 
@@ -87,7 +87,6 @@ class Tanks:
         if self._path is not None:
             text = to_yaml(msgspec.to_builtins(_File(tuple(tanks.values()))))
             try:
-                make_private(self._path.parent)
                 write_whole(self._path, text)
             except OSError as error:
                 raise UserError(f"{self._path}: the tanks cannot be saved ({error.strerror or error})") from error
@@ -96,6 +95,7 @@ class Tanks:
 
 def write_whole(path: Path, content: str | bytes) -> None:
     """Write a file for its owner alone beside its place, flush it to the disk, and only then put it there, whole."""
+    make_private(path.parent)
     beside = path.with_suffix(".new")
     beside.unlink(missing_ok=True)
     with open(beside, "xb", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:

@@ -59,7 +59,6 @@ def trust_in(
 
 
 def _doubts_about_pose(found: Estimate, probability: float | None) -> Iterator[tuple[Colour, str]]:
-    """Whether it is the right one of the two poses."""
     choice = found.choice
     assert choice is not None
     name, alone = POSE_NAMES[choice.selected], choice.candidates[choice.selected].probability
@@ -81,7 +80,6 @@ def _doubts_about_pose(found: Estimate, probability: float | None) -> Iterator[t
 
 
 def _doubts_about_range(found: Estimate) -> Iterator[tuple[Colour, str]]:
-    """How exact the range is."""
     pose = found.selected
     assert pose is not None
     range_m = math.hypot(*pose.position_m.tolist())
@@ -94,7 +92,6 @@ def _doubts_about_range(found: Estimate) -> Iterator[tuple[Colour, str]]:
 
 
 def _doubts_about_ring(found: Estimate) -> Iterator[tuple[Colour, str]]:
-    """Whether the lights are the dock's."""
     pose, ring, markers = found.selected, found.ring, found.markers
     if pose is None or ring is None or markers is None:
         return

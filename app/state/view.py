@@ -75,7 +75,11 @@ class View:
         own, sentences = self.tank.camera, [self.note] if self.note else []
         if self.camera_of == "guess":
             other = "" if own is None else f"The camera of My tank is for {own.width} x {own.height}. "
-            sentences.insert(0, other + _guess_sentence(self.camera))
+            sentences.insert(
+                0,
+                f"{other}No camera is known for a picture of {self.camera.width} x {self.camera.height}: one that sees "
+                f"{GUESSED_VIEW_DEG:.0f} degrees was assumed, so distances are only rough.",
+            )
         elif self.camera_of == "tank" and own is not None and own.width != self.camera.width:
             size, own_size = (f"{camera.width} x {camera.height}" for camera in (self.camera, own))
             sentences.insert(0, f"The camera of My tank is for {own_size}; its values were scaled to {size}.")
@@ -93,18 +97,19 @@ def open_source(
     path = Path(source)
     image, sha256, _, tag = read_tagged(path)
     beside = read_sidecar(path)
-    brought_camera, brought_dock, truth = camera or beside.camera, dock or beside.dock, beside.truth
-    brought_camera = None if brought_camera is None else brought_camera.rotated(rotate_deg)
-    truth = None if truth is None else truth.rotated(rotate_deg)
-    view = _view(turned(image, rotate_deg), path.name, mine, brought_camera, brought_dock, truth=truth)
+    camera, truth = camera or beside.camera, beside.truth
+    brought = Sidecar(
+        None if camera is None else camera.rotated(rotate_deg),
+        dock or beside.dock,
+        None if truth is None else truth.rotated(rotate_deg),
+    )
+    view = _view(turned(image, rotate_deg), path.name, mine, brought)
     note = orientation_sentence(tag, path.name)
     return replace(view, sha256=sha256, list_name="beside", item=path.resolve().name, note=note)
 
 
 def with_sample(view: View, name: Any) -> View:
     """Show the sample scene of that name, with its own camera and dock; My tank stays as it is."""
-    if name not in sample_names():
-        raise UserError(f"There is no sample scene called {name!r}.")
     return _sample_view(name, view.tank, view.settings)
 
 
@@ -125,7 +130,7 @@ def with_upload(view: View, data: bytes, name: str) -> View:
 
 def with_first_frame(view: View, image: np.ndarray, source: str, camera: Camera | None, dock: Dock | None) -> View:
     """Show the first frame of a sequence, called ``source``."""
-    return replace(_view(image, source, view.tank, camera, dock, view.settings), list_name="sequence")
+    return replace(_view(image, source, view.tank, Sidecar(camera, dock), view.settings), list_name="sequence")
 
 
 def with_frame(view: View, image: np.ndarray, source: str) -> View:
@@ -163,57 +168,41 @@ def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, Owner]:
 
 
 def _decoded(view: View, data: bytes, name: str, list_name: str, beside: Sidecar) -> View:
-    shown = _view(decode(data, name), name, view.tank, beside.camera, beside.dock, view.settings, truth=beside.truth)
+    shown = _view(decode(data, name), name, view.tank, beside, view.settings)
     note, sha256 = orientation_sentence(orientation_of(data), name), hashlib.sha256(data).hexdigest()
     return replace(shown, list_name=list_name, item=name, sha256=sha256, note=note)
-
-
-def _guess_sentence(camera: Camera) -> str:
-    return (
-        f"No camera is known for a picture of {camera.width} x {camera.height}: one that sees "
-        f"{GUESSED_VIEW_DEG:.0f} degrees was assumed, so distances are only rough."
-    )
 
 
 def _sample_view(
     name: str, tank: Tank, settings: Settings | None = None, *, camera: Camera | None = None, dock: Dock | None = None
 ) -> View:
     sample, scene = load_sample(name), load_scene(sample_path(name).with_suffix(".yaml"))
-    camera, dock = camera or sample.camera, dock or sample.dock
-    view = _view(sample.image, name, tank, camera, dock, settings, truth=sample.truth)
+    beside = Sidecar(camera or sample.camera, dock or sample.dock, sample.truth)
+    view = _view(sample.image, name, tank, beside, settings)
     return replace(view, sample=name, scene=scene, list_name="samples", item=name, sha256=sample.sha256)
 
 
-def _view(
-    image: np.ndarray,
-    source: str,
-    tank: Tank,
-    camera: Camera | None = None,
-    dock: Dock | None = None,
-    settings: Settings | None = None,
-    *,
-    truth: KnownPose | None = None,
-) -> View:
+def _view(image: np.ndarray, source: str, tank: Tank, beside: Sidecar, settings: Settings | None = None) -> View:
     """Show a picture with the camera and the dock that it brings along; My tank's in place of None."""
     height, width = image.shape[:2]
-    if camera is None:
-        fitting, camera_of = own_camera(tank, image)
+    if beside.camera is None:
+        camera, camera_of = own_camera(tank, image)
     else:
-        fitting, camera_of = camera.for_size(width, height), _owner(camera == tank.camera)
-    dock, dock_of = dock or tank.dock, _owner(dock in (None, tank.dock))
+        camera, camera_of = beside.camera.for_size(width, height), _owner(beside.camera == tank.camera)
+    dock, dock_of = beside.dock or tank.dock, _owner(beside.dock in (None, tank.dock))
     return View(
         image=image,
         source=source,
-        camera=fitting,
+        camera=camera,
         dock=dock,
         settings=settings or Settings(),
-        given_camera=fitting,
+        given_camera=camera,
         given_dock=dock,
         tank=tank,
         camera_of=camera_of,
         dock_of=dock_of,
         given_of=(camera_of, dock_of),
-        truth=truth,
+        truth=beside.truth,
     )
 
 

@@ -20,6 +20,7 @@ from dockpose.app.state.tank import Tanks
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
+from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_refusal
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
@@ -62,21 +63,20 @@ class App(contextlib.AbstractContextManager["App"]):
         self._scene = Scene3D(server)
         self._shown = view
         self._sequence = SequenceController(self, sequence, options.folder)
-        self._sequence.on_change, self._sequence.on_rest = self._on_sequence, self._on_rest
         self._newest: Analysis | None = None
         self._is_warm = False
         self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
-        self._pacing = UpdatePacing(self._looks.draws_slowly, lambda: self._sequence.is_playing)
+        self._pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self._sequence.is_playing)
+        self._live, self._closing = LivePage(), contextlib.ExitStack()
         with icons_from_one_archive():
-            self._layout = Layout(server, self._parts(options, beside))
+            self._layout = Layout(self._parts(options, beside))
         self._panels = self._layout.panels
         for panel in self._panels:
             panel.load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
-        self._scene_worker = LatestWorker(
-            self._draw, self.fail, self._pacing.drawing_rest_s, self._pacing.drawing_quiet_s
-        )
+        pacing = self._pacing
+        self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_rest_s, pacing.drawing_quiet_s)
         self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
@@ -93,9 +93,8 @@ class App(contextlib.AbstractContextManager["App"]):
         options: Options = DEFAULTS,
     ) -> "App":
         """Open the source and start serving. Raises ValueError or OSError where that cannot be done."""
-        is_typed = source is not None and is_sequence(source)
-        sequence = given(source, camera, dock, options.topic) if source is not None and is_typed else None
-        picture = None if source is None or sequence is not None else Path(source)
+        sequence = given(source, camera, dock, options.topic) if source is not None and is_sequence(source) else None
+        beside = None if source is None or sequence is not None else Path(source).resolve().parent
         memory = Memory(options.remember_in)
         tank = memory.now.tank
         if sequence is not None:
@@ -110,7 +109,6 @@ class App(contextlib.AbstractContextManager["App"]):
         view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
         guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
         server = open_server(host, port, guard)
-        beside = None if picture is None else picture.resolve().parent
         app = cls(server, guard, view, memory, options, sequence, beside)
         try:
             app._sequence.open_given()
@@ -149,7 +147,7 @@ class App(contextlib.AbstractContextManager["App"]):
     def stop(self) -> None:
         """End the worker and the server."""
         self._sequence.close()
-        self._layout.close()
+        self._closing.close()
         self._worker.close()
         self._scene_worker.close()
         self._memory.write()
@@ -192,18 +190,22 @@ class App(contextlib.AbstractContextManager["App"]):
         self._worker.submit(frame)
         self._worker.wait_until_idle(FRAME_LIMIT_S)
 
-    def _on_sequence(self, name: str | None) -> None:
+    def on_sequence(self, name: str | None) -> None:
+        """Show that another sequence was opened, or none."""
         self._newest = None
         self._history.forget()
         self._layout.sequence.reset(name)
 
-    def _on_rest(self) -> None:
+    def on_rest(self) -> None:
         """Show the frame in full; while playing, only its picture may have been shown."""
         if self._newest is not None:
             self._worker.submit(None)
 
     def _parts(self, options: Options, beside: Path | None) -> Parts:
         return Parts(
+            server=self._server,
+            live=self._live,
+            closing=self._closing,
             change=self.change,
             fail=self.fail,
             undo=lambda client: self.change(self._history.undo, client, reload=True),
@@ -221,20 +223,18 @@ class App(contextlib.AbstractContextManager["App"]):
         )
 
     def _welcome(self, client: viser.ClientHandle) -> None:
-        """Set up what a new browser has to itself, and tell the others of it."""
         LOG.info("browser %d opened the page", client.client_id)
-        self._scene.open_to(client)
+        client.scene.set_global_visibility(True)  # only now: all else on its page would wait for the first drawing
         self._looks.heed(client)
         self._layout.strip.count_browsers(len(self._server.get_clients()))
         uploads = self._uploads.attach(client)
         with self._greeting:  # viser takes buttons for one browser at a time into a folder
             for panel in self._panels:
-                panel.add_upload(client, uploads)
+                panel.welcome(client, uploads)
 
     def _say_goodbye(self, client: viser.ClientHandle) -> None:
-        """Forget a browser that left."""
         LOG.info("browser %d left", client.client_id)
-        self._looks.forget(client)
+        self._looks.slow.discard(client.client_id)
         self._uploads.detach(client)
         self._notices.forget(client)
         self._layout.settings.forget(client)
@@ -259,7 +259,6 @@ class App(contextlib.AbstractContextManager["App"]):
         self._show(analysis)
 
     def _work_on_frame(self, frame: Frame) -> None:
-        """Put the frame in the place of what is shown, search it, and show what was found."""
         with self._lock:
             follower, before = self._sequence.follower, self._view
             if follower is None:  # closed meanwhile
@@ -271,37 +270,26 @@ class App(contextlib.AbstractContextManager["App"]):
         self._tell_notes(before, view, None)
         analysis = self._newest = follower.read(view, frame)
         if self._pacing.shows_next():
-            self._pacing.note()
-            self._show_at_once(analysis)
+            self._show(analysis)
 
     def _show(self, analysis: Analysis) -> None:
-        """Show a result; the 3D scene follows when it has rested."""
-        if analysis.tracked_frame is not None:
-            self._show_at_once(analysis)
-            return
+        """Show a result, of a frame all of it in one update, so that nothing on the page is ever of another frame."""
         _ = analysis.trust  # which is judged when first asked for, and what is sent must not wait for
         self._shown, self._current = analysis.view, analysis
-        with self._layout.live.held:
-            self._layout.live.put(hidesScene=False)
+        is_frame = analysis.tracked_frame is not None
+        is_hidden = is_frame and self._pacing.hides_scene()
+        with self._live.held, self._server.atomic() if is_frame else contextlib.nullcontext():
+            self._live.put(hidesScene=is_hidden)
             for panel in self._panels:
                 panel.show(analysis)
-        self._scene_worker.submit(analysis)
-
-    def _show_at_once(self, analysis: Analysis) -> None:
-        """Show all of a frame in one update, so that nothing on the page is ever of another frame."""
-        _ = analysis.trust  # which is judged when first asked for, and what is sent must not wait for
-        self._shown, self._current = analysis.view, analysis
-        is_hidden = self._pacing.hides_scene()
-        with self._layout.live.held, self._server.atomic():
-            self._layout.live.put(hidesScene=is_hidden)
-            for panel in self._panels:
-                panel.show(analysis)
-            if not is_hidden:
+            if is_frame and not is_hidden:
                 self._draw(analysis)
-        self._server.flush()
+        if is_frame:
+            self._server.flush()
+        else:
+            self._scene_worker.submit(analysis)  # the 3D scene follows when it has rested
 
     def _draw(self, analysis: Analysis) -> None:
-        """Draw the 3D scene of a result, unless another is shown by now."""
         with self._drawing:
             if analysis is self._current:
                 self._scene.show(analysis)

@@ -2,8 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
@@ -26,23 +25,17 @@ _SWEEP_PX = 190
 _EVERY_S = 0.2
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A line of a chart, or a row of marks."""
+def line(label: str, colour: str, dash: tuple[float, ...] = ()) -> uplot.Series:
+    """A line of a chart; ``dash`` has the pixels on and off."""
+    look: Any = {"stroke": colour, "width": 2.0, "dash": dash, "fill": "transparent"}
+    return uplot.Series(label=label, points=uplot.Series_Points(show=False), scale="y", **look)
 
-    label: str  # name in the legend
-    colour: str
-    dash: tuple[float, ...] = ()  # pixels on and off
-    marks_px: float | None = None  # draw rings of this size in place of a line
 
-    def series(self) -> uplot.Series:
-        """Return the curve as uPlot has it."""
-        if self.marks_px is not None:
-            look: Any = {"size": self.marks_px, "stroke": self.colour, "width": 1.5, "fill": "transparent"}
-            points = uplot.Series_Points(show=True, **look)
-            return uplot.Series(label=self.label, stroke="transparent", width=0, points=points, scale="y")
-        look = {"stroke": self.colour, "width": 2.0, "dash": self.dash, "fill": "transparent"}
-        return uplot.Series(label=self.label, points=uplot.Series_Points(show=False), scale="y", **look)
+def rings(label: str, colour: str, size_px: float) -> uplot.Series:
+    """A row of rings, which are drawn in place of a line."""
+    look: Any = {"size": size_px, "stroke": colour, "width": 1.5, "fill": "transparent"}
+    points = uplot.Series_Points(show=True, **look)
+    return uplot.Series(label=label, stroke="transparent", width=0, points=points, scale="y")
 
 
 def axis(label: str = "", size: int = 32, label_size: int = 14, **more: Any) -> uplot.Axis:
@@ -55,14 +48,14 @@ class Chart:
     """A chart of curves over one axis."""
 
     def __init__(
-        self, gui: viser.GuiApi, across: str, curves: Sequence[Curve], axes: Sequence[uplot.Axis], height: int
+        self, gui: viser.GuiApi, across: str, curves: Sequence[uplot.Series], axes: tuple[uplot.Axis, ...], height: int
     ) -> None:
         self._ends: dict[str, Ends] = {"x": (0.0, 1.0), "y": (0.0, 1.0)}
-        self._handle = gui.add_uplot(
+        self.handle = gui.add_uplot(
             data=(np.array([0.0, 1.0]), *([np.zeros(2)] * len(curves))),
-            series=(uplot.Series(label=across), *(curve.series() for curve in curves)),
+            series=(uplot.Series(label=across), *curves),
             scales=_scales(self._ends),
-            axes=tuple(axes),
+            axes=axes,
             legend=uplot.Legend(show=True),
             height=height,
             padding=(10, 8, 0, 0),
@@ -73,16 +66,12 @@ class Chart:
         """Draw the curves."""
         if ends != self._ends:  # with other scales the browser rebuilds the chart
             self._ends = ends
-            self._handle.scales = _scales(ends)
+            self.handle.scales = _scales(ends)
         across, *values = data
         twice = 2 if len(across) == 1 else 1  # the browser draws nothing of a single point
-        curves = [without_gaps(line, ends["y"]) for line in values]
-        self._handle.data = tuple(np.repeat(line, twice) for line in (across, *curves))
-        self._handle.visible = True
-
-    def hide(self) -> None:
-        """Take the chart away until it is shown again."""
-        self._handle.visible = False
+        gapless = [without_gaps(one, ends["y"]) for one in values]
+        self.handle.data = tuple(np.repeat(one, twice) for one in (across, *gapless))
+        self.handle.visible = True
 
 
 def without_gaps(values: np.ndarray, ends: Ends) -> np.ndarray:
@@ -111,26 +100,17 @@ def _scales(ends: dict[str, Ends]) -> dict[str, uplot.Scale]:
     return {name: uplot.Scale(time=False, range=pair) for name, pair in ends.items()}
 
 
-@dataclass(frozen=True)
-class Marks:
-    """What one chart shows; ``which`` are indices into :attr:`dockpose.app.experiment.Row.errors`."""
-
-    title: str
-    which: tuple[int, ...]
-    names: tuple[str, ...]
-    colours: tuple[str, ...]
+# Of each chart its title, and of its errors the index into :attr:`dockpose.app.experiment.Row.errors`, name and colour.
+CHARTS = {
+    "off by (cm)": ((0, "x", VERMILLION), (1, "y", GREEN), (2, "z", BLUE)),
+    "off by (°)": ((3, "θx", VERMILLION), (4, "θy", BLUE)),
+}
 
 
-CHARTS = (
-    Marks("off by (cm)", (0, 1, 2), ("x", "y", "z"), (VERMILLION, GREEN, BLUE)),
-    Marks("off by (°)", (3, 4), ("θx", "θy"), (VERMILLION, BLUE)),
-)
-
-
-def error_points(rows: Sequence[Row], marks: Marks) -> np.ndarray:
+def error_points(rows: Sequence[Row], which: Sequence[int]) -> np.ndarray:
     """Return range in metres and errors, (n, 1 + quantities), nearest first; NaN for what is unknown."""
-    numbers = [(row.range_cm, *(row.errors[index] for index in marks.which)) for row in rows]
-    table = np.array(numbers, dtype=float).reshape(-1, 1 + len(marks.which))  # None becomes NaN
+    numbers = [(row.range_cm, *(row.errors[index] for index in which)) for row in rows]
+    table = np.array(numbers, dtype=float).reshape(-1, 1 + len(which))  # None becomes NaN
     table[:, 0] /= 100
     known = ~np.isnan(table[:, 0]) & ~np.isnan(table[:, 1:]).all(axis=1)
     return table[known][np.argsort(table[known, 0], kind="stable")]
@@ -140,30 +120,21 @@ class ErrorCharts:
     """Draws the errors of a session; hidden until one is known."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._charts = [(marks, _chart(gui, marks)) for marks in CHARTS]
+        self._charts: list[tuple[list[int], Chart]] = []
+        for title, marks in CHARTS.items():
+            curves = [rings(name, colour, size) for (_, name, colour), size in zip(marks, _SIZES_PX, strict=False)]
+            chart = Chart(gui, "range (m)", curves, (axis(), axis(title, 40, space=20)), _ERRORS_PX)
+            self._charts.append(([index for index, _, _ in marks], chart))
 
     def show(self, rows: Sequence[Row]) -> None:
         """Draw the errors of all rows that have some."""
-        for marks, chart in self._charts:
-            points = error_points(rows, marks)
+        for which, chart in self._charts:
+            points = error_points(rows, which)
             if len(points):
                 ends = fitting_ends(np.append(points[:, 1:], 0.0), _LEAST)
                 chart.show(tuple(points.T), x=fitting_ends(points[:, 0], _LEAST), y=ends)
             else:
-                chart.hide()
-
-
-def _chart(gui: viser.GuiApi, marks: Marks) -> Chart:
-    curves = [
-        Curve(name, colour, marks_px=size)
-        for name, colour, size in zip(marks.names, marks.colours, _SIZES_PX, strict=False)
-    ]
-    return Chart(gui, "range (m)", curves, (axis(), axis(marks.title, 40, space=20)), _ERRORS_PX)
-
-
-def sweep_data(sweep: LevelSweep) -> tuple[np.ndarray, ...]:
-    """Return levels, and the error of each guess in pixels; NaN where a level shows no dock."""
-    return (sweep.levels.astype(float), *sweep.errors_px.T)
+                chart.handle.visible = False
 
 
 def sweep_top_px(sweep: LevelSweep) -> float:
@@ -193,25 +164,23 @@ def swept_so_far(sweep: LevelSweep) -> str:
 
 
 class SweepChart:
-    """Draws a sweep; hidden until the first. ``clock`` returns seconds."""
+    """Draws a sweep; hidden until the first."""
 
-    def __init__(self, gui: viser.GuiApi, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock, self._drawn_s = clock, -math.inf
-        curves = [Curve(name, colour, dash) for name, (colour, dash) in zip(CENTRES, _LOOKS, strict=True)]
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._drawn_s = -math.inf
+        curves = [line(name, colour, dash) for name, (colour, dash) in zip(CENTRES, _LOOKS, strict=True)]
         axes = axis("fixed level (0-255)", 26, 16), axis("centre off by (px)", 34, 16)
         self._chart = Chart(gui, "level", curves, axes, _SWEEP_PX)
         self._sentence = gui.add_html("")
 
     def grow(self, sweep: LevelSweep) -> None:
         """Draw what was swept so far, a few times a second."""
-        if self._clock() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
-            self._draw(sweep, swept_so_far(sweep))
-            self._drawn_s = self._clock()
+        if time.monotonic() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
+            self.show(sweep, swept_so_far(sweep))
+            self._drawn_s = time.monotonic()
 
-    def show(self, sweep: LevelSweep) -> None:
-        """Draw a finished sweep."""
-        self._draw(sweep, sweep_sentence(sweep))
-
-    def _draw(self, sweep: LevelSweep, sentence: str) -> None:
-        self._chart.show(sweep_data(sweep), x=(0.0, LEVELS - 1.0), y=(0.0, sweep_top_px(sweep)))
-        self._sentence.content = small(escape(sentence), 'id="sweep"')
+    def show(self, sweep: LevelSweep, sentence: str = "") -> None:
+        """Draw a sweep, a finished one unless a sentence says otherwise."""
+        data = (sweep.levels.astype(float), *sweep.errors_px.T)  # NaN where a level shows no dock
+        self._chart.show(data, x=(0.0, LEVELS - 1.0), y=(0.0, sweep_top_px(sweep)))
+        self._sentence.content = small(escape(sentence or sweep_sentence(sweep)), 'id="sweep"')

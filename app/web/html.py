@@ -14,7 +14,7 @@ NUMBERS = "padding: 0.15em 0.3em; text-align: right; font-variant-numeric: tabul
 
 def table(name: str, columns: Sequence[str], rows: Sequence[str], note: str = "", foot: str = "") -> str:
     """Return a table with an HTML id, its head, rows and a foot as :func:`row` makes them, and a note below."""
-    head = "".join([f'<th style="{NUMBERS}">{column}</th>' for column in columns])
+    head = "".join(map(f'<th style="{NUMBERS}">{{}}</th>'.format, columns))
     below = f'<div style="opacity: 0.75; padding-top: 0.4em; line-height: 1.35">{note}</div>' if note else ""
     return (
         '<div style="padding: 0 0.75em 0.5em; font-size: 0.85em">'
@@ -26,7 +26,7 @@ def table(name: str, columns: Sequence[str], rows: Sequence[str], note: str = ""
 def row(name: str, cells: Sequence[str], *, bold: bool = False) -> str:
     """Return a row: its name at the left, then numbers."""
     style = "border-top: 1px solid rgba(128,128,128,0.35)" + ("; font-weight: 600" if bold else "")
-    columns = "".join([f'<td style="{NUMBERS}">{cell}</td>' for cell in cells])
+    columns = "".join(map(f'<td style="{NUMBERS}">{{}}</td>'.format, cells))
     return f'<tr style="{style}"><td style="white-space: nowrap">{name}</td>{columns}</tr>'
 
 

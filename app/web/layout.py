@@ -5,14 +5,14 @@ from contextlib import contextmanager
 
 import viser
 from dockpose.app.web.html import help_link
-from dockpose.app.web.live import Acts, LivePage, WishBox, wish_to
+from dockpose.app.web.live import Acts, WishBox, wish_to
 from dockpose.app.web.panels.calibration import CalibrationPanel
 from dockpose.app.web.panels.camera import CameraPanel
 from dockpose.app.web.panels.compare import ComparePanel
 from dockpose.app.web.panels.detect import DetectPanel
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
-from dockpose.app.web.panels.picture import HtmlPanel, StripPanel, ViewpointPanel, status_html, table_html
+from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, status_html, table_html
 from dockpose.app.web.panels.play.sequence import SequencePanel
 from dockpose.app.web.panels.pose import PosePanel
 from dockpose.app.web.panels.settings import SettingsPanel
@@ -28,19 +28,14 @@ PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 class Layout:
     """Builds the panels; ``panels`` lists them in the order in which they show a result, most urgent first."""
 
-    def __init__(self, server: viser.ViserServer, parts: Parts) -> None:
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
         self.panels: list[Panel] = []
-        self._add_pictures(server, parts)
-        self._add_controls(server, parts)
+        self._add_pictures(parts.server.gui)
+        self._add_controls(parts.server.gui)
 
-    def close(self) -> None:
-        """Stop the panels' work."""
-        for panel in self.panels:
-            panel.close()
-
-    def _add_controls(self, server: viser.ViserServer, parts: Parts) -> None:
-        gui, change = server.gui, parts.change
-        tabs = gui.add_tab_group()
+    def _add_controls(self, gui: viser.GuiApi) -> None:
+        parts, tabs = self._parts, gui.add_tab_group()
 
         @contextmanager
         def tab(title: str, section: str) -> Iterator[None]:
@@ -50,25 +45,22 @@ class Layout:
                 gui.add_html(help_link(section), order=1e9)
 
         with tab("Pictures", "pictures"):
-            source = SourcePanel(gui, parts)
+            source = SourcePanel(parts)
         with tab("Tank", "tank"):
-            tanks = TanksPanel(gui, parts)
-            camera = CameraPanel(gui, self.live, change)
-            calibration = CalibrationPanel(gui, parts)
-            budget = BudgetPanel(gui)
+            tank = TanksPanel(parts), CameraPanel(parts), CalibrationPanel(parts), BudgetPanel(parts)
         with tab("Detect", "detect"):
-            detect = DetectPanel(gui, self.live, change)
+            detect = DetectPanel(parts)
             with gui.add_folder("Which of the two poses", expand_by_default=False):
-                pose = PosePanel(gui, self.live, change)
+                pose = PosePanel(parts)
                 gui.add_html(help_link("pose"))
         with tab("Simulate", "simulate"):
-            simulator = SimulatorPanel(gui, change)
+            simulator = SimulatorPanel(parts)
         with tab("Play", "play"):
-            self.sequence = SequencePanel(gui, self.live, parts)
+            self.sequence = SequencePanel(parts)
         with tab("Log", "log"):
-            self.experiment = ExperimentPanel(gui, parts)
+            self.experiment = ExperimentPanel(parts)
         with tab("Export", "export"):
-            self.export = ExportPanel(server, parts)
+            self.export = ExportPanel(parts)
         acts: dict[str, Act] = {
             "undo": parts.undo,
             "redo": parts.redo,
@@ -77,21 +69,20 @@ class Layout:
             "play": lambda client: self.sequence.toggle(),
         }
         with tabs.add_tab("Settings"):
-            self.settings = SettingsPanel(server, parts, acts)
-        viewpoint = ViewpointPanel(gui, parts.scene)
+            self.settings = SettingsPanel(parts, acts)
+        viewpoint = ViewpointPanel(parts)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels += [self.sequence, camera, detect, pose, self.live, source, simulator, tanks, budget, calibration]
+        self.panels += [self.sequence, detect, pose, parts.live, source, simulator, *tank]
         self.panels += [self.settings, self.experiment, self.export, viewpoint, self.chips, self.compare]
 
-    def _add_pictures(self, server: viser.ViserServer, parts: Parts) -> None:
-        gui = server.gui
-        left = gui.add_panel()
+    def _add_pictures(self, gui: viser.GuiApi) -> None:
+        parts, left = self._parts, gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            self.live = live = LivePage(gui, server.flush)
-            self.strip = StripPanel(gui, live, parts.tanks)
-            status = HtmlPanel(gui, live, "status", status_html)
-            self.chips = ChipsPanel(gui, parts.change)
+            parts.live.begin(parts)
+            self.strip = StripPanel(parts)
+            parts.live.place("status", status_html)
+            self.chips = ChipsPanel(parts)
             wished: Acts = {
                 wish_to("take"): lambda wish, client: self.experiment.take(client),
                 wish_to("zip"): lambda wish, client: self.export.save_all(client),
@@ -105,10 +96,9 @@ class Layout:
             gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')
             shown = gui.add_tab_group()
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
-                picture = PicturePanel(gui, live, parts.change, lambda: parts.sequence.is_playing)
+                self.panels.append(PicturePanel(parts))
             with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
-                self.compare = ComparePanel(gui, parts)
-            result = HtmlPanel(gui, live, "candidates", table_html)
-        self.panels = [picture, self.strip, status, result]
+                self.compare = ComparePanel(parts)
+            parts.live.place("candidates", table_html)
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

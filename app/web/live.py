@@ -13,7 +13,7 @@ import msgspec
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.server.viser_private import identity
-from dockpose.app.web.widgets import Panel, on_person
+from dockpose.app.web.widgets import Panel, Parts, on_person
 
 _LONGEST = 300  # letters of a wish
 
@@ -27,17 +27,22 @@ def data_html(name: str, data: Any) -> str:
 class LivePage(Panel):
     """Collects what the panels before it have to show of a result, and sends it."""
 
-    def __init__(self, gui: viser.GuiApi, flush: Callable[[], None]) -> None:
-        self._flush = flush
+    def __init__(self) -> None:
         self.held = threading.RLock()
         self._serials = itertools.count(1)
+        self._html_of: dict[str, Callable[[Analysis], str]] = {}
         self._html: dict[str, str] = {}
         self._data: dict[str, Any] = {}
-        self._handle, self._aside = gui.add_html(""), gui.add_html("")
 
-    def place(self, gui: viser.GuiApi, name: str, order: float | None = None) -> None:
-        """Add the place where the HTML of this name is shown."""
-        gui.add_html(f'<dockpose-live name="{name}"></dockpose-live>', order=order)
+    def begin(self, parts: Parts) -> None:
+        """Add to the page what carries the data."""
+        super().__init__(parts)
+        self._handle, self._aside = self.gui.add_html(""), self.gui.add_html("")
+
+    def place(self, name: str, html_of: Callable[[Analysis], str], order: float | None = None) -> None:
+        """Add a place for the HTML that ``html_of`` makes of each result."""
+        self.gui.add_html(f'<dockpose-live name="{name}"></dockpose-live>', order=order)
+        self._html_of[name] = html_of
 
     def put_html(self, name: str, html: str) -> None:
         """Set what is shown at a place, from the next message on."""
@@ -58,10 +63,12 @@ class LivePage(Panel):
                 return
             everything = {"serial": next(self._serials), **self._data, "html": self._html}
             self._handle.content = data_html("page", everything)
-            self._flush()
+            self.parts.server.flush()
 
     def show(self, analysis: Analysis) -> None:
-        """Send what the panels put."""
+        """Send what the panels put, and the HTML of all places."""
+        for name, html_of in self._html_of.items():
+            self._html[name] = html_of(analysis)
         self.send()
 
 

@@ -19,8 +19,6 @@ Notify = Callable[[str, str, Colour, viser.ClientHandle | None], None]
 
 @dataclass
 class _Notice:
-    """The last notification in one browser."""
-
     handle: viser.NotificationHandle
     title: str
     at_s: float

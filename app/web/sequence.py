@@ -24,8 +24,6 @@ class SequenceController:
         self._source: FrameSource | None = None
         self.player: FramePlayer | None = None
         self.follower: FrameFollower | None = None
-        self.on_change: Callable[[str | None], None] = lambda name: None
-        self.on_rest: Callable[[], None] = lambda: None
 
     @property
     def is_playing(self) -> bool:
@@ -68,15 +66,15 @@ class SequenceController:
         self.close()
         with self._lock:
             self._source, self.follower = source, FrameFollower(frames, source.name, self.tell)
-            self.player = FramePlayer(frames, self._stage.show_frame, lambda: self.on_rest(), self._show_error)
-        self.on_change(source.name)
+            self.player = FramePlayer(frames, self._stage.show_frame, self._stage.on_rest, self._show_error)
+        self._stage.on_sequence(source.name)
 
     def play(self, is_playing: bool) -> None:
         """Play or pause."""
         if self.player is not None:
             self.player.play(is_playing)
             if not is_playing:
-                self.on_rest()
+                self._stage.on_rest()
 
     def close(self) -> None:
         """Close the open sequence, if any."""
@@ -86,7 +84,7 @@ class SequenceController:
         if player is not None and source is not None:
             player.close()
             source.discard()
-            self.on_change(None)
+            self._stage.on_sequence(None)
 
     def tell(self, sentence: str) -> None:
         """Report on the source: skipped frames, a stream lost or restored."""
@@ -94,11 +92,11 @@ class SequenceController:
 
     def _try(self, resolving: Callable[[], FrameSource], client: viser.ClientHandle) -> None:
         if not attempt(lambda: self.open(resolving()), self._stage.notify, self._stage.fail, client):
-            self.on_change(self.name)
+            self._stage.on_sequence(self.name)
 
     def _show_error(self, error: Exception) -> None:
         if isinstance(error, ValueError):
             self._stage.notify("The sequence ended", str(error), "red", None)
         else:
             self._stage.fail(error)
-        self.on_rest()
+        self._stage.on_rest()

@@ -1,17 +1,20 @@
-"""What panels are built from: the base class, sliders, buttons for files, and the wiring of what a person does."""
+"""What panels are built from: the base class, sliders, and work in the background with its progress."""
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import viser
 from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.inputs.received import UploadStore
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import CancelledError, Progress
+from dockpose.app.resources import read_toml
 from dockpose.app.state.parameters import Parameter
 from dockpose.app.state.preferences import Memory
 from dockpose.app.state.tank import Tanks
@@ -21,22 +24,23 @@ from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
 
+if TYPE_CHECKING:
+    from dockpose.app.web.live import LivePage
+
 Act = Callable[[viser.ClientHandle], object]
+Take = Callable[[bytes, str, viser.ClientHandle], object]  # of a file its bytes and name
+# Applies a function to the present view, for the browser that asked for it; by ``reload`` the controls follow.
+Change = Callable[..., None]
 IDLE_S = 1.5  # a pause in typing
-_BUSY = "Something is being saved already. Wait for it, or stop it first."
-
-
-class Change(Protocol):
-    """Applies a function to the present view, for the browser that asked for it."""
-
-    def __call__(self, function: Callable[[View], View], client: viser.ClientHandle, *, reload: bool = False) -> None:
-        """``reload``: the controls must follow, since they were not what changed the view."""
+_SAVING = "Something is being saved already. Wait for it, or stop it first."
 
 
 @dataclass(frozen=True)
 class Parts:
     """What the panels work with."""
 
+    server: viser.ViserServer
+    live: "LivePage"
     change: Change
     notify: Notify
     fail: Callable[[Exception], None]  # reports unexpected errors
@@ -51,6 +55,7 @@ class Parts:
     scene: Scene3D
     sessions: SessionFolder
     recordings: Path  # where a live source is recorded
+    closing: ExitStack  # stops whatever runs
 
     def attempt(self, act: Callable[[], object], client: viser.ClientHandle) -> bool:
         """Do what a person asked for; False if it failed, after saying so."""
@@ -60,17 +65,70 @@ class Parts:
 class Panel:
     """A part of the page, with the controls that it builds when it is made; it overrides the methods it needs."""
 
+    table = ""  # that of static/controls.toml with its controls
+
+    def __init__(self, parts: Parts) -> None:
+        self.parts, self.gui, self.change = parts, parts.server.gui, parts.change
+        self.said = read_toml("controls.toml").get(self.table, {})
+        self.analysis: Analysis | None = None
+        self.sliders: dict[str, Slider] = {}
+        self._uploads: list[tuple[viser.GuiFolderHandle, dict[str, Any], Take]] = []
+
     def load(self, view: View) -> None:
         """Set the controls to the values of a view."""
+        for slider in self.sliders.values():
+            slider.load(view)
 
     def show(self, analysis: Analysis) -> None:
-        """Show what was found; called from the worker's thread."""
+        """Show what was found, and keep it; called from the worker's thread."""
+        self.analysis = analysis
 
-    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
-        """Give one browser its upload button."""
+    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+        """Give a browser that came what it has to itself: its buttons for files."""
+        for area, look, take in self._uploads:
+            with area:
+                button = client.gui.add_upload_button(**look, icon=viser.Icon.UPLOAD)
+            uploads.receive(button, lambda data, name, take=take: take(data, name, client))
 
-    def close(self) -> None:
-        """Stop whatever runs."""
+    def add(self, kind: str, name: str, act: Act | None = None, **more: Any) -> Any:
+        """Add a control by its row of the table; ``act`` is done for the browser in which a person uses it."""
+        handle = getattr(self.gui, f"add_{kind}")(**self.said[name], **more)
+        if act is not None:
+            on_person(handle.on_click if hasattr(handle, "on_click") else handle.on_update, act)
+        return handle
+
+    def add_sliders(
+        self, parameters: Mapping[str, Parameter], putters: Mapping[str, Any] = {}, reloading: Collection[str] = ()
+    ) -> None:
+        """Add a slider for each parameter."""
+        for name, one in parameters.items():
+            self.sliders[name] = Slider(self.gui, one, self.change, putters.get(name), reload=name in reloading)
+
+    def add_download(self, name: str, file_name: str, make: Callable[[View], bytes]) -> Any:
+        """Add a button that sends ``make(view)`` to the downloads of the browser in which a person presses it."""
+
+        def send(client: viser.ClientHandle, view: View) -> View:
+            client.send_file_download(file_name, make(view), save_immediately=True)
+            return view
+
+        return self.add("button", name, lambda client: self.change(partial(send, client), client))
+
+    def add_upload(self, area: viser.GuiFolderHandle, name: str, take: Take, mime_type: str = ".yaml,.yml") -> None:
+        """Give each browser a button in ``area`` that hands files to ``take``."""
+        self._uploads.append((area, {"mime_type": mime_type} | self.said[name], take))
+
+    def changing(self, function: Callable[[View], View], *, reload: bool = True) -> Act:
+        """What applies to the view a function that reads the controls itself."""
+        # It runs with the view locked; viser calls back out of order, so only the value at that moment is the newest.
+        return lambda client: self.change(function, client, reload=reload)
+
+    def trying(self, act: Act) -> Act:
+        """What does an act; if that fails, it says so and keeps everything typed."""
+        return lambda client: self.parts.attempt(lambda: act(client), client)
+
+    def changing_by_file(self, function: Callable[[View, bytes, str], View]) -> Take:
+        """What applies a function of a file to the view."""
+        return lambda data, name, client: self.change(lambda view: function(view, data, name), client, reload=True)
 
 
 def on_person(attach: Callable[[Callable[[Any], None]], object], act: Act) -> None:
@@ -83,59 +141,12 @@ def on_person(attach: Callable[[Callable[[Any], None]], object], act: Act) -> No
     attach(called)
 
 
-def on_click(button: Any, act: Act) -> None:
-    """Call ``act`` with the browser in which a person presses this button, or one of this group."""
-    on_person(button.on_click, act)
-
-
-def on_change(handle: Any, change: Change, function: Callable[[View], View], *, reload: bool = False) -> None:
-    """Apply ``function``, which must read the value itself, to the view whenever a person changes this control."""
-    # It runs with the view locked; viser calls back out of order, so only the value at that moment is the newest.
-    on_person(handle.on_update, lambda client: change(function, client, reload=reload))
-
-
-def on_download(button: Any, change: Change, name: str, make: Callable[[View], bytes]) -> None:
-    """Send ``make(view)`` to the downloads of the browser in which a person presses this button."""
-
-    def send(view: View, client: viser.ClientHandle) -> View:
-        client.send_file_download(name, make(view), save_immediately=True)
-        return view
-
-    on_click(button, lambda client: change(lambda view: send(view, client), client))
-
-
-def add_upload_button(
-    area: viser.GuiFolderHandle,
-    client: viser.ClientHandle,
-    uploads: ClientUploads,
-    take: Callable[[bytes, str, viser.ClientHandle], None],
-    label: str,
-    hint: str,
-    *,
-    mime_type: str = ".yaml,.yml",
-    order: float | None = None,
-) -> None:
-    """Give one browser a button in ``area`` that hands a file's bytes and name to ``take``."""
-    with area:
-        button = client.gui.add_upload_button(
-            label, icon=viser.Icon.UPLOAD, mime_type=mime_type, hint=hint, order=order
-        )
-    uploads.receive(button, lambda data, name: take(data, name, client))
-
-
 def offer(dropdown: Any, options: tuple[str, ...], chosen: str) -> None:
     """Set what a drop-down offers and which of it is chosen, where either is another by now."""
     if dropdown.options != options:
         dropdown.options = options
     if dropdown.value != chosen:
         dropdown.value = chosen
-
-
-def loading(
-    change: Change, function: Callable[[View, bytes, str], View]
-) -> Callable[[bytes, str, viser.ClientHandle], None]:
-    """Return what :func:`add_upload_button` takes for a file that changes the view."""
-    return lambda data, name, client: change(lambda view: function(view, data, name), client, reload=True)
 
 
 def return_when_idle(handle: Any, change: Change, client: viser.ClientHandle, load: Callable[[View], object]) -> None:
@@ -169,17 +180,14 @@ class Slider:
             parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
         )
 
-        def changed(view: View, client: viser.ClientHandle) -> View:
+        def changed(client: viser.ClientHandle, view: View) -> View:
             sent = self.handle.value
             new = put(view, sent)
             if not math.isclose(parameter.get(new), sent, rel_tol=1e-9, abs_tol=1e-4):  # it was out of range
                 return_when_idle(self.handle, change, client, self.load)
             return new
 
-        on_person(
-            self.handle.on_update,
-            lambda client: change(lambda view: changed(view, client), client, reload=reload),
-        )
+        on_person(self.handle.on_update, lambda client: change(partial(changed, client), client, reload=reload))
 
     def load(self, view: View, *, with_value: bool = True) -> None:
         """Set the range and, by default, the value; the box shows as many decimals as a step has, at least one."""
@@ -193,24 +201,38 @@ class Slider:
 class BackgroundWork:
     """Runs one piece of work at a time in its own thread, with a progress bar and a button to stop, with its hint."""
 
-    def __init__(self, gui: viser.GuiApi, on_error: Callable[[Exception], None], hint: str) -> None:
-        self._on_error = on_error
+    def __init__(self, parts: Parts, hint: str = "Do not make the file.", busy: str = _SAVING) -> None:
+        self._parts, self._busy, gui = parts, busy, parts.server.gui
         self._bar = gui.add_progress_bar(0, visible=False, animated=True)
         self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint=hint)
         self._stop.on_click(lambda event: self.cancel())
         self._lock = threading.Lock()
         self._running: tuple[threading.Thread, Progress] | None = None
+        parts.closing.callback(self.close)
 
-    def start(self, work: Callable[[Progress], None]) -> bool:
-        """Start; return False if other work is still running."""
+    def start(self, work: Callable[[Progress], None], client: viser.ClientHandle | None = None) -> bool:
+        """Start; return False if other work is still running. ``client`` is told of that, and of a ValueError."""
         with self._lock:
-            if self._running is not None:
-                return False
-            progress = Progress(self._tell)
-            thread = threading.Thread(target=self._run, args=(work, progress), name="dockpose task", daemon=True)
-            self._running = thread, progress
-        thread.start()
-        return True
+            if self._running is None:
+                progress = Progress(self._tell)
+                arguments = work, progress, client
+                thread = threading.Thread(target=self._run, args=arguments, name="dockpose task", daemon=True)
+                self._running = thread, progress
+                thread.start()
+                return True
+        if client is not None:
+            self._parts.notify("Please wait", self._busy, "yellow", client)
+        return False
+
+    def save(self, client: viser.ClientHandle, name: str, make: Callable[[Progress], bytes]) -> None:
+        """Make a file and send it to the browser's downloads under that name."""
+
+        def work(progress: Progress) -> None:
+            content = make(progress)
+            for _ in progress.over(["send"]):  # unless it was asked to stop meanwhile
+                client.send_file_download(name, content, save_immediately=True)
+
+        self.start(work, client)
 
     def cancel(self) -> None:
         """Ask whatever runs to stop at its next step."""
@@ -225,14 +247,17 @@ class BackgroundWork:
         if running is not None and running[0] is not threading.current_thread():
             running[0].join(timeout_s)
 
-    def _run(self, work: Callable[[Progress], None], progress: Progress) -> None:
+    def _run(self, work: Callable[[Progress], None], progress: Progress, client: viser.ClientHandle | None) -> None:
         self._show(True)
         try:
             work(progress)
         except CancelledError:
             pass
         except Exception as error:  # whatever it was, people should read of it on the page
-            self._on_error(error)
+            if isinstance(error, ValueError) and client is not None:
+                tell_refusal(error, self._parts.notify, client)
+            else:
+                self._parts.fail(error)
         finally:
             with self._lock:
                 self._running = None
@@ -245,27 +270,3 @@ class BackgroundWork:
     def _show(self, is_running: bool) -> None:
         self._bar.visible = self._stop.visible = is_running
         self._bar.value = 0
-
-
-class Saver:
-    """Makes files one at a time and sends them to the browser that asked, with progress and a button to stop."""
-
-    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
-        self._notify = parts.notify
-        self._work = BackgroundWork(gui, parts.fail, "Do not make the file.")
-        self.close = self._work.close
-
-    def save(self, client: viser.ClientHandle, name: str, make: Callable[[Progress], bytes]) -> None:
-        """Make a file and send it to the browser's downloads under that name."""
-
-        def work(progress: Progress) -> None:
-            try:
-                content = make(progress)
-            except ValueError as error:
-                tell_refusal(error, self._notify, client)
-                return
-            for _ in progress.over(["send"]):  # unless it was asked to stop meanwhile
-                client.send_file_download(name, content, save_immediately=True)
-
-        if not self._work.start(work):
-            self._notify("Please wait", _BUSY, "yellow", client)

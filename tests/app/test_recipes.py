@@ -73,9 +73,9 @@ def slider(monkeypatch):
 
 
 def test_a_slider_is_on_its_panel_saved_and_undone(slider):
-    gui = MagicMock()
-    SimulatorPanel(gui, MagicMock())
-    assert slider.label in [call.args[0] for call in gui.add_slider.call_args_list]
+    parts = MagicMock()
+    SimulatorPanel(parts)
+    assert slider.label in [call.args[0] for call in parts.server.gui.add_slider.call_args_list]
 
     history, before = History(), with_scene(open_source(None, None, None), DEFAULT_SCENE)
     after = put(before, "blur", 99)

@@ -1,13 +1,14 @@
 """Calibrate on the page: gather boards from what is shown or uploaded, fit the camera, and use it."""
 
+import contextlib
+import itertools
 import re
 import tempfile
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -19,14 +20,11 @@ from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
 from dockpose.app.processing.calibration import Looked, gather
-from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import camera_file
 from dockpose.app.state.in_force import with_own_camera
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, table
-from dockpose.app.web.notifications import tell_refusal
-from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, add_upload_button, on_click, on_download, on_person
+from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
 from dockpose.camera.board import Board, Sighting
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage, coverage_of
@@ -35,7 +33,6 @@ from dockpose.sources import VIDEO_ENDINGS, Video
 
 _BY_HAND = "you dropped it"
 _NONE = "(none)"
-_SAID = read_toml("controls.toml")["calibration"]
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten
 _UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
 SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
@@ -55,57 +52,47 @@ def board_of(squares: str, side_mm: float) -> Board:
 class CalibrationPanel(Panel):
     """A folder in which boards are gathered and the camera is fitted."""
 
-    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
-        self._change, self._notify, self._try = parts.change, parts.notify, parts.attempt
+    table = "calibration"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
         self._lock = threading.RLock()
         self._gathering = Gathering(Board(10, 7, 0.024), distinct=True)
         self._dropped: dict[str, Sighting] = {}
         self._done: Calibration | None = None
-        self._image: np.ndarray | None = None
-        self._count = 0
+        self._count = itertools.count(1)
         self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, parts.fail)
-        self._area = gui.add_folder("Calibrate the camera", expand_by_default=False)
-        with self._area:
-            self._add_controls(gui)
-            self._work = BackgroundWork(gui, parts.fail, "Do not go on with it.")
-
-    def add_upload(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
-        """Give one browser its button for pictures and videos of the board."""
-        add_upload_button(self._area, client, uploads, self._take, **_SAID["add"], mime_type=_UPLOADS)
+        parts.closing.callback(self._worker.close)
+        area = self.gui.add_folder("Calibrate the camera", expand_by_default=False)
+        with area:
+            self._add_controls()
+            busy = "Another piece of work is running; wait, or stop it."
+            self._work = BackgroundWork(parts, "Do not go on with it.", busy)
+        self.add_upload(area, "add", self._take, _UPLOADS)
 
     def show(self, analysis: Analysis) -> None:
         """Keep what is shown, and look for the board in it while watching."""
-        self._image = analysis.view.image
+        self.analysis = analysis
         if self._watch.value and not analysis.view.is_stale:
             self._worker.submit(analysis.view.image)
 
-    def close(self) -> None:
-        """Stop whatever runs."""
-        self._worker.close()
-        self._work.close()
-
-    def _add_controls(self, gui: viser.GuiApi) -> None:
-        self._squares, self._side = gui.add_text(**_SAID["squares"]), gui.add_number(**_SAID["side"])
-        self._medium = gui.add_dropdown(**_SAID["medium"], options=MEDIA)
-        self._watch, now = gui.add_checkbox(**_SAID["watch"]), gui.add_button(**_SAID["now"])
-        self._seen = gui.add_html("", order=4)
+    def _add_controls(self) -> None:
+        self._squares = self.add("text", "squares", self._forget_quietly)
+        self._side = self.add("number", "side", self._forget_quietly)
+        self._medium = self.add("dropdown", "medium", options=MEDIA)
+        self._watch = self.add("checkbox", "watch")
+        self.add("button", "now", self.trying(self._add_shown))
+        self._seen = self.gui.add_html("", order=4)
         blank = np.zeros((1, WIDTH_PX, 3), np.uint8)
-        self._shown = gui.add_image(blank, format="jpeg", visible=False, order=4.1)
-        self._covered = gui.add_html("", order=5)
-        fit = gui.add_button(**_SAID["fit"])
-        self._result, self._table = gui.add_html("", order=8), gui.add_html("", order=9)
-        self._which: Any = gui.add_dropdown(**_SAID["which"], options=(_NONE,))
-        self._drop = gui.add_button(**_SAID["drop"])
-        self._use, self._save = gui.add_button(**_SAID["use"]), gui.add_button(**_SAID["save"])
-        again = gui.add_button(**_SAID["again"])
-        on_click(now, lambda client: self._try(self._add_shown, client))
-        on_click(fit, self._fit)
-        on_click(self._drop, lambda client: self._try(self._drop_or_keep, client))
-        on_click(self._use, lambda client: self._change(self._with_camera, client, reload=True))
-        on_download(self._save, self._change, "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
-        on_click(again, lambda client: self._try(self._clear, client))
-        for handle in (self._squares, self._side):
-            on_person(handle.on_update, lambda client: self._forget_quietly())
+        self._shown = self.gui.add_image(blank, format="jpeg", visible=False, order=4.1)
+        self._covered = self.gui.add_html("", order=5)
+        self.add("button", "fit", lambda client: self._work.start(self._fit, client))
+        self._result, self._table = self.gui.add_html("", order=8), self.gui.add_html("", order=9)
+        self._which = self.add("dropdown", "which", options=(_NONE,))
+        self._drop = self.add("button", "drop", self.trying(self._drop_or_keep))
+        self._use = self.add("button", "use", self.changing(self._with_camera))
+        self._save = self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
+        self.add("button", "again", self.trying(self._clear))
 
     def _board(self) -> Board:
         return board_of(self._squares.value, float(self._side.value))
@@ -117,20 +104,14 @@ class CalibrationPanel(Panel):
             self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
         return self._gathering
 
-    def _add_shown(self) -> None:
-        if self._image is None:
+    def _add_shown(self, client: viser.ClientHandle) -> None:
+        if self.analysis is None:
             raise UserError("There is no picture yet.")
-        self._look(self._image, f"shown {self._next()}", thorough=True)
-
-    def _next(self) -> int:
-        self._count += 1
-        return self._count
+        self._look(self.analysis.view.image, f"shown {next(self._count)}", thorough=True)
 
     def _watch_one(self, image: np.ndarray) -> None:
-        try:
-            self._look(image, f"frame {self._next()}", thorough=False)
-        except ValueError:  # the board is being typed
-            return
+        with contextlib.suppress(ValueError):  # the board is being typed
+            self._look(image, f"frame {next(self._count)}", thorough=False)
 
     def _look(self, image: np.ndarray, name: str, *, thorough: bool) -> None:
         grey = to_levels(to_grey(image))[0]
@@ -160,52 +141,36 @@ class CalibrationPanel(Panel):
         self._which.visible = self._drop.visible = bool(names)
 
     def _take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
-        """Look for the board in a file that a browser sent."""
         if Path(name).suffix.lower() in VIDEO_ENDINGS:
-            self._begin(lambda progress: self._take_video(data, name, client, progress), client)
-            return
-        self._try(lambda: self._look(decode(data, name), name, thorough=True), client)
+            self._work.start(lambda progress: self._take_video(data, name, client), client)
+        else:
+            self.parts.attempt(lambda: self._look(decode(data, name), name, thorough=True), client)
 
-    def _take_video(self, data: bytes, name: str, client: viser.ClientHandle, progress: Progress) -> None:
-        def take() -> None:
-            with tempfile.TemporaryDirectory(prefix="dockpose-") as folder:
-                path = Path(folder) / f"sent{Path(name).suffix.lower()}"
-                path.write_bytes(data)
-                with self._lock:
-                    gathering = self._ready()
-                with Video(str(path), None, grey=True) as video:
-                    looked = gather(video, gathering, self._show_progress, f"{name} ")
-            self._notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
-
-        self._try(take, client)
+    def _take_video(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
+        with tempfile.TemporaryDirectory(prefix="dockpose-") as folder:
+            path = Path(folder) / f"sent{Path(name).suffix.lower()}"
+            path.write_bytes(data)
+            with self._lock:
+                gathering = self._ready()
+            with Video(str(path), None, grey=True) as video:
+                looked = gather(video, gathering, self._show_progress, f"{name} ")
+        self.parts.notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
 
     def _show_progress(self, looked: Looked, covered: Coverage | None) -> None:
         if covered is not None:
             with self._lock:
                 self._show_gathered()
 
-    def _fit(self, client: viser.ClientHandle) -> None:
-        def work(progress: Progress) -> None:
-            try:
-                with self._lock:
-                    gathering = self._ready()
-                    copy = replace(gathering, sightings=list(gathering.sightings), views=dict(gathering.views))
-                done = calibrate_gathered(copy)
-            except ValueError as error:
-                tell_refusal(error, self._notify, client)
-                return
-            self._done = done
-            self._result.content = result_html(list(camera_lines(done, str(self._medium.value), is_on_page=True)))
-            self._table.content = pictures_html(done.views)
-            self._use.visible = self._save.visible = True
+    def _fit(self, progress: Progress) -> None:
+        with self._lock:
+            gathering = self._ready()
+            copy = replace(gathering, sightings=list(gathering.sightings), views=dict(gathering.views))
+        self._done = done = calibrate_gathered(copy)
+        self._result.content = result_html(list(camera_lines(done, str(self._medium.value), is_on_page=True)))
+        self._table.content = pictures_html(done.views)
+        self._use.visible = self._save.visible = True
 
-        self._begin(work, client)
-
-    def _begin(self, work: Callable[[Progress], None], client: viser.ClientHandle) -> None:
-        if not self._work.start(work):
-            self._notify("Please wait", "Another piece of work is running; wait, or stop it.", "yellow", client)
-
-    def _drop_or_keep(self) -> None:
+    def _drop_or_keep(self, client: viser.ClientHandle) -> None:
         with self._lock:
             name, gathering = str(self._which.value), self._gathering
             if name in self._dropped:
@@ -232,16 +197,13 @@ class CalibrationPanel(Panel):
     def _with_camera(self, view: View) -> View:
         return with_own_camera(view, self._camera(), "the calibration")
 
-    def _forget_quietly(self) -> None:
+    def _forget_quietly(self, client: viser.ClientHandle) -> None:
         """Begin anew with another board, as soon as one is typed that can be."""
-        try:
-            self._board()
-        except ValueError:
-            return
-        if self._board() != self._gathering.board:
-            self._clear()
+        with contextlib.suppress(ValueError):
+            if self._board() != self._gathering.board:
+                self._clear(client)
 
-    def _clear(self) -> None:
+    def _clear(self, client: viser.ClientHandle) -> None:
         with self._lock:
             self._gathering, self._dropped, self._done = Gathering(self._board(), distinct=True), {}, None
             for handle in (self._seen, self._covered, self._result, self._table):
@@ -281,10 +243,11 @@ def seen_html(name: str, found: Sighting | None, dropped: str) -> str:
 
 def coverage_html(covered: Coverage) -> str:
     """The parts of the picture that boards reached and how often, tilts, distances, and what to add."""
-    rows = "".join(
-        "<tr>" + "".join(f'<td style="{_CELL}; {_shade(count)}">{count}</td>' for count in cells) + "</tr>"
-        for cells in covered.cells.tolist()
-    )
+    rows = ""
+    for cells in covered.cells.tolist():
+        shades = [f"background: rgba(0,114,178,{min(count, 4) / 8:.2f})" for count in cells]
+        columns = [f'<td style="{_CELL}; {shade}">{count}</td>' for count, shade in zip(cells, shades, strict=True)]
+        rows += f"<tr>{''.join(columns)}</tr>"
     parts = [f"{covered.pictures} {'view' if covered.pictures == 1 else 'views'}"]
     if covered.pictures:
         (left, top), (right, bottom) = covered.tilts_deg.min(axis=0), covered.tilts_deg.max(axis=0)
@@ -295,10 +258,6 @@ def coverage_html(covered: Coverage) -> str:
         f'<div id="calibration-covered" style="{SMALL}"><table style="border-collapse: collapse; margin: 0.3em 0">'
         f"{rows}</table>{escape(', '.join(parts))}. {words}</div>"
     )
-
-
-def _shade(count: int) -> str:
-    return f"background: rgba(0,114,178,{min(count, 4) / 8:.2f})"
 
 
 def pictures_html(views: Sequence[BoardView]) -> str:

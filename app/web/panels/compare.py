@@ -2,6 +2,7 @@
 
 import base64
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import cv2
@@ -14,14 +15,13 @@ from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, s
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.processing.comparison import compare_view, error_words, same_comparison, sweep_levels
-from dockpose.app.resources import read_toml
 from dockpose.app.state.changes import with_method
 from dockpose.app.state.view import View
 from dockpose.app.web.charts import SweepChart
 from dockpose.app.web.html import help_link, small
 from dockpose.app.web.live import data_html
 from dockpose.app.web.panels.view import runs
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, on_click
+from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
@@ -102,70 +102,63 @@ def method_words(found: Estimate, view: View) -> dict[str, Any]:
 class ComparePanel(Panel):
     """The cards of the methods, which static/compare.js draws, and below them the sweep over the level."""
 
-    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
-        self._change = parts.change
-        self._analysis: Analysis | None = None
+    table = "compare"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
         self._compared: View | None = None
         self._swept: View | None = None
         self._state: dict[str, Any] = {}
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        self._task = BackgroundWork(gui, parts.fail, "Stop the work.")
+        gui, self._task = self.gui, BackgroundWork(parts, "Stop the work.")
         gui.add_html(f'<dockpose-compare style="{look}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Every fixed level", expand_by_default=False):
-            sweep = gui.add_button(**read_toml("controls.toml")["compare"]["sweep"])
+            self.add("button", "sweep", lambda client: self._begin(self._do_sweep))
             self._sweep_note = gui.add_html("")
             self._chart = SweepChart(gui)
         gui.add_html(help_link("compare"))
         gui.add_html(help_link("study", "Which method when, by a study of 2,000 scenes; the paper, reproduced"))
-        on_click(sweep, lambda client: self._begin(self._do_sweep))
 
     def show(self, analysis: Analysis) -> None:
-        """Keep what to compare; say which method is in use, and whether the results are of something else by now."""
-        self._analysis = analysis
+        """Say which method is in use, and whether the results are of something else by now."""
+        self.analysis = analysis
         self._tell()
-
-    def close(self) -> None:
-        """Stop whatever runs."""
-        self._task.close()
 
     def compare(self) -> None:
         """Compare the methods on what is shown, unless the results there are of it."""
-        if self._analysis is not None and not self._is_fresh:
+        if self.analysis is not None and not self._is_fresh:
             self._begin(self._do_compare)
 
     def use(self, method: str, client: viser.ClientHandle) -> None:
         """Take a method for the picture."""
-        self._change(lambda view: with_method(view, method), client, reload=True)
+        self.change(lambda view: with_method(view, method), client, reload=True)
 
     @property
     def _is_fresh(self) -> bool:
-        present = None if self._analysis is None else self._analysis.view
+        present = None if self.analysis is None else self.analysis.view
         return self._compared is not None and present is not None and same_comparison(self._compared, present)
 
     def _begin(self, work: Callable[[Analysis, Progress], None]) -> None:
-        analysis = self._analysis
-        if analysis is not None:
-            self._task.start(lambda progress: self._work(work, analysis, progress))
-
-    def _work(self, work: Callable[[Analysis, Progress], None], analysis: Analysis, progress: Progress) -> None:
-        work(analysis, progress)
-        self._tell()
+        if self.analysis is not None:
+            self._task.start(partial(work, self.analysis))
 
     def _tell(self) -> None:
-        in_use = None if self._analysis is None else self._analysis.view.settings.method
-        threshold = None if self._analysis is None else self._analysis.estimate.threshold
+        in_use = None if self.analysis is None else self.analysis.view.settings.method
+        threshold = None if self.analysis is None else self.analysis.estimate.threshold
         steps_in = threshold.method if threshold is not None and threshold.method != in_use else None
         state = {"inUse": in_use, "stepsIn": steps_in, "isOld": self._compared is not None and not self._is_fresh}
         if state != self._state:
             self._state, self._states.content = state, data_html("compare-state", state)
-        is_old = self._swept is not None and self._analysis is not None and self._swept is not self._analysis.view
+        is_old = self._swept is not None and self.analysis is not None and self._swept is not self.analysis.view
         self._sweep_note.content = small(_OLD_SWEEP) if is_old else ""
 
     def _do_compare(self, analysis: Analysis, progress: Progress) -> None:
         numbers = comparison_numbers(compare_view(analysis.view, progress), analysis.view)
         self._cards.content, self._compared = data_html("compare", numbers), analysis.view
+        self._tell()
 
     def _do_sweep(self, analysis: Analysis, progress: Progress) -> None:
         self._swept = analysis.view
         self._chart.show(sweep_levels(analysis.view, analysis.estimate, progress, show=self._chart.grow))
+        self._tell()

@@ -3,20 +3,16 @@
 from html import escape
 from typing import Any
 
-import viser
 from dockpose import Estimate
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.resources import read_toml
 from dockpose.app.state.changes import mask_labels, with_centroid, with_mask, with_method, without_mask, without_masks
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL
-from dockpose.app.web.live import LivePage
-from dockpose.app.web.widgets import Change, Panel, Slider, on_change, on_click
+from dockpose.app.web.widgets import Panel, Parts, Slider
 from dockpose.thresholds import LEVELS, METHODS
 
 NO_MASK = "(no mask)"
-_SAID = read_toml("controls.toml")["detect"]
 _CENTROIDS = {"Weighed by brightness": "grey", "Middle of the pixels kept": "binary"}
 
 
@@ -55,18 +51,29 @@ def detect_html(found: Estimate) -> str:
 class DetectPanel(Panel):
     """Method, level, smallest group, kind of centre, and masks."""
 
-    def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change) -> None:
-        self._live = live
+    table = "detect"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
         self._labels = {METHODS.title(method): method for method in METHODS}
-        self._method = gui.add_dropdown(**_SAID["method"], options=tuple(self._labels))
-        self._level = Slider(gui, DETECTION["level"], change, self._with_fixed_level)
-        self._min_area = Slider(gui, DETECTION["min_area_px"], change)
-        self._centroid = gui.add_dropdown(**_SAID["centroid"], options=tuple(_CENTROIDS))
-        live.place(gui, "detect")
-        with gui.add_folder("Masks: parts not looked at", expand_by_default=False):
-            self._add_masks(gui, change)
-        on_change(self._method, change, self._with_method)
-        on_change(self._centroid, change, self._with_centroid)
+        self._method = self.add(
+            "dropdown", "method", self.changing(self._with_method, reload=False), options=tuple(self._labels)
+        )
+        self._level = Slider(self.gui, DETECTION["level"], self.change, self._with_fixed_level)
+        self._min_area = Slider(self.gui, DETECTION["min_area_px"], self.change)
+        self._centroid = self.add(
+            "dropdown",
+            "centroid",
+            self.changing(lambda view: with_centroid(view, _CENTROIDS.get(self._centroid.value)), reload=False),
+            options=tuple(_CENTROIDS),
+        )
+        parts.live.place("detect", lambda analysis: detect_html(analysis.estimate))
+        with self.gui.add_folder("Masks: parts not looked at", expand_by_default=False):
+            corner, size = self.add("vector2", "corner"), self.add("vector2", "size")
+            self.add("button", "add", self.changing(lambda view: with_mask(view, *corner.value, *size.value)))
+            self._mask = self.add("dropdown", "mask", options=[NO_MASK])
+            self.add("button", "remove", self.changing(lambda view: without_mask(view, self._mask.value)))
+            self.add("button", "clear", self.changing(without_masks))
 
     def load(self, view: View) -> None:
         """Set the controls."""
@@ -81,23 +88,11 @@ class DetectPanel(Panel):
         self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
 
     def show(self, analysis: Analysis) -> None:
-        """Say what was found; let the level's slider follow a level that was found."""
-        found = analysis.estimate
-        self._live.put_html("detect", detect_html(found))
-        if found.threshold is None:
-            return
+        """Let the level's slider follow a level that was found."""
+        threshold = analysis.estimate.threshold
         # A result of before the slider was moved must not move it back.
-        if "fixed" not in (analysis.view.settings.method, self._labels.get(self._method.value)):
-            self._level.handle.value = min(found.threshold.level, LEVELS - 1)
-
-    def _add_masks(self, gui: viser.GuiApi, change: Change) -> None:
-        self._corner, self._size = gui.add_vector2(**_SAID["corner"]), gui.add_vector2(**_SAID["size"])
-        add = gui.add_button(**_SAID["add"])
-        self._mask: viser.GuiDropdownHandle[str] = gui.add_dropdown(**_SAID["mask"], options=[str(NO_MASK)])
-        remove, clear = gui.add_button(**_SAID["remove"]), gui.add_button(**_SAID["clear"])
-        on_click(add, lambda client: change(self._with_mask, client, reload=True))
-        on_click(remove, lambda client: change(self._without_mask, client, reload=True))
-        on_click(clear, lambda client: change(without_masks, client, reload=True))
+        if threshold and "fixed" not in (analysis.view.settings.method, self._labels.get(self._method.value)):
+            self._level.handle.value = min(threshold.level, LEVELS - 1)
 
     def _with_method(self, view: View) -> View:
         """Under "fixed" the level starts where the method before it left it."""
@@ -108,12 +103,3 @@ class DetectPanel(Panel):
         changed = with_method(view, "fixed", value)
         self._method.value = METHODS.title("fixed")
         return changed
-
-    def _with_centroid(self, view: View) -> View:
-        return with_centroid(view, _CENTROIDS.get(self._centroid.value))
-
-    def _with_mask(self, view: View) -> View:
-        return with_mask(view, *self._corner.value, *self._size.value)
-
-    def _without_mask(self, view: View) -> View:
-        return without_mask(view, self._mask.value)

@@ -12,7 +12,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import Panel, Parts, Saver, on_click
+from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
 
 _SAID = read_toml("controls.toml")["export"]
 WHAT, LAYER_WORDS = _SAID["files"], _SAID["layers"]
@@ -26,36 +26,26 @@ _WORDS = "Files go to this browser's downloads and hold the picture and the numb
 class ExportPanel(Panel):
     """A list of files, the layers of the annotated picture, and two buttons."""
 
-    def __init__(self, server: viser.ViserServer, parts: Parts) -> None:
-        self._server, self._notify = server, parts.notify
-        self._analysis: Analysis | None = None
-        gui = server.gui
-        gui.add_html(small(_WORDS))
-        self._what = gui.add_dropdown(**_SAID["what"], options=tuple(WHAT))
-        save = gui.add_button(**_SAID["save"])
-        self._montage = gui.add_checkbox(**_SAID["montage"])
-        save_all = gui.add_button(**_SAID["save_all"])
-        self._saver = Saver(gui, parts)
-        with gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
-            self._layers = {name: gui.add_checkbox(**LAYER_WORDS[name], initial_value=True) for name in LAYERS}
-        on_click(save, self._save)
-        on_click(save_all, self.save_all)
+    table = "export"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
+        self.gui.add_html(small(_WORDS))
+        self._what = self.add("dropdown", "what", options=tuple(WHAT))
+        self.add("button", "save", self._save)
+        self._montage = self.add("checkbox", "montage")
+        self.add("button", "save_all", self.save_all)
+        self._saver = BackgroundWork(parts)
+        with self.gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
+            self._layers = {name: self.gui.add_checkbox(**LAYER_WORDS[name], initial_value=True) for name in LAYERS}
 
     @property
     def layers(self) -> list[str]:
         """The layers to draw on the annotated picture."""
         return [name for name, box in self._layers.items() if box.value]
 
-    def show(self, analysis: Analysis) -> None:
-        """Keep what to save."""
-        self._analysis = analysis
-
-    def close(self) -> None:
-        """Stop whatever runs."""
-        self._saver.close()
-
     def _save(self, client: viser.ClientHandle) -> None:
-        analysis, layers, name = self._analysis, self.layers, WHAT.get(self._what.value)
+        analysis, layers, name = self.analysis, self.layers, WHAT.get(self._what.value)
         if analysis is None or name is None:
             return
 
@@ -69,7 +59,7 @@ class ExportPanel(Panel):
 
     def save_all(self, client: viser.ClientHandle) -> None:
         """Save everything as one ZIP file, in the downloads of this browser."""
-        analysis, layers, with_montage = self._analysis, self.layers, bool(self._montage.value)
+        analysis, layers, with_montage = self.analysis, self.layers, bool(self._montage.value)
         if analysis is None:
             return
 
@@ -82,14 +72,14 @@ class ExportPanel(Panel):
                 files["view_3d.png"] = lambda: seen
             except UserError as error:
                 del files["view_3d.png"]
-                self._notify("The ZIP file lacks a picture", str(error), "yellow", client)
+                self.parts.notify("The ZIP file lacks a picture", str(error), "yellow", client)
             return to_zip(files, progress)
 
         self._saver.save(client, bundle_name(analysis.view.source), make)
 
     def _files(self, analysis: Analysis, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
         files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256, progress=progress)
-        scene = self._server.scene
+        scene = self.parts.server.scene
         return files | {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: scene.as_html().encode()}
 
 

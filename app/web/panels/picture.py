@@ -1,22 +1,17 @@
 """What was found in the picture: the strip along the top, words and a table; and the viewpoint of the 3D scene."""
 
-from collections.abc import Callable
 from html import escape
 
-import viser
 from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES, deviation_words, parts_words, place_words
 from dockpose.app.export.words import advice, status_line
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.resources import read_toml
 from dockpose.app.state.in_force import in_force_words
-from dockpose.app.state.tank import Tanks, tank_words
+from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, table, wide_row
-from dockpose.app.web.live import LivePage
-from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.scene.viewpoints import NAMES
-from dockpose.app.web.widgets import Panel, on_click
+from dockpose.app.web.widgets import Panel, Parts
 
 COLUMNS = (*QUANTITIES, "likely (%)", "error (px)")
 EXPLANATION = (
@@ -57,30 +52,17 @@ def table_html(analysis: Analysis) -> str:
     return table("candidates", COLUMNS, rows, EXPLANATION, sigmas)
 
 
-class HtmlPanel(Panel):
-    """A place for what ``html_of`` makes of each result."""
-
-    def __init__(self, gui: viser.GuiApi, live: LivePage, name: str, html_of: Callable[[Analysis], str]) -> None:
-        self._live, self._name, self._html_of = live, name, html_of
-        live.place(gui, name)
-
-    def show(self, analysis: Analysis) -> None:
-        """Fill it."""
-        self._live.put_html(self._name, self._html_of(analysis))
-
-
 class ViewpointPanel(Panel):
     """One button a viewpoint; each moves only the browser it was pressed in."""
 
-    def __init__(self, gui: viser.GuiApi, scene: Scene3D) -> None:
-        gui.add_html('<dockpose-name-next name="view-buttons"></dockpose-name-next>')
-        buttons = gui.add_button_group(**read_toml("controls.toml")["picture"]["viewpoint"], options=NAMES)
+    table = "picture"
 
-        def look(client: viser.ClientHandle) -> None:
-            if buttons.value in NAMES:
-                scene.look_from(client, buttons.value)
-
-        on_click(buttons, look)
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
+        self.gui.add_html('<dockpose-name-next name="view-buttons"></dockpose-name-next>')
+        buttons = self.add(
+            "button_group", "viewpoint", lambda client: parts.scene.look_from(client, buttons.value), options=NAMES
+        )
 
 
 def place_html(analysis: Analysis) -> str:
@@ -116,22 +98,22 @@ def origin_html(view: View, is_saved: bool, browsers: int) -> str:
 class StripPanel(Panel):
     """The strip; it stays in view whichever tabs are open."""
 
-    def __init__(self, gui: viser.GuiApi, live: LivePage, tanks: Tanks) -> None:
-        self._live, self._tanks = live, tanks
-        live.place(gui, "strip")
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
         self._browsers, self._newest = 1, None
-
-    def show(self, analysis: Analysis) -> None:
-        """Put a result there."""
-        self._newest: Analysis | None = analysis
-        view = analysis.view
-        origin = origin_html(view, self._tanks.is_saved(view.tank), self._browsers)
-        self._live.put_html("strip", f'<div id="strip">{place_html(analysis)}{origin}</div>')
+        parts.live.place("strip", self._html)
 
     def count_browsers(self, browsers: int) -> None:
         """Say how many browsers show the page, where it is more than one."""
-        with self._live.held:
+        live = self.parts.live
+        with live.held:
             before, self._browsers = self._browsers, max(1, browsers)
             if self._newest is not None and before != self._browsers:
-                self.show(self._newest)
-                self._live.send()
+                live.put_html("strip", self._html(self._newest))
+                live.send()
+
+    def _html(self, analysis: Analysis) -> str:
+        self._newest: Analysis | None = analysis
+        view = analysis.view
+        origin = origin_html(view, self.parts.tanks.is_saved(view.tank), self._browsers)
+        return f'<div id="strip">{place_html(analysis)}{origin}</div>'

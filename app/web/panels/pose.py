@@ -1,22 +1,12 @@
 """Both candidates in full, why this one, how others solve it, and how far they are from a measured pose."""
 
 import math
-from collections.abc import Sequence
 from html import escape
 
-import viser
 from dockpose import Estimate
+from dockpose.app.drawing import numbers
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import (
-    MISSING,
-    QUANTITIES,
-    number,
-    percent,
-    pose_cells,
-    pose_sigmas,
-    pose_values,
-    sigma_words,
-)
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
@@ -24,14 +14,12 @@ from dockpose.app.state.changes import MEASURED_LIMITS, with_measured, with_pose
 from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
-from dockpose.app.web.live import LivePage
-from dockpose.app.web.widgets import Change, Panel, on_change, on_click
+from dockpose.app.web.widgets import Panel, Parts, on_person
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
 
 PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
-_SAID = read_toml("controls.toml")
 
 
 def details_html(found: Estimate) -> str:
@@ -99,25 +87,24 @@ def both_errors_html(analysis: Analysis) -> str:
 
 def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
     """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees; a dash where not known."""
-    known_values = known.values if isinstance(known, MeasuredPose) else pose_values(known)
-    pairs = zip(pose_values(pose), known_values, strict=True)
+    known_values = known.values if isinstance(known, MeasuredPose) else numbers.pose_values(known)
+    pairs = zip(numbers.pose_values(pose), known_values, strict=True)
     errors = [None if true is None else found - true for found, true in pairs]
     turns = [None if turn is None else (turn + 180) % 360 - 180 for turn in errors[3:]]
-    return [number(value, signed=True) for value in (*errors[:3], *turns)]
+    return [numbers.number(value, signed=True) for value in (*errors[:3], *turns)]
 
 
 def _described(pose: CirclePose) -> dict[str, str]:
-    """One candidate's numbers by their names with units."""
-    sigmas = map(sigma_words, pose_sigmas(pose))
+    sigmas = map(numbers.sigma_words, numbers.pose_sigmas(pose))
     cells = {
         name: value if sigma == MISSING else f"{value} ± {sigma}"
-        for name, value, sigma in zip(QUANTITIES, pose_cells(pose, 2), sigmas, strict=True)
+        for name, value, sigma in zip(QUANTITIES, numbers.pose_cells(pose, 2), sigmas, strict=True)
     }
     return cells | {
-        "roll (°)": number(None if pose.roll_rad is None else math.degrees(pose.roll_rad)),
+        "roll (°)": numbers.number(None if pose.roll_rad is None else math.degrees(pose.roll_rad)),
         "dock centre (px)": f"{pose.centre_px[0]:.1f}, {pose.centre_px[1]:.1f}",
-        "likely (%)": percent(pose.probability),
-        "reprojection error (px)": number(pose.rms_px, 3),
+        "likely (%)": numbers.percent(pose.probability),
+        "reprojection error (px)": numbers.number(pose.rms_px, 3),
     }
 
 
@@ -135,22 +122,23 @@ def _ellipse_words(found: Estimate) -> str:
 class PosePanel(Panel):
     """Tables, three buttons to overrule the choice, and five numbers of a measured pose."""
 
-    def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change) -> None:
-        self._live = live
-        self._candidates: Sequence[CirclePose] = ()
-        live.place(gui, "pose")
-        use = gui.add_button_group(**_SAID["pose"]["use"], options=(PROGRAM, POSE_A, POSE_B))
-        live.place(gui, "peers")
-        self._compare = gui.add_checkbox(**_SAID["pose"]["compare"])
-        hints = {name: _SAID["measured"]["place" if "cm" in name else "turn"] for name in MEASURED_LIMITS}
-        self._measured = {  # text, for a number's box cannot be blank
-            name: gui.add_text(f"Measured {name}", "", visible=False, hint=hint) for name, hint in hints.items()
-        }
-        live.place(gui, "errors")
-        on_change(self._compare, change, self._with_measured)
-        for box in self._measured.values():
-            on_change(box, change, self._with_measured)
-        on_click(use, lambda client: change(lambda view: with_pose_by_hand(view, self._named(use.value)), client))
+    table = "pose"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
+        parts.live.place("pose", lambda analysis: details_html(analysis.estimate))
+        with_named = self.changing(lambda view: with_pose_by_hand(view, self._named(use.value)), reload=False)
+        use = self.add("button_group", "use", with_named, options=(PROGRAM, POSE_A, POSE_B))
+        parts.live.place("peers", lambda analysis: peers_html(analysis.estimate))
+        with_measured = self.changing(self._with_measured, reload=False)
+        self._compare = self.add("checkbox", "compare", with_measured)
+        hints = read_toml("controls.toml")["measured"]
+        self._measured = {}  # of text, for a number's box cannot be blank
+        for name in MEASURED_LIMITS:
+            hint = hints["place" if "cm" in name else "turn"]
+            self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
+            on_person(self._measured[name].on_update, with_measured)
+        parts.live.place("errors", both_errors_html)
 
     def load(self, view: View) -> None:
         """Set the measured pose."""
@@ -160,17 +148,9 @@ class PosePanel(Panel):
         for box, value in zip(self._measured.values(), values, strict=True):
             box.visible, box.value = measured is not None, number_text(value)
 
-    def show(self, analysis: Analysis) -> None:
-        """Fill the tables."""
-        found = analysis.estimate
-        self._candidates = found.candidates
-        self._live.put_html("pose", details_html(found))
-        self._live.put_html("peers", peers_html(found))
-        self._live.put_html("errors", both_errors_html(analysis))
-
     def _named(self, name: str) -> CirclePose | None:
-        index = POSE_NAMES.index(name) if name in POSE_NAMES else len(self._candidates)
-        return self._candidates[index] if index < len(self._candidates) else None
+        candidates = () if self.analysis is None else self.analysis.estimate.candidates
+        return next((pose for letter, pose in zip(POSE_NAMES, candidates, strict=False) if letter == name), None)
 
     def _with_measured(self, view: View) -> View:
         for box in self._measured.values():

@@ -1,72 +1,73 @@
 """Buttons for what rules the next picture too, the saved tanks, and the error budget of camera and dock."""
 
+from functools import partial
 from html import escape
+from itertools import zip_longest
 
 import viser
 from dockpose import Camera, Dock
 from dockpose.app.export.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.resources import read_toml
 from dockpose.app.state.chips import Chip, chips
 from dockpose.app.state.in_force import with_tank, with_these_as_mine
 from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, small, table
-from dockpose.app.web.widgets import Change, Panel, Parts, offer, on_click, on_person
+from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.widgets import Panel, Parts, offer, on_person
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
 NOT_SAVED = "(not saved)"
 _MOST_CHIPS = 8
-_SAID = read_toml("controls.toml")["tank"]
 
 
 class ChipsPanel(Panel):
     """A button for each chip."""
 
-    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
-        self._change = change
-        self._buttons = [gui.add_button("", visible=False, color="gray") for _ in range(_MOST_CHIPS)]
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
+        self._buttons = [self.gui.add_button("", visible=False, color="gray") for _ in range(_MOST_CHIPS)]
         self._chips: list[Chip] = []
         for index, button in enumerate(self._buttons):
-            on_click(button, lambda client, index=index: self._press(index, client))
+            on_person(button.on_click, partial(self._press, index))
 
     def show(self, analysis: Analysis) -> None:
         """Show the chips."""
         self._chips = chips(analysis.view, analysis.fitting_lights)[:_MOST_CHIPS]
-        for index, button in enumerate(self._buttons):
-            chip = self._chips[index] if index < len(self._chips) else None
+        for button, chip in zip_longest(self._buttons, self._chips):
             if chip is not None:
                 button.label, button.hint = chip.label, chip.hint
             button.visible = chip is not None
 
     def _press(self, index: int, client: viser.ClientHandle) -> None:
         if index < len(self._chips):
-            self._change(self._chips[index].press, client, reload=True)
+            self.change(self._chips[index].press, client, reload=True)
 
 
 class BudgetPanel(Panel):
     """Which errors to expect of the camera and the dock in force, by range and tilt."""
 
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self._view: View | None = None
+    table = "tank"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
         self._shown: tuple[Camera, Dock] | None = None
-        with gui.add_folder("Error budget", expand_by_default=False):
-            button = gui.add_button(**_SAID["budget"])
-            self._table = gui.add_html("")
-        on_click(button, lambda client: self._fill())
+        with self.gui.add_folder("Error budget", expand_by_default=False):
+            self.add("button", "budget", lambda client: self._fill())
+            self._table = self.gui.add_html("")
 
     def show(self, analysis: Analysis) -> None:
-        """Remember the camera and the dock; a table of others is no longer true."""
-        self._view = analysis.view
-        if self._shown is not None and self._shown != (self._view.camera, self._view.dock):
+        """Say that a table of another camera or dock is no longer true."""
+        self.analysis = analysis
+        if self._shown is not None and self._shown != (analysis.view.camera, analysis.view.dock):
             self._shown = None
             self._table.content = small("The camera or the dock has changed: press again.")
 
     def _fill(self) -> None:
-        if self._view is None:
+        if self.analysis is None:
             return
-        self._shown = camera, dock = self._view.camera, self._view.dock
+        self._shown = camera, dock = self.analysis.view.camera, self.analysis.view.dock
         try:
             ranges_m = usual_ranges_m(camera, dock)
             rows = [budget_cells(budget(camera, dock, near, tilt)) for near in ranges_m for tilt in TILTS_DEG]
@@ -82,25 +83,24 @@ class BudgetPanel(Panel):
 class TanksPanel(Panel):
     """Save My tank under a name, bring a saved one back, or take over what is in force."""
 
-    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
-        self._tanks, self._change, self._notify = parts.tanks, parts.change, parts.notify
-        with gui.add_folder("My tank"):
-            self._choice = gui.add_dropdown(**_SAID["choice"], options=(NOT_SAVED, *self._tanks.names()))
-            self._name = gui.add_text(**_SAID["name"])
-            save = gui.add_button(**_SAID["save"])
-            self._back = gui.add_button(**_SAID["back"])
-            self._take = gui.add_button(**_SAID["take"])
-            self._forget = gui.add_button(**_SAID["forget"])
-        on_person(self._choice.on_update, self._choose)
-        on_click(save, lambda client: self._change(self._saved, client, reload=True))
-        on_click(self._back, lambda client: self._change(self._restored, client, reload=True))
-        on_click(self._take, lambda client: self._change(with_these_as_mine, client, reload=True))
-        on_click(self._forget, lambda client: self._change(self._forgotten, client, reload=True))
+    table = "tank"
 
-    def add_upload(self, client: viser.ClientHandle, uploads: object) -> None:
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
+        self._tanks = parts.tanks
+        with self.gui.add_folder("My tank"):
+            self._choice = self.add("dropdown", "choice", self._choose, options=(NOT_SAVED, *self._tanks.names()))
+            self._name = self.add("text", "name")
+            self.add("button", "save", self.changing(self._saved))
+            saved_one = self.changing(lambda view: with_tank(view, self._tanks.get(view.tank.name)))
+            self._back = self.add("button", "back", saved_one)
+            self._take = self.add("button", "take", self.changing(with_these_as_mine))
+            self._forget = self.add("button", "forget", self.changing(self._forgotten))
+
+    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Tell a new browser where the saved tanks cannot be read."""
         if self._tanks.trouble:
-            self._notify("About the saved tanks", self._tanks.trouble, "yellow", client)
+            self.parts.notify("About the saved tanks", self._tanks.trouble, "yellow", client)
 
     def load(self, view: View) -> None:
         """Show which saved tank is My tank, and what can be done with it."""
@@ -124,15 +124,12 @@ class TanksPanel(Panel):
     def _choose(self, client: viser.ClientHandle) -> None:
         name = str(self._choice.value)
         if name != NOT_SAVED:
-            self._change(lambda view: with_tank(view, self._tanks.get(name)), client, reload=True)
+            self.change(lambda view: with_tank(view, self._tanks.get(name)), client, reload=True)
 
     def _saved(self, view: View) -> View:
         tank = self._tanks.save(view.tank, str(self._name.value))
-        self._notify("Saved", tank_words(tank), "green", None)
+        self.parts.notify("Saved", tank_words(tank), "green", None)
         return with_tank(view, tank)
-
-    def _restored(self, view: View) -> View:
-        return with_tank(view, self._tanks.get(view.tank.name))
 
     def _forgotten(self, view: View) -> View:
         self._tanks.forget(view.tank.name)

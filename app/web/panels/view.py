@@ -3,7 +3,6 @@
 import base64
 import itertools
 import math
-from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -16,8 +15,8 @@ from dockpose.app.drawing.numbers import length_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.changes import with_mask, with_method
-from dockpose.app.web.live import Acts, LivePage, WishBox, data_html, wish_to
-from dockpose.app.web.widgets import Change, Panel
+from dockpose.app.web.live import Acts, WishBox, data_html, wish_to
+from dockpose.app.web.widgets import Change, Panel, Parts
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
@@ -44,43 +43,41 @@ _COLOURS = {
 
 
 class PicturePanel(Panel):
-    """The picture with its histogram; ``is_playing`` says whether frames follow each other by themselves."""
+    """The picture with its histogram."""
 
-    def __init__(self, gui: viser.GuiApi, live: LivePage, change: Change, is_playing: Callable[[], bool]) -> None:
-        self._live, self._is_playing = live, is_playing
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
         self._is_exact = False
         self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
-        self._analysis: Analysis | None = None
         show = {wish_to("methods", shown=bool): lambda wish, client: self._show_methods(wish.shown)}
-        wishes = WishBox(gui, "Done in the picture", {**acts_in_picture(change), **show})
+        wishes = WishBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{look}"></dockpose-picture>')
-        gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
-        self._picture, self._methods = gui.add_html(""), gui.add_html("")
+        self.gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{look}"></dockpose-picture>')
+        self.gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
+        self._picture, self._methods = self.gui.add_html(""), self.gui.add_html("")
 
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
-        last, self._analysis = self._analysis, analysis
-        image, is_playing = analysis.view.image, self._is_playing()
+        last, self.analysis = self.analysis, analysis
+        image, is_playing = analysis.view.image, self.parts.sequence.is_playing
         if image is not self._sent or not (self._is_exact or is_playing):
             self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)
             self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))
         if last is None or not _has_same_lights(last.estimate, analysis.estimate):
             self._lights = lights_numbers(analysis.estimate)
         numbers = self._lights | pose_numbers(analysis)
-        self._live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
+        self.parts.live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
         histogram = self._numbers.of(analysis, is_playing=is_playing)
         if histogram is not None and histogram != self._histogram:
             self._histogram = histogram
-            self._live.put(histogram=histogram | {"serial": next(self._serials)})
+            self.parts.live.put(histogram=histogram | {"serial": next(self._serials)})
         if last is not None and _histogram_of(last) != _histogram_of(analysis):
             self._show_methods(False)
 
     def _show_methods(self, are_shown: bool) -> None:
-        """Mark the level of every method, or none."""
-        levels, analysis = None, self._analysis
+        levels, analysis = None, self.analysis
         if are_shown and analysis is not None:
             found = thresholds_by(histogram_in(analysis.view, analysis.estimate), analysis.estimate.settings)
             levels = [(METHODS.short(name), one.level) for name, one in found.items() if one.level < LEVELS]
@@ -187,7 +184,6 @@ def _points(points: Any) -> list[list[float]]:
 
 
 def _histogram_of(analysis: Analysis) -> tuple[Any, ...]:
-    """Return what the level of every method follows from."""
     settings = analysis.estimate.settings
     return id(analysis.view.image), settings.masks, settings.min_area_px
 
@@ -213,8 +209,7 @@ class HistogramNumbers:
             return None
         known = analysis.view.image, settings.masks, settings.min_area_px
         if self._histogram is None or known[0] is not self._known[0] or known[1:] != self._known[1:]:
-            self._known, self._histogram = known, histogram_in(analysis.view, analysis.estimate)
-            self._curve = None
+            self._known, self._histogram, self._curve = known, histogram_in(analysis.view, analysis.estimate), None
         if (threshold.groups_at_level >= 0).any():
             self._curve = threshold
         elif self._curve is None and not is_playing:

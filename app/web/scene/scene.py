@@ -2,7 +2,6 @@
 
 import math
 import time
-from dataclasses import dataclass
 
 import cv2
 import msgspec
@@ -12,7 +11,7 @@ from dockpose import Camera, Dock, Estimate
 from dockpose.app.drawing.colours import MEASURED_COLOUR, PATH_COLOUR, POSE_COLOURS, POSE_NAMES, TRUTH_COLOUR, rgb
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.view import View
-from dockpose.app.web.scene.surroundings import KnownDock, Label, PortDisc, labels, port_radius_m
+from dockpose.app.web.scene.surroundings import KnownDock, Label, PortDisc, add_lines, circle, labels, port_radius_m
 from dockpose.app.web.scene.viewpoints import Extent, Viewpoints
 from dockpose.estimate.canvas import to_bgr8
 from dockpose.pose.known import KnownPose
@@ -33,10 +32,7 @@ _CELLS_M = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 def ring_segments(*, dashed: bool) -> np.ndarray:
     """Segments (N, 2, 3) of a circle of radius 1 in the dock's plane, solid or dashed."""
-    angles = np.linspace(0, 2 * np.pi, 97)
-    points = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
-    pieces = np.stack([points[:-1], points[1:]], axis=1)
-    return pieces[np.arange(96) % 4 < 2] if dashed else pieces
+    return circle(96)[np.arange(96) % 4 < (2 if dashed else 4)]
 
 
 def lights_on_ring(dock: Dock, roll_rad: float | None) -> np.ndarray:
@@ -70,14 +66,6 @@ def rays_to_lights(found: Estimate) -> np.ndarray:
     return np.stack([starts, ends], axis=1)
 
 
-def path_segments(analysis: Analysis) -> np.ndarray:
-    """Segments (N, 2, 3) in metres of the dock's path over the frames of a sequence."""
-    if analysis.tracked_frame is None:
-        return np.zeros((0, 2, 3))
-    path = analysis.tracked_frame.trajectory.path_m(_PATH_POINTS)
-    return np.stack([path[:-1], path[1:]], axis=1)
-
-
 def docks_of(found: Estimate, *known: KnownPose | None) -> Extent | None:
     """The box around all docks, estimated and known; None where there is none."""
     positions = [np.asarray(pose.position_m) for pose in (*filter(None, known), *found.candidates)]
@@ -100,14 +88,34 @@ def grid_cell_m(extent: Extent) -> float:
     return next((cell for cell in _CELLS_M if cell >= extent.depth_m / 15), _CELLS_M[-1])
 
 
-@dataclass(frozen=True)
-class _PoseNodes:
-    """The scene's nodes of one pose."""
+class EstimatedDock:
+    """Draws one candidate, solid where it is the chosen one, with its lights and its normal."""
 
-    frame: viser.FrameHandle
-    ring: viser.LineSegmentsHandle
-    lights: viser.PointCloudHandle
-    normal: viser.ArrowsHandle
+    def __init__(self, scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> None:
+        path = f"/pose_{name.lower()}"
+        self.frame = scene.add_frame(path, show_axes=False, visible=False)
+        self._ring = add_lines(scene, f"{path}/ring", ring_segments(dashed=False), colour, 3.0)
+        self._lights = scene.add_point_cloud(f"{path}/lights", np.zeros((1, 3)), colour, point_shape="circle")
+        ends = np.array([[[0, 0, 0], [0, 0, -NORMAL_LENGTH]]])
+        self._normal = scene.add_arrows(f"{path}/normal", ends, colour, head_length=0.2)
+
+    def show(self, index: int, found: Estimate) -> None:
+        """Draw the candidate of that index, if there is one."""
+        self.frame.visible = index < len(found.candidates)
+        if not self.frame.visible:
+            return
+        pose = found.candidates[index]
+        is_chosen = pose is found.selected
+        self.frame.position = pose.T_camera_dock[:3, 3]
+        self.frame.wxyz = transforms.SO3.from_matrix(pose.T_camera_dock[:3, :3]).wxyz
+        self._ring.points = ring_segments(dashed=not is_chosen)
+        self._ring.thickness = 3.0 if is_chosen else 2.0
+        dock = found.dock if found.dock.lights else msgspec.structs.replace(found.dock, lights=found.lights_on_ring)
+        self._lights.points = lights_on_ring(dock, pose.roll_rad)
+        self._lights.point_size = 0.08 if is_chosen else 0.06
+        self._normal.shaft_radius, self._normal.head_radius = (0.03, 0.09) if is_chosen else (0.015, 0.06)
+        for node in (self._ring, self._lights, self._normal):
+            node.scale = found.dock.radius
 
 
 class Scene3D:
@@ -123,7 +131,7 @@ class Scene3D:
         self.look_from = self._viewpoints.look_from
         scene = server.scene
         scene.set_up_direction("-y")
-        scene.set_global_visibility(False)  # to begin with: see open_to
+        scene.set_global_visibility(False)  # until a browser has the rest of its page
         scene.configure_default_lights(cast_shadow=False)  # shadows would take half the drawing time
         scene.configure_environment_map(None)  # nothing reflects it, and software takes seconds
         self._grid = scene.add_grid(
@@ -131,29 +139,17 @@ class Scene3D:
         )
         self._grid_label = scene.add_label("/grid/label", "", anchor="top-left")
         no_lines = np.zeros((1, 2, 3))
-        self._axes = scene.add_line_segments(
-            "/camera/axes",
-            np.stack([np.zeros((3, 3)), np.eye(3)], axis=1),
-            np.repeat(_AXIS_COLOURS[:, None], 2, axis=1),
-            thickness=2.5,
-            thickness_units="screen",
-        )
-        self._edges = scene.add_line_segments("/camera/edges", no_lines, _GREY, thickness=1.5, thickness_units="screen")
-        self._rays = scene.add_line_segments("/rays", no_lines, _GREY, thickness=0.8, thickness_units="screen")
-        self._path = scene.add_line_segments(
-            "/path", no_lines, rgb(PATH_COLOUR), thickness=2.0, thickness_units="screen"
-        )
+        axes = np.stack([np.zeros((3, 3)), np.eye(3)], axis=1)
+        self._axes = add_lines(scene, "/camera/axes", axes, np.repeat(_AXIS_COLOURS[:, None], 2, axis=1), 2.5)
+        self._edges = add_lines(scene, "/camera/edges", no_lines, _GREY, 1.5)
+        self._rays = add_lines(scene, "/rays", no_lines, _GREY, 0.8)
+        self._path = add_lines(scene, "/path", no_lines, rgb(PATH_COLOUR), 2.0)
         self._image: viser.ImageHandle | None = None
         self._truth = KnownDock(scene, "truth", rgb(TRUTH_COLOUR))
         self._measured = KnownDock(scene, "measured", rgb(MEASURED_COLOUR))
         self._port = PortDisc(scene)
         self._labels: dict[str, viser.LabelHandle] = {}
-        self._poses = [self._pose_nodes(*pose) for pose in zip(POSE_NAMES, map(rgb, POSE_COLOURS), strict=True)]
-
-    @staticmethod
-    def open_to(client: viser.ClientHandle) -> None:
-        """Let a new browser draw the scene: only now, since all else on its page would wait for the first drawing."""
-        client.scene.set_global_visibility(True)
+        self._poses = [EstimatedDock(scene, *pose) for pose in zip(POSE_NAMES, map(rgb, POSE_COLOURS), strict=True)]
 
     def show(self, analysis: Analysis) -> None:
         """Draw what was found; called from the worker's thread."""
@@ -166,12 +162,14 @@ class Scene3D:
             self._show_grid(max(float(self.extent.high[1]) + 0.15 * self.extent.depth_m, 1.05 * plane_bottom))
             self._rays.visible = found.selected is not None
             self._rays.points = rays_to_lights(found)
-            for index, nodes in enumerate(self._poses):
-                self._show_pose(nodes, index, found)
+            for index, dock in enumerate(self._poses):
+                dock.show(index, found)
             self._port.show(found.camera, self.extent.depth_m)
             port_radius = port_radius_m(found.camera, self.extent.depth_m)
             self._show_labels(labels(found, view, self.extent.depth_m, port_radius))
-            self._path.points = path_segments(analysis)
+            tracked = analysis.tracked_frame
+            path = np.zeros((1, 3)) if tracked is None else tracked.trajectory.path_m(_PATH_POINTS)
+            self._path.points = np.stack([path[:-1], path[1:]], axis=1)
             self._truth.show(view.truth, found.dock.radius)
             self._measured.show(view.measured_pose, found.dock.radius)
         self._pictured = view.image
@@ -179,38 +177,6 @@ class Scene3D:
         looked_at = view.list_name if view.list_name == "sequence" else view.source
         is_other, self._looked_at = self._looked_at != looked_at, looked_at
         self._viewpoints.show(self.extent, docks, found.camera, is_other=is_other)
-
-    def _pose_nodes(self, name: str, colour: tuple[int, int, int]) -> _PoseNodes:
-        scene, path = self._server.scene, f"/pose_{name.lower()}"
-        return _PoseNodes(
-            frame=scene.add_frame(path, show_axes=False, visible=False),
-            ring=scene.add_line_segments(
-                f"{path}/ring", ring_segments(dashed=False), colour, thickness=3.0, thickness_units="screen"
-            ),
-            lights=scene.add_point_cloud(f"{path}/lights", np.zeros((1, 3)), colour, point_shape="circle"),
-            normal=scene.add_arrows(f"{path}/normal", np.array([[[0, 0, 0], [0, 0, -NORMAL_LENGTH]]]), colour),
-        )
-
-    def _show_pose(self, nodes: _PoseNodes, index: int, found: Estimate) -> None:
-        nodes.frame.visible = index < len(found.candidates)
-        if not nodes.frame.visible:
-            return
-        pose, radius = found.candidates[index], found.dock.radius
-        is_chosen = pose is found.selected
-        transform = pose.T_camera_dock
-        nodes.frame.position = transform[:3, 3]
-        nodes.frame.wxyz = transforms.SO3.from_matrix(transform[:3, :3]).wxyz
-        nodes.ring.points = ring_segments(dashed=not is_chosen)
-        nodes.ring.thickness = 3.0 if is_chosen else 2.0
-        nodes.ring.scale = radius
-        dock = found.dock if found.dock.lights else msgspec.structs.replace(found.dock, lights=found.lights_on_ring)
-        nodes.lights.points = lights_on_ring(dock, pose.roll_rad)
-        nodes.lights.point_size = 0.08 if is_chosen else 0.06
-        nodes.lights.scale = radius
-        nodes.normal.scale = radius
-        nodes.normal.shaft_radius = 0.03 if is_chosen else 0.015
-        nodes.normal.head_radius = 0.09 if is_chosen else 0.06
-        nodes.normal.head_length = 0.2
 
     def _show_labels(self, placed: dict[str, Label]) -> None:
         for name, label in placed.items():
@@ -233,13 +199,10 @@ class Scene3D:
         self._image.visible = True
         self._image.render_width, self._image.render_height = width, height
         self._image.position = middle
-        corners = (
-            np.array(middle)
-            + np.array([[-width, -height, 0], [width, -height, 0], [width, height, 0], [-width, height, 0]]) / 2
-        )
-        edges = [(np.zeros(3), corner) for corner in corners]
-        edges += [(corners[i], corners[(i + 1) % 4]) for i in range(4)]
-        self._edges.points = np.array(edges)
+        signs = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+        corners = middle + signs * [width / 2, height / 2, 0]
+        towards = np.concatenate([np.zeros((4, 3)), corners])
+        self._edges.points = np.stack([towards, np.concatenate([corners, np.roll(corners, -1, axis=0)])], axis=1)
         self._axes.scale = plane_z / 3
         return middle[1] + height / 2
 

@@ -2,14 +2,13 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import viser
 from dockpose import Camera, Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.state.view import View
-from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 from viser import transforms
 
@@ -23,13 +22,22 @@ _CAMERA_AT = np.array([0.0, -0.08, -0.06])  # above and behind the camera, of th
 _PORT_AT = np.array([0.0, 0.09, -0.03])  # beside and below it
 
 
+def circle(corners: int) -> np.ndarray:
+    """Segments (N, 2, 3) of a circle of radius 1 in the dock's plane."""
+    angles = np.linspace(0, 2 * np.pi, corners + 1)
+    points = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
 def cross_and_ring() -> np.ndarray:
     """Segments (N, 2, 3) of a dotted circle of radius 1, two diameters and a normal: unlike any estimated dock."""
-    angles = np.linspace(0, 2 * np.pi, 121)
-    points = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
-    ring = np.stack([points[:-1], points[1:]], axis=1)[::3]
     across = np.array([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 0], [0, 1, 0]], [[0, 0, 0], [0, 0, -1]]])
-    return np.concatenate([ring, across])
+    return np.concatenate([circle(120)[::3], across])
+
+
+def add_lines(scene: viser.SceneApi, path: str, lines: np.ndarray, colour: Any, wide: float) -> Any:
+    """Add segments (N, 2, 3) of a width in the screen's pixels."""
+    return scene.add_line_segments(path, lines, colour, thickness=wide, thickness_units="screen")
 
 
 class KnownDock:
@@ -38,9 +46,7 @@ class KnownDock:
     def __init__(self, scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> None:
         path = f"/known_{name}"
         self._frame = scene.add_frame(path, show_axes=False, visible=False)
-        self._lines = scene.add_line_segments(
-            f"{path}/lines", cross_and_ring(), colour, thickness=1.8, thickness_units="screen"
-        )
+        self._lines = add_lines(scene, f"{path}/lines", cross_and_ring(), colour, 1.8)
 
     def show(self, known: KnownPose | None, radius_m: float) -> None:
         """Draw the pose with the dock's radius."""
@@ -65,19 +71,13 @@ class PortDisc:
     """Draws the port, if the camera has one: its glass, and the rim of either face."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
-        angles = np.linspace(0, 2 * np.pi, _CORNERS + 1)
-        rim = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
-        numbers = np.arange(_CORNERS)
-        faces = np.column_stack([np.full(_CORNERS, _CORNERS + 1), numbers, numbers + 1])
+        edges = circle(_CORNERS)
+        corners = np.vstack([edges.reshape(-1, 3), np.zeros(3)])
+        numbers = np.arange(0, 2 * _CORNERS, 2)
+        faces = np.column_stack([np.full(_CORNERS, 2 * _CORNERS), numbers, numbers + 1])
         self._frame = scene.add_frame("/port", show_axes=False, visible=False)
-        self._glass = scene.add_mesh_simple(
-            "/port/glass", np.vstack([rim, np.zeros(3)]), faces, color=_COLOUR, opacity=0.35, side="double"
-        )
-        edges = np.stack([rim[:-1], rim[1:]], axis=1)
-        self._rims = [
-            scene.add_line_segments(f"/port/{face}", edges, _COLOUR, thickness=1.5, thickness_units="screen")
-            for face in ("inner", "outer")
-        ]
+        self._glass = scene.add_mesh_simple("/port/glass", corners, faces, color=_COLOUR, opacity=0.35, side="double")
+        self._rims = [add_lines(scene, f"/port/{face}", edges, _COLOUR, 1.5) for face in ("inner", "outer")]
         for node in (self._glass, *self._rims):
             node.scale = _LEAST  # a browser may show it before it hears of its size
 
@@ -102,11 +102,6 @@ class Label:
     anchor: Anchor
 
 
-def pose_label(name: str, pose: CirclePose) -> str:
-    """Label of a pose: its letter, and how likely it is."""
-    return name if pose.probability is None else f"{name} {100 * pose.probability:.0f} %"
-
-
 def labels(found: Estimate, view: View, depth_m: float, port_radius_m: float | None) -> dict[str, Label]:
     """Return the labels by name; those of docks, which lie nearly in one place, have a side each to themselves."""
     radius, axes = found.dock.radius, AXES_TO * depth_m * np.eye(3)
@@ -118,7 +113,7 @@ def labels(found: Estimate, view: View, depth_m: float, port_radius_m: float | N
     upper = int(np.argmin(heights)) if heights else 0
     for index, pose in enumerate(found.candidates):
         side, anchor = (-radius, "bottom-center") if index == upper else (radius, "top-center")
-        text = pose_label(POSE_NAMES[index], pose)
+        text = POSE_NAMES[index] + ("" if pose.probability is None else f" {100 * pose.probability:.0f} %")
         placed[POSE_NAMES[index]] = Label(text, np.asarray(pose.position_m) + (0.0, side, 0.0), anchor)
     if view.truth is not None:
         placed["truth"] = Label("truth", np.asarray(view.truth.position_m) + (radius, 0.0, 0.0), "center-left")

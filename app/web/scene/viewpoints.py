@@ -1,5 +1,6 @@
 """Viewpoints from which the camera and all docks are visible, and which of them each browser is at."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import viser
 from dockpose import Camera
+from numpy.typing import ArrayLike
 
 OVERVIEW, FROM_CAMERA, FROM_ABOVE, FROM_SIDE, CLOSE_UP = "Fit", "Camera", "Above", "Side", "Dock close-up"
 NAMES = (OVERVIEW, FROM_CAMERA, FROM_ABOVE, FROM_SIDE, CLOSE_UP)
@@ -40,8 +42,7 @@ class Extent:
 
     def corners(self) -> np.ndarray:
         """Its corners (8, 3)."""
-        sides = np.array([self.low, self.high])
-        return np.array([[sides[i, 0], sides[j, 1], sides[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+        return np.array(list(itertools.product(*zip(self.low, self.high, strict=True))))
 
 
 @dataclass(frozen=True)
@@ -61,18 +62,19 @@ def viewpoint(name: str, extent: Extent, camera: Camera, aspect: float | None) -
         fov = 2 * math.atan(max(math.tan(high / 2), math.tan(wide / 2) / aspect))
         return Viewpoint(np.zeros(3), np.array([0, 0, extent.depth_m]), fov)
     middle = (extent.low + extent.high) / 2
-    direction = np.array(_DIRECTIONS[name])
-    direction = direction / np.linalg.norm(direction)
+    direction = _unit(_DIRECTIONS[name])
     return Viewpoint(middle + _distance(extent.corners() - middle, direction, aspect) * direction, middle, _FOV_RAD)
 
 
 def shows(place: Viewpoint, extent: Extent, aspect: float) -> bool:
     """Whether the whole extent is in view."""
-    ahead = place.look_at - place.position
-    ahead = ahead / np.linalg.norm(ahead)
-    towards, right, up = _parts(extent.corners() - place.position, ahead)
+    towards, right, up = _parts(extent.corners() - place.position, _unit(place.look_at - place.position))
     half_up = math.tan(place.fov_rad / 2) * towards
     return bool((towards > 0).all() and (np.abs(right) <= half_up * aspect).all() and (np.abs(up) <= half_up).all())
+
+
+def _unit(vector: ArrayLike) -> np.ndarray:
+    return np.asarray(vector) / np.linalg.norm(vector)
 
 
 def _distance(corners: np.ndarray, direction: np.ndarray, aspect: float) -> float:
@@ -85,8 +87,7 @@ def _distance(corners: np.ndarray, direction: np.ndarray, aspect: float) -> floa
 
 def _parts(points: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Parts of points (N, 3) along a direction of length 1, across it and upwards."""
-    right = np.cross(direction, [0, -1.0, 0])
-    right = right / np.linalg.norm(right)
+    right = _unit(np.cross(direction, [0, -1.0, 0]))
     return points @ direction, points @ right, points @ np.cross(right, direction)
 
 
@@ -154,10 +155,8 @@ class Viewpoints:
     def _was_turned(self, client: viser.ClientHandle, placed: _Placed) -> bool:
         """Whether somebody turned, shifted or zoomed the scene since the browser was moved to a viewpoint."""
         place, camera = placed.viewpoint, client.camera
-        moved = max(
-            np.linalg.norm(camera.position - place.position), float(np.linalg.norm(camera.look_at - place.look_at))
-        )
-        return bool(moved > _MOVED * np.linalg.norm(place.look_at - place.position))
+        moved = camera.position - place.position, camera.look_at - place.look_at
+        return bool(np.linalg.norm(moved, axis=1).max() > _MOVED * np.linalg.norm(place.look_at - place.position))
 
     def _is_due(self, client: viser.ClientHandle, placed: _Placed) -> bool:
         """Whether a viewpoint of ours no longer shows what it should, or shows it much too small."""

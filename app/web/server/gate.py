@@ -4,7 +4,8 @@ import asyncio
 import secrets
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import viser
@@ -25,7 +26,8 @@ class Gate:
         self.journal = journal
         self.probe, self.is_reached = secrets.token_bytes(32), threading.Event()
         self._server: viser.ViserServer | None = None
-        self._openings = _Bucket(_OPENED_HZ, _OPENED_AT_ONCE)
+        self._control = partial(self._find, viser_private.control)
+        self.openings = _Bucket(_OPENED_HZ, _OPENED_AT_ONCE)  # each page is sent all that there is to see
 
     def serve(self, server: viser.ViserServer) -> None:
         """Let messages through to this server; before that, none pass."""
@@ -37,15 +39,11 @@ class Gate:
         inbox = _Inbox(self, connection, only_views=only_views)
         connection.recv = inbox.receive
 
-    async def wait_to_open(self) -> None:
-        """Wait where pages are opened too fast, for each is sent all that there is to see."""
-        await self._openings.pay(1)
-
     def check(self, raw: bytes | str, *, only_views: bool = False) -> Any:
         """Return the message; raises RefusedError where viser must not see it."""
         if self._server is None:
             raise RefusedError("the page is not ready yet")
-        return check_message(raw, self._control, self._form, only_views=only_views)
+        return check_message(raw, self._control, partial(self._find, viser_private.container), only_views=only_views)
 
     def send_back(self, connection: Any, refusal: RefusedError) -> None:
         """Show a browser the value in force in place of one that was not taken, and say why."""
@@ -57,24 +55,14 @@ class Gate:
         client = None if client_id is None else self._server.get_clients().get(client_id)
         if handle is None or client is None or not viser_private.send_value(self._server, client.client_id, handle):
             return
-        label = viser_private.property_of(handle, "label")
-        client.add_notification("Not taken", f"{label}: {refusal.reason}.", color="yellow")
+        client.add_notification("Not taken", f"{handle.label}: {refusal.reason}.", color="yellow")
 
-    def _guis(self) -> Iterator[viser.GuiApi]:
-        """The controls of all browsers, and then those of cards that one browser alone is shown."""
-        if self._server is not None:
-            yield self._server.gui
-            yield from (client.gui for client in self._server.get_clients().values())
-
-    def _control(self, uuid: str) -> Any:
-        return _first(viser_private.control(gui, uuid) for gui in self._guis())
-
-    def _form(self, uuid: str) -> Any:
-        return _first(viser_private.container(gui, uuid) for gui in self._guis())
-
-
-def _first(found: Iterator[Any]) -> Any:
-    return next((one for one in found if one is not None), None)
+    def _find(self, find: Callable[[viser.GuiApi, str], Any], uuid: str) -> Any:
+        """Find a control among those of all browsers, and then among those of cards that one browser alone is shown."""
+        if self._server is None:
+            return None
+        guis = (self._server.gui, *(client.gui for client in self._server.get_clients().values()))
+        return next((found for gui in guis if (found := find(gui, uuid)) is not None), None)
 
 
 class _Bucket:
@@ -94,8 +82,6 @@ class _Bucket:
 
 
 class _Inbox:
-    """What one browser sends."""
-
     def __init__(self, gate: Gate, connection: Any, *, only_views: bool) -> None:
         self._gate, self._connection, self._only_views = gate, connection, only_views
         self._receive = connection.recv
@@ -124,16 +110,18 @@ class _Inbox:
             if refusal.control is not None:
                 self._plan(refusal.control, refusal)
             return False
-        if isinstance(message, GuiUpdateMessage) and (planned := self._to_send_back.pop(message.uuid, None)):
-            planned.cancel()
+        if isinstance(message, GuiUpdateMessage):
+            self._cancel(message.uuid)
         return True
 
     def _plan(self, control: str, refusal: RefusedError) -> None:
-        if planned := self._to_send_back.pop(control, None):
-            planned.cancel()
-
         def send() -> None:
-            self._to_send_back.pop(control, None)
+            self._cancel(control)
             self._gate.send_back(self._connection, refusal)
 
+        self._cancel(control)
         self._to_send_back[control] = asyncio.get_running_loop().call_later(_SEND_BACK_S, send)
+
+    def _cancel(self, control: str) -> None:
+        if planned := self._to_send_back.pop(control, None):
+            planned.cancel()

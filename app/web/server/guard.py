@@ -1,5 +1,6 @@
 """Access control, which viser lacks: only requests of the page itself pass, from a browser that has shown the token."""
 
+import contextlib
 import hmac
 import ipaddress
 import secrets
@@ -98,7 +99,9 @@ class Guard:
 
     def _knows(self, host: str) -> bool:
         name = (_split(f"//{host}").hostname or "").lower()
-        return name in self._names or (self._takes_addresses and _is_address(name))
+        with contextlib.suppress(ValueError):
+            return name in self._names or (self._takes_addresses and bool(ipaddress.ip_address(name)))
+        return False
 
 
 def cookie_name(host: str) -> str:
@@ -115,7 +118,6 @@ def look_of(headers: Headers) -> set[str]:
 
 
 def _cookies(headers: Headers, name: str) -> list[str]:
-    """The values of all cookies of that name."""
     parts = [part.strip().partition("=") for header in headers.get_all("Cookie") for part in header.split(";")]
     return [value for one, _, value in parts if one == name]
 
@@ -137,7 +139,7 @@ def guarded(guard: Guard, gate: Gate, pages: Mapping[str, Page]) -> AbstractCont
                     gate.journal.note(client_of(connection), "refused a page: too many are open")
                     return _response(503, "Service Unavailable", Page("text/plain", b"Too many pages are open.\n"))
                 sockets.admit(connection)
-                await gate.wait_to_open()
+                await gate.openings.pay(1)
             return answer
 
         SOCKETS_LOG.filters = [OneLine(gate.journal)]
@@ -166,14 +168,14 @@ def _answer(
     if response is None:
         reason = str(reason)
         response = _response(403, "Forbidden", Page("text/plain; charset=utf-8", reason.encode()))
-        gate.journal.note(client_of(connection), f"refused a request: {_why(reason, headers)}")
-    for name, value in _HEADERS.items():
-        response.headers[name] = value
+        # Nothing else of the request, for it may hold a token.
+        named = [f"{name} {value[:80]!r}" for name in ("Host", "Origin") for value in headers.get_all(name)]
+        gate.journal.note(client_of(connection), f"refused a request: {reason} {', '.join(named)}")
+    response.headers.update(_HEADERS)
     return response
 
 
 def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Request, otherwise: Any) -> Response:
-    """One of our pages, or else viser's."""
     otherwise_page = otherwise(connection, request)  # called in any case, for it also silences the library's log
     path = request.path.partition("?")[0]
     if path == LOOK_PATH:
@@ -184,12 +186,6 @@ def _page(guard: Guard, pages: Mapping[str, Page], connection: Any, request: Req
     response = otherwise_page if page is None else _response(200, "OK", page)
     response.headers["Set-Cookie"] = guard.cookie(request.headers, request.path)
     return response
-
-
-def _why(reason: str, headers: Headers) -> str:
-    """The reason for the journal, with the names that were asked for or from; without anything that holds a token."""
-    named = [f"{name} {value[:80]!r}" for name in ("Host", "Origin") for value in headers.get_all(name)]
-    return f"{reason} {', '.join(named)}"
 
 
 def _response(status: int, phrase: str, page: Page) -> Response:
@@ -203,14 +199,6 @@ def _split(address: str) -> SplitResult:
         return urlsplit(address)
     except ValueError:
         return SplitResult("", "", "", "", "")
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True
 
 
 def _same(one: str, other: str) -> bool:

@@ -66,15 +66,14 @@ def client_of(connection: Any) -> str:
 def log_failure(future: Future[Any]) -> None:
     """Write one line where a job in a pool of threads failed."""
     if not future.cancelled() and (error := future.exception()) is not None:
-        LOG.error("%s: %s", type(error).__name__, one_line(str(error), _LONGEST), exc_info=_at_debug(error))
+        _log(error, "")
 
 
 def log_unhandled(loop: Any, context: Mapping[str, Any]) -> None:
     """Write one line about what nobody caught on the event loop; takes the place of asyncio's tracebacks."""
-    error = context.get("exception")
-    what = f"{type(error).__name__}: {error}" if error is not None else str(context.get("message"))
-    LOG.error("%s", one_line(what, _LONGEST), exc_info=_at_debug(error))
+    _log(context.get("exception"), str(context.get("message")))
 
 
-def _at_debug(error: BaseException | None) -> BaseException | None:
-    return error if LOG.isEnabledFor(logging.DEBUG) else None
+def _log(error: BaseException | None, message: str) -> None:
+    what = message if error is None else f"{type(error).__name__}: {error}"
+    LOG.error("%s", one_line(what, _LONGEST), exc_info=error if LOG.isEnabledFor(logging.DEBUG) else None)

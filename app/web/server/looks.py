@@ -21,12 +21,8 @@ class Looks:
         self, server: viser.ViserServer, guard: Guard, paint: Callable[[viser.ClientHandle, bool], None]
     ) -> None:
         self._server, self._guard, self._paint = server, guard, paint
-        self._slow: set[int] = set()
+        self.slow: set[int] = set()  # who steers and has no graphics card; those that only view hold nobody up
         guard.on_look = self._on_look
-
-    def draws_slowly(self) -> bool:
-        """Whether a browser that steers has no graphics card; those that only view hold nobody up."""
-        return bool(self._slow)
 
     def heed(self, client: viser.ClientHandle, changed_to: Headers | None = None) -> None:
         """Heed a browser that came, or those of its pages that are open where it says something new."""
@@ -41,11 +37,7 @@ class Looks:
             look = anew
         self._paint(client, "dark" in look)
         if "software" in look and not self._guard.only_views(request.headers, request.path):
-            self._slow.add(client.client_id)
-
-    def forget(self, client: viser.ClientHandle) -> None:
-        """Forget a browser that left."""
-        self._slow.discard(client.client_id)
+            self.slow.add(client.client_id)
 
     def _on_look(self, headers: Headers) -> None:
         for client in self._server.get_clients().values():
@@ -66,15 +58,14 @@ class UpdatePacing:
 
     def shows_next(self) -> bool:
         """Whether to show the next frame, in all panels; otherwise it is shown nowhere."""
-        return not self._is_playing() or self._clock() - self._shown_s >= FRAME_EVERY_S
+        if self._is_playing() and self._clock() - self._shown_s < FRAME_EVERY_S:
+            return False
+        self._shown_s = self._clock()
+        return True
 
     def hides_scene(self) -> bool:
         """Whether the 3D scene is hidden, since drawing it would hold up each frame by a quarter of a second."""
         return self._is_playing() and self._draws_slowly()
-
-    def note(self) -> None:
-        """Record that a frame was shown."""
-        self._shown_s = self._clock()
 
     def drawing_rest_s(self) -> float:
         """Seconds for which the 3D scene rests after it was drawn."""

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import msgspec
 import viser
-from dockpose.app.web.server.viser_private import property_of
 from dockpose.checks import one_line
 from msgspec import Meta
 
@@ -26,8 +25,6 @@ _MOST_WITHOUT_LIMITS = 1e9  # for controls that have none
 
 _Id = Annotated[str, Meta(max_length=64)]
 _Count = Annotated[int, Meta(ge=0, le=2**53)]
-_Pixels = Annotated[float, Meta(ge=0, le=100_000)]
-_Three = tuple[float, float, float]
 
 
 class RefusedError(ValueError):
@@ -38,93 +35,48 @@ class RefusedError(ValueError):
         self.reason, self.control = reason, control
 
 
-class _Message(msgspec.Struct, tag=True, tag_field="type", forbid_unknown_fields=True, frozen=True):
-    """Named as viser's own."""
-
-
-class ViewerCameraMessage(_Message, frozen=True):
-    """Where somebody looks from in the 3D view."""
-
-    wxyz: tuple[float, float, float, float]
-    position: _Three
-    fov: float
-    near: float
-    far: float
-    image_height: _Pixels
-    image_width: _Pixels
-    look_at: _Three
-    up_direction: _Three
-
-
 class _Value(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     value: (
         bool | int | float | Annotated[str, Meta(max_length=MOST_LETTERS)] | Annotated[list[float], Meta(max_length=4)]
     )
 
 
-class GuiUpdateMessage(_Message, frozen=True):
-    """The value of a control; no other of its properties."""
-
-    uuid: _Id
-    updates: _Value
+def _kind(name: str, **fields: Any) -> Any:
+    look: Any = {"tag": True, "tag_field": "type", "forbid_unknown_fields": True, "frozen": True}
+    return msgspec.defstruct(name, list(fields.items()), **look)
 
 
-class GuiFormSubmitMessage(_Message, frozen=True):
-    """A form is sent off."""
-
-    uuid: _Id
-
-
-class GuiFormDirtyMessage(_Message, frozen=True):
-    """Something in a form was changed."""
-
-    uuid: _Id
-
-
-class CommandTriggerMessage(_Message, frozen=True):
-    """A command is given by its key."""
-
-    uuid: _Id
-
-
-class FileTransferStartUpload(_Message, frozen=True):
-    """A file will come."""
-
-    source_component_uuid: _Id
-    transfer_uuid: _Id
-    filename: Annotated[str, Meta(max_length=1000)]
-    mime_type: Annotated[str, Meta(max_length=200)]
-    part_count: _Count
-    size_bytes: _Count
-
-
-class FileTransferPart(_Message, frozen=True):
-    """A part of a file."""
-
-    source_component_uuid: _Id | None
-    transfer_uuid: _Id
-    part_index: _Count
-    content: Annotated[bytes, Meta(max_length=LARGEST_PART_BYTES)]
-
-
-class GetRenderResponseMessage(_Message, frozen=True):
-    """The 3D view as a picture, which we asked for."""
-
-    payload: bytes
-    render_uuid: _Id
-
-
-_SMALL = msgspec.msgpack.Decoder(
-    ViewerCameraMessage
-    | GuiUpdateMessage
-    | GuiFormSubmitMessage
-    | GuiFormDirtyMessage
-    | CommandTriggerMessage
-    | FileTransferStartUpload
-    | FileTransferPart
-    | GetRenderResponseMessage
+_VIEWPOINT = {
+    **dict.fromkeys(("position", "look_at", "up_direction"), tuple[float, float, float]),
+    **dict.fromkeys(("fov", "near", "far"), float),
+    **dict.fromkeys(("image_height", "image_width"), Annotated[float, Meta(ge=0, le=100_000)]),
+}
+ViewerCameraMessage = _kind("ViewerCameraMessage", wxyz=tuple[float, float, float, float], **_VIEWPOINT)
+GuiUpdateMessage = _kind("GuiUpdateMessage", uuid=_Id, updates=_Value)  # its value, and no other of its properties
+_FORM = tuple(_kind(name, uuid=_Id) for name in ("GuiFormSubmitMessage", "GuiFormDirtyMessage"))
+_COMMAND = _kind("CommandTriggerMessage", uuid=_Id)
+_START = _kind(
+    "FileTransferStartUpload",
+    source_component_uuid=_Id,
+    transfer_uuid=_Id,
+    filename=Annotated[str, Meta(max_length=1000)],
+    mime_type=Annotated[str, Meta(max_length=200)],
+    part_count=_Count,
+    size_bytes=_Count,
 )
-_LARGE = msgspec.msgpack.Decoder(FileTransferPart | GetRenderResponseMessage)
+_PART = _kind(
+    "FileTransferPart",
+    source_component_uuid=_Id | None,
+    transfer_uuid=_Id,
+    part_index=_Count,
+    content=Annotated[bytes, Meta(max_length=LARGEST_PART_BYTES)],
+)
+_RENDERED = _kind("GetRenderResponseMessage", payload=bytes, render_uuid=_Id)  # a picture of the 3D view
+
+_LARGE = msgspec.msgpack.Decoder(_PART | _RENDERED)
+_SMALL = msgspec.msgpack.Decoder(
+    ViewerCameraMessage | GuiUpdateMessage | _FORM[0] | _FORM[1] | _COMMAND | _START | _PART | _RENDERED
+)
 _OF_VIEWERS = msgspec.msgpack.Decoder(ViewerCameraMessage)
 
 
@@ -144,7 +96,9 @@ def check_message(
             f"a message of {len(raw)} bytes that is not one of the page's ({one_line(str(error), _MOST_OF_ERROR)})"
         ) from error
     if isinstance(message, ViewerCameraMessage):
-        _check_viewpoint(message)
+        numbers = (*message.wxyz, *message.position, *message.look_at, *message.up_direction)
+        if not all(map(math.isfinite, (*numbers, message.fov, message.near, message.far))):
+            raise RefusedError("a viewpoint that is not finite")
     elif isinstance(message, GuiUpdateMessage):
         control = find_control(message.uuid)
         if control is None:
@@ -152,10 +106,10 @@ def check_message(
         reason = why_not(control, message.updates.value)
         if reason is not None:
             raise RefusedError(reason, message.uuid)
-    elif isinstance(message, GuiFormSubmitMessage | GuiFormDirtyMessage):
+    elif isinstance(message, _FORM):
         if not isinstance(find_form(message.uuid), viser.GuiFormHandle):
             raise RefusedError("there is no such form")
-    elif isinstance(message, GetRenderResponseMessage):
+    elif isinstance(message, _RENDERED):
         _check_picture(message.payload)
     return message
 
@@ -169,8 +123,7 @@ def why_not(control: Any, value: Any) -> str | None:
     if isinstance(control, viser.GuiButtonHandle | viser.GuiCheckboxHandle):
         return None if isinstance(value, bool) else "it is neither true nor false"
     if isinstance(control, viser.GuiDropdownHandle | viser.GuiButtonGroupHandle):
-        options = property_of(control, "options")
-        return None if isinstance(value, str) and value in options else "there is no such option"
+        return None if isinstance(value, str) and value in control.options else "there is no such option"
     if isinstance(control, viser.GuiTextHandle):
         return None if isinstance(value, str) else "it is not text"
     if isinstance(control, viser.GuiNumberHandle | viser.GuiSliderHandle):
@@ -195,12 +148,6 @@ def _out_of_range(value: Any, low: float | None, high: float | None, decimals: i
     if not low - rounding <= value <= high + rounding:
         return f"{value:.10g} is outside {low:g} to {high:g}"
     return None
-
-
-def _check_viewpoint(message: ViewerCameraMessage) -> None:
-    numbers = (*message.wxyz, *message.position, *message.look_at, *message.up_direction)
-    if not all(map(math.isfinite, (*numbers, message.fov, message.near, message.far))):
-        raise RefusedError("a viewpoint that is not finite")
 
 
 def _check_picture(payload: bytes) -> None:

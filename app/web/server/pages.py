@@ -51,8 +51,7 @@ def own_pages() -> dict[str, Page]:
 
 def help_page() -> str:
     """The help, with what the study says in it."""
-    html = _text("help.html")
-    return html.replace(_STUDY, _text("study.html"))
+    return _text("help.html").replace(_STUDY, _text("study.html"))
 
 
 def help_body() -> str:

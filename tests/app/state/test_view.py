@@ -5,7 +5,6 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
-from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
 from dockpose.app.state import view as state
 from dockpose.app.state.in_force import with_these_as_mine
@@ -66,7 +65,7 @@ def test_sample_brings_its_own_values_and_keeps_the_settings(view):
 
 @pytest.mark.parametrize("name", ["", "../../etc/passwd", None, 3, ["plain"]])
 def test_unknown_sample_is_refused(view, name):
-    with pytest.raises(UserError, match="no sample"):
+    with pytest.raises(ValueError, match="sample is"):
         state.with_sample(view, name)
 
 

@@ -64,7 +64,7 @@ def wait(app):
 
 def move(app, value):
     """Move the slider of the diameter as a person does."""
-    slider = next(panel for panel in app._panels if isinstance(panel, CameraPanel))._sliders["diameter_cm"].handle
+    slider = next(panel for panel in app._panels if isinstance(panel, CameraPanel)).sliders["diameter_cm"].handle
     slider.value = value
     for function in slider._impl.update_cb:
         function(SimpleNamespace(client=BROWSER, target=slider))  # type: ignore[arg-type]

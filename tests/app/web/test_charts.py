@@ -2,11 +2,9 @@ import numpy as np
 import pytest
 from dockpose.app.processing.comparison import LevelSweep
 from dockpose.app.web.charts import (
-    CHARTS,
     error_points,
     fitting_ends,
     round_above,
-    sweep_data,
     sweep_sentence,
     sweep_top_px,
     swept_so_far,
@@ -45,17 +43,14 @@ def test_points_of_the_chart():
         changed(measured_x_cm=0.0, distance_cm=100.0),
         changed(distance_cm=150.0),  # nothing to be off from
     ]
-    place, angle = (error_points(rows, marks) for marks in CHARTS)
+    place, angle = error_points(rows, (0, 1, 2)), error_points(rows, (3, 4))
     np.testing.assert_allclose(place, [[1, 1, np.nan, np.nan], [2, np.nan, np.nan, 2]])
     assert angle.shape == (0, 3)
-    assert error_points([], CHARTS[0]).shape == (0, 4)
+    assert error_points([], (0, 1, 2)).shape == (0, 4)
 
 
-def test_data_are_levels_and_three_errors_without_gaps():
-    levels, *errors = sweep_data(NOTHING)
-    assert len(errors) == 3
-    assert np.isfinite([without_gaps(line, (0.0, sweep_top_px(NOTHING))) for line in errors]).all()
-    assert len(levels) == 3
+def test_a_sweep_that_found_nothing_is_drawn_without_gaps():
+    assert np.isfinite(without_gaps(NOTHING.errors_px, (0.0, sweep_top_px(NOTHING)))).all()
 
 
 def test_sentences_of_a_sweep():

@@ -28,7 +28,9 @@ def gui():
 
 @pytest.fixture
 def live(gui):
-    return LivePage(gui, lambda: None)  # type: ignore[arg-type]
+    page, server = LivePage(), SimpleNamespace(gui=gui, flush=lambda: None)
+    page.begin(SimpleNamespace(server=server, change=None))  # type: ignore[arg-type]
+    return page
 
 
 def sent(gui):

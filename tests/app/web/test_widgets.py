@@ -1,6 +1,7 @@
 """What panels are built from, with controls that only remember what they are set to."""
 
 import threading
+from contextlib import ExitStack
 from types import SimpleNamespace
 from typing import Any
 
@@ -25,10 +26,9 @@ def errors():
 
 @pytest.fixture
 def task(errors):
-    gui: Any = Gui()
-    made = BackgroundWork(gui, errors.append, "Stop.")
-    yield made
-    made.close()
+    with ExitStack() as closing:
+        parts: Any = SimpleNamespace(server=SimpleNamespace(gui=Gui()), fail=errors.append, closing=closing)
+        yield BackgroundWork(parts, "Stop.")
 
 
 def ended(task):

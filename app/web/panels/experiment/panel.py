@@ -11,33 +11,35 @@ from dockpose.app.resources import read_toml
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.panels.experiment import rows as log_rows
-from dockpose.app.web.widgets import Act, Panel, Parts, Saver, on_click, on_person
+from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
-_SAID = read_toml("controls.toml")["log"]
-WHAT = _SAID["files"]
+WHAT = read_toml("controls.toml")["log"]["files"]
 
 
 class ExperimentPanel(Panel):
     """Session, button to take a frame, boxes for measured values, running table, charts and downloads."""
 
-    def __init__(self, gui: viser.GuiApi, parts: Parts) -> None:
-        self._parts, self._sessions, self._notify = parts, parts.sessions, parts.notify
+    table = "log"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
+        self._sessions = parts.sessions
         self._lock = threading.RLock()
-        self._analysis: Analysis | None = None
         self._session: Session | None = None
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
         self._drafts: dict[int | None, log_rows.Texts] = {}
         self._known_pose: MeasuredPose | None = None
         self._page_number, self._said = 1, ""
-        self._add_session(gui)
-        self._add_fields(gui)
-        self._add_rows(gui)
+        self.take = self.trying(self._take)
+        self._add_session()
+        self._add_fields()
+        self._add_rows()
         self._show_session("")
 
     def show(self, analysis: Analysis) -> None:
         """Keep what a frame would record; a pose measured in the tab Detect goes into the boxes, and out again."""
-        self._analysis = analysis
+        self.analysis = analysis
         known = analysis.view.measured
         if known == self._known_pose:  # as nearly always: a picture need not wait for the disk
             return
@@ -45,49 +47,39 @@ class ExperimentPanel(Panel):
             self._next_texts = log_rows.after_change(self._next_texts, self._known_pose, known)
             self._known_pose = known
 
-    def close(self) -> None:
-        """Close the session."""
-        self._saver.close()
+    def _add_session(self) -> None:
+        self.add("button", "take", self.take)
+        self._words = self.gui.add_html("")
+        names = NO_SESSION, *self._sessions.names()
+        self._choice = self.add("dropdown", "choice", self.trying(self._open_chosen), options=names)
+        self._name, self._start = self.add("text", "name"), self.add("button", "start", self.trying(self._start_new))
+        key = self.gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
+        on_person(key.on_trigger, self.take)
+
+    def _add_fields(self) -> None:
+        with self.gui.add_folder("Measured by hand", expand_by_default=True):
+            choose = self.trying(self._choose_row)
+            self._target = self.add("dropdown", "target", choose, options=(target_name(None),))
+            self._fields = log_rows.MeasuredFields(self.gui)
+            self._save_row = self.add("button", "save_row", self.trying(self._save_chosen))
+            self._keep = self.add("checkbox", "keep")
+
+    def _add_rows(self) -> None:
+        self._table = self.gui.add_html("")
+        self._page = self.add("slider", "page", self.trying(self._turn_page))
+        self._charts = ErrorCharts(self.gui)
+        self._what = self.add("dropdown", "what", options=tuple(WHAT))
+        self._save = self.add("button", "save", self.trying(self._download))
+        self.parts.closing.callback(self._close_session)
+        self._saver = BackgroundWork(self.parts)
+
+    def _close_session(self) -> None:
         with self._lock:
             if self._session is not None:
                 self._session.close()
 
-    def take(self, client: viser.ClientHandle) -> None:
-        """Record the frame and the estimate that are shown, for the browser that asked."""
-        self._trying(self._take)(client)
-
-    def _add_session(self, gui: viser.GuiApi) -> None:
-        take = gui.add_button(**_SAID["take"])
-        self._words = gui.add_html("")
-        self._choice = gui.add_dropdown(**_SAID["choice"], options=(NO_SESSION, *self._sessions.names()))
-        self._name, self._start = gui.add_text(**_SAID["name"]), gui.add_button(**_SAID["start"])
-        key = gui.add_command("Take this frame", description="Into the session that is open.", hotkey="T")
-        on_person(key.on_trigger, self.take)
-        on_person(self._choice.on_update, self._trying(self._open_chosen))
-        on_click(self._start, self._trying(self._start_new))
-        on_click(take, self.take)
-
-    def _add_fields(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Measured by hand", expand_by_default=True):
-            self._target = gui.add_dropdown(**_SAID["target"], options=(target_name(None),))
-            self._fields = log_rows.MeasuredFields(gui)
-            self._save_row, self._keep = gui.add_button(**_SAID["save_row"]), gui.add_checkbox(**_SAID["keep"])
-        on_person(self._target.on_update, self._trying(self._choose_row))
-        on_click(self._save_row, self._trying(self._save_chosen))
-
-    def _add_rows(self, gui: viser.GuiApi) -> None:
-        self._table = gui.add_html("")
-        self._page = gui.add_slider(**_SAID["page"])
-        self._charts = ErrorCharts(gui)
-        self._what = gui.add_dropdown(**_SAID["what"], options=tuple(WHAT))
-        self._save = gui.add_button(**_SAID["save"])
-        self._saver = Saver(gui, self._parts)
-        on_person(self._page.on_update, self._trying(self._turn_page))
-        on_click(self._save, self._trying(self._download))
-
     @property
     def _next_texts(self) -> log_rows.Texts:
-        """The draft for the next frame."""
         return self._fields.texts if self._chosen_row is None else self._drafts.get(None, log_rows.BLANK)
 
     @_next_texts.setter
@@ -106,12 +98,15 @@ class ExperimentPanel(Panel):
                 self._choice.value = NO_SESSION if self._session is None else self._session.record.name
                 raise
             self._replace(session, "" if session is None else "Reopened.")
-        self._tell_notices(client)
+        for sentence in () if session is None else session.notices:
+            self.parts.notify("About the session", sentence, "yellow", client)
 
-    def _start_new(self, client: viser.ClientHandle) -> None:
+    def _start_new(self, client: viser.ClientHandle) -> Session:
         with self._lock:
-            self._replace(self._sessions.start(str(self._name.value)), "Started.")
+            session = self._sessions.start(str(self._name.value))
+            self._replace(session, "Started.")
             self._name.value = ""
+            return session
 
     def _replace(self, session: Session | None, said: str) -> None:
         if self._session is not None:
@@ -121,32 +116,22 @@ class ExperimentPanel(Panel):
         self._session, self._page_number = session, 1
         self._show_session(said)
 
-    def _tell_notices(self, client: viser.ClientHandle) -> None:
-        for sentence in () if self._session is None else self._session.notices:
-            self._notify("About the session", sentence, "yellow", client)
-
     def _take(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            analysis, texts = self._analysis, self._next_texts
+            analysis, texts = self.analysis, self._next_texts
             if analysis is None:
                 return
             values = log_rows.values_of(texts)
-            if self._session is None:  # the first row starts one
-                self._session = self._sessions.start(str(self._name.value))
-                self._name.value = ""
-                self._show_session("Started.")
-            session = self._session
+            session = self._session or self._start_new(client)  # the first row starts one
         view = analysis.view
         row = session.take(view.image, analysis.estimate, view.source, view.sha256, **values)
         said = log_rows.taken_words(row)
         with self._lock:
             if not self._keep.value and self._next_texts == texts:
-                self._next_texts = (
-                    log_rows.BLANK if self._known_pose is None else log_rows.texts_of_pose(self._known_pose)
-                )
+                self._next_texts = log_rows.texts_of_pose(self._known_pose)
             if session is self._session:
                 self._show_rows(said)
-        self._notify("Taken", said, "green", client)
+        self.parts.notify("Taken", said, "green", client)
 
     def _choose_row(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -171,19 +156,17 @@ class ExperimentPanel(Panel):
             row = self._session.edit(self._chosen_row, **log_rows.values_of(self._fields.texts))
             said = f"Row {row.number} is on disk as changed."
             self._show_rows(said)
-        self._notify("Saved", said, "green", client)
+        self.parts.notify("Saved", said, "green", client)
 
     def _turn_page(self, client: viser.ClientHandle) -> None:
         with self._lock:
-            value = self._page.value
-            self._page_number = int(value) if isinstance(value, (int, float)) else 1
+            self._page_number = int(self._page.value)
             self._show_rows(self._said)
 
     def _rows(self) -> tuple[Row, ...]:
         return () if self._session is None else self._session.rows
 
     def _show_session(self, said: str) -> None:
-        """Show which session is open."""
         session = self._session
         name = NO_SESSION if session is None else session.record.name
         names = [NO_SESSION, *self._sessions.names()]
@@ -194,7 +177,6 @@ class ExperimentPanel(Panel):
         self._show_rows(said)
 
     def _show_rows(self, said: str) -> None:
-        """Show a page of the table, its summary, and the charts."""
         self._said, rows = said, self._rows()
         last = log_rows.pages(len(rows))
         self._page_number = min(max(self._page_number, 1), last)
@@ -206,9 +188,8 @@ class ExperimentPanel(Panel):
         self._target.options = [target_name(number) for number in (None, *numbers)]
         self._table.content = "" if self._session is None else log_rows.session_table(rows, self._page_number)
         self._charts.show(rows)
-        self._words.content = log_rows.state_html(
-            None if self._session is None else self._session.folder, len(rows), said
-        )
+        folder = None if self._session is None else self._session.folder
+        self._words.content = log_rows.state_html(folder, len(rows), said)
 
     def _download(self, client: viser.ClientHandle) -> None:
         session, name = self._session, WHAT.get(str(self._what.value))
@@ -221,10 +202,6 @@ class ExperimentPanel(Panel):
 
         called = bundle_name(session.record.name, ".zip" if name == ALL else f"_{name}")
         self._saver.save(client, called, make)
-
-    def _trying(self, act: Act) -> Act:
-        """Do what a person asked for; if that fails, say so and keep everything typed."""
-        return lambda client: self._parts.attempt(lambda: act(client), client)
 
 
 def target_name(number: int | None) -> str:

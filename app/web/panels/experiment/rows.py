@@ -38,19 +38,16 @@ def texts_of(row: Row) -> Texts:
     return measured_texts([getattr(row, name) for name in MEASURED_COLUMNS]) | {"notes": row.notes}
 
 
-def texts_of_pose(pose: MeasuredPose) -> Texts:
-    """Contents of the boxes for a measured pose; distance and notes are blank."""
-    return measured_texts([*pose.values, None]) | {"notes": ""}
+def texts_of_pose(pose: MeasuredPose | None) -> Texts:
+    """Contents of the boxes for a measured pose; distance and notes are blank, and all is where there is none."""
+    return measured_texts([*(pose or MeasuredPose()).values, None]) | {"notes": ""}
 
 
 def after_change(texts: Texts, before: MeasuredPose | None, now: MeasuredPose | None) -> Texts:
     """Contents after the measured pose has changed: what stood there only from before, and is not typed over, goes."""
-    old, new = (BLANK if pose is None else texts_of_pose(pose) for pose in (before, now))
-    return texts | {
-        name: new[name] or ("" if texts[name] == old[name] else texts[name])
-        for name in MEASURED_COLUMNS
-        if name != "distance_cm"
-    }
+    old, new = texts_of_pose(before), texts_of_pose(now)
+    names = [name for name in MEASURED_COLUMNS if name != "distance_cm"]
+    return texts | {name: new[name] or ("" if texts[name] == old[name] else texts[name]) for name in names}
 
 
 def measured_texts(numbers: list[float | None]) -> Texts:
@@ -69,17 +66,14 @@ class MeasuredFields:
 
     def __init__(self, gui: viser.GuiApi) -> None:
         kinds = [*["place"] * 3, *["turn"] * 2, "distance"]
-        self._boxes = {
-            name: gui.add_text(label, "", hint=_SAID[kind])
-            for (name, label), kind in zip(LABELS.items(), kinds, strict=True)
-        }
+        named = zip(LABELS.items(), kinds, strict=True)
+        self._boxes = {name: gui.add_text(label, "", hint=_SAID[kind]) for (name, label), kind in named}
         self._boxes["notes"] = gui.add_text(**_SAID["notes"])
 
     @property
     def texts(self) -> Texts:
-        """Their contents; a browser may send anything, and what is not text is blank."""
-        values = {name: box.value for name, box in self._boxes.items()}
-        return {name: value if isinstance(value, str) else "" for name, value in values.items()}
+        """Their contents."""
+        return {name: box.value for name, box in self._boxes.items()}
 
     @texts.setter
     def texts(self, texts: Texts) -> None:

@@ -2,53 +2,52 @@
 
 import re
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
 from html import escape
 from pathlib import Path
 from typing import Any
 
-import viser
 from dockpose.app.errors import UserError
 from dockpose.app.export.recording import ENDING, Recording
 from dockpose.app.inputs.received import safe_name
 from dockpose.app.inputs.sequences import wishes_from
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import Parts, on_click
+from dockpose.app.web.widgets import Panel, Parts
 from dockpose.sources import ExposureWatch, Live
 
-_SAID = read_toml("controls.toml")["live"]
-_NAMES = {name: box["label"] for name, box in _SAID["boxes"].items()}
 CAMERA = "camera "  # with its number, the name of one
 _RED = "#e03131"
 _LARGEST_DOWNLOAD_BYTES = 2**29  # a browser holds a file in its memory; a larger one is fetched from its folder
 _TOLD_EVERY_S = 0.5
 
 
-class LiveControls:
+class LiveControls(Panel):
     """Controls of the live source that is open; hidden while none is."""
 
-    def __init__(self, gui: viser.GuiApi, source: Callable[[], Live | None], parts: Parts) -> None:
-        self._source, self._folder, self._notify = source, parts.recordings, parts.notify
+    table = "live"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
         self._recording: Recording | None = None
         self._recorded: Path | None = None
         self._summary = ""
         self._began_s = self._told_s = 0.0
         self._watch = ExposureWatch()
-        self._words = gui.add_html("", visible=False)
-        self._record, self._stop = gui.add_button(**_SAID["record"]), gui.add_button(**_SAID["stop"])
-        self._download = gui.add_button(**_SAID["download"])
+        self._words = self.gui.add_html("", visible=False)
+        self._record = self.add("button", "record", self.trying(lambda client: self.record()))
+        self._stop = self.add("button", "stop", lambda client: self.stop())
+        self._download = self.add("button", "download", self.trying(self._send))
         self._boxes = {
-            name: gui.add_text(**box, initial_value="", visible=False) for name, box in _SAID["boxes"].items()
+            name: self.gui.add_text(**box, initial_value="", visible=False) for name, box in self.said["boxes"].items()
         }
-        self._ask = gui.add_button(**_SAID["ask"])
-        on_click(self._record, lambda client: parts.attempt(self.record, client))
-        on_click(self._stop, lambda client: self.stop())
-        on_click(self._download, lambda client: parts.attempt(lambda: self._send(client), client))
-        on_click(self._ask, lambda client: parts.attempt(self.ask, client))
+        self._ask = self.add("button", "ask", self.trying(lambda client: self.ask()))
+        parts.closing.callback(self.stop)
+
+    def _source(self) -> Live | None:
+        player = self.parts.sequence.player
+        return player.frames if player is not None and isinstance(player.frames, Live) else None
 
     def reset(self) -> None:
         """Show the controls of what is open now, and finish the recording of what was open before."""
@@ -72,13 +71,14 @@ class LiveControls:
             return
         sentence = self._watch.see(analysis.tracked_frame.frame, analysis.estimate)
         if sentence:
-            self._notify("About the exposure", sentence, "yellow", None)
+            self.parts.notify("About the exposure", sentence, "yellow", None)
         if sentence or time.monotonic() - self._told_s >= _TOLD_EVERY_S:
             self._tell()
 
     def ask(self) -> None:
         """Ask the camera for what is typed. Raises UserError for what is no number."""
-        wishes = wishes_from({name: box.value for name, box in self._boxes.items()}, _NAMES)
+        labels = {name: box["label"] for name, box in self.said["boxes"].items()}
+        wishes = wishes_from({name: box.value for name, box in self._boxes.items()}, labels)
         live = self._source()
         if live is not None:
             live.ask(replace(wishes, width=live.wishes.width, height=live.wishes.height))
@@ -88,11 +88,12 @@ class LiveControls:
         live = self._source()
         if live is None or self._recording is not None:
             return
+        folder = self.parts.recordings
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise UserError(f"{self._folder}: cannot be made ({error.strerror or error})") from error
-        self._recording = Recording(recording_path(self._folder, live.source), self._tell_of_recording)
+            raise UserError(f"{folder}: cannot be made ({error.strerror or error})") from error
+        self._recording = Recording(recording_path(folder, live.source), self._tell_of_recording)
         self._began_s = time.monotonic()
         live.on_arrival = self._recording.take
         self._record.visible = self._download.visible = False
@@ -114,7 +115,6 @@ class LiveControls:
         self._tell()
 
     def _tell(self) -> None:
-        """Put what there is to say of the source, its exposure and its recording."""
         self._told_s = time.monotonic()
         live, recording, parts = self._source(), self._recording, []
         if live is not None:
@@ -132,7 +132,7 @@ class LiveControls:
 
     def _tell_of_recording(self, sentence: str) -> None:
         if self._recording is not None and self._recording.has_failed:
-            self._notify("About the recording", sentence, "yellow", None)
+            self.parts.notify("About the recording", sentence, "yellow", None)
 
     def _send(self, client: Any) -> None:
         if self._recorded is None:

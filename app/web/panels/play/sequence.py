@@ -6,16 +6,14 @@ from typing import Any
 
 import viser
 from dockpose.app.processing.analysis import COLUMNS, Analysis, TrackedFrame, Trajectory
-from dockpose.app.resources import read_toml
-from dockpose.app.web.live import LivePage
 from dockpose.app.web.panels.play.live import LiveControls
 from dockpose.app.web.sequence import NONE_CHOSEN
-from dockpose.app.web.widgets import Panel, Parts, on_click, on_person
-from dockpose.sources import Frames, Live
+from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.widgets import Panel, Parts
+from dockpose.sources import Frames
 
 SURE = 0.999  # beyond it no more digits are shown
 SPEEDS = {"1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "4": 4.0}
-_SAID = read_toml("controls.toml")["sequence"]
 _SENT_AGAIN = 20  # frames before the present one that are sent with it, should a browser have missed some
 _MOST_POINTS = 4000  # of a course as a whole
 _SEEN, _PREDICTED, _LOST = range(3)
@@ -25,22 +23,27 @@ _TIME, _Z, _CHANCE, _IS_LOST = (COLUMNS.index(name) for name in ("time_s", "z_m"
 class SequencePanel(Panel):
     """Choice of the sequence, its speed, and words; the time line is sent the rest."""
 
-    def __init__(self, gui: viser.GuiApi, live: LivePage, parts: Parts) -> None:
-        self._live, self._controller = live, parts.sequence
+    table = "sequence"
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__(parts)
+        self._controller = parts.sequence
         self._courses = itertools.count(1)
         self._course, self._newest = 0, None
-        self._choice = gui.add_dropdown(**_SAID["choice"], options=(NONE_CHOSEN, *self._controller.names()))
-        self._start = gui.add_button(**_SAID["start"])
-        self._speed = gui.add_dropdown(**_SAID["speed"], options=tuple(SPEEDS))
-        gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
-        self._camera = LiveControls(gui, self._open_live, parts)
-        on_click(self._start, lambda client: self._open_first(client))
-        on_person(self._choice.on_update, lambda client: self._controller.choose(self._choice.value, client))
-        on_person(self._speed.on_update, lambda client: self.set_speed(self._speed.value))
-        self._live.put(timeline=self._numbers())
+        options = NONE_CHOSEN, *self._controller.names()
+        self._choice = self.add(
+            "dropdown", "choice", lambda client: self._controller.choose(self._choice.value, client), options=options
+        )
+        self._start = self.add("button", "start", self._open_first)
+        self._speed = self.add(
+            "dropdown", "speed", lambda client: self.set_speed(self._speed.value), options=tuple(SPEEDS)
+        )
+        self.gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
+        self._camera = LiveControls(parts)
+        parts.live.put(timeline=self._numbers())
         self._show_choice(None)
 
-    def add_upload(self, client: viser.ClientHandle, uploads: object) -> None:
+    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Let a new browser have the whole course so far."""
         self._tell_whole()
 
@@ -62,10 +65,6 @@ class SequencePanel(Panel):
             self._speed.value = speed
             self._set_speed()
             self._tell_now()
-
-    def close(self) -> None:
-        """Finish a recording."""
-        self._camera.stop()
 
     def reset(self, name: str | None) -> None:
         """Show that another sequence was opened, or none."""
@@ -90,13 +89,9 @@ class SequencePanel(Panel):
             return
         self._newest = analysis.tracked_frame
         self._camera.show(analysis)
-        self._live.put(timeline=self._numbers())
+        self.parts.live.put(timeline=self._numbers())
         if not self._controller.is_playing:
             self._tell_whole()
-
-    def _open_live(self) -> Live | None:
-        player = self._controller.player
-        return player.frames if player is not None and isinstance(player.frames, Live) else None
 
     def _open_first(self, client: viser.ClientHandle) -> None:
         if self._controller.player is None:
@@ -110,15 +105,15 @@ class SequencePanel(Panel):
 
     def _tell_now(self) -> None:
         """Send what changed without a new frame, as that it plays."""
-        with self._live.held:
-            self._live.put(timeline=self._numbers())
-            self._live.send()
+        with self.parts.live.held:
+            self.parts.live.put(timeline=self._numbers())
+            self.parts.live.send()
 
     def _tell_whole(self) -> None:
         """Send the course as a whole, so that no browser lacks a part of it."""
         points = [] if self._newest is None else course_points(self._newest.trajectory)
         step = math.ceil(len(points) / _MOST_POINTS) or 1
-        self._live.send_aside("course", {"course": self._course, "points": points[::step]})
+        self.parts.live.send_aside("course", {"course": self._course, "points": points[::step]})
 
     def _numbers(self) -> dict[str, Any]:
         player, newest = self._controller.player, self._newest
@@ -164,16 +159,12 @@ def sequence_words(tracked_frame: TrackedFrame, frames: Frames) -> str:
     elif track.predicted:
         state = "The dock is not seen in this frame; its place is predicted from those before."
     else:
-        state = f"Followed for {track.age} frame{'' if track.age == 1 else 's'}{_chance_words(track.probability)}."
-    left_out = [
-        f"{number} {what}" for number, what in ((frames.skipped, "corrupt"), (frames.dropped, "too fast")) if number
-    ]
+        state = f"Followed for {track.age} frame{'' if track.age == 1 else 's'}"
+        if track.probability is not None:
+            chance = f"{100 * track.probability:.1f} %" if track.probability < SURE else f"over {100 * SURE:g} %"
+            state += f"; the chosen pose is right with a probability of {chance}"
+        state += "."
+    missed = (frames.skipped, "corrupt"), (frames.dropped, "too fast")
+    left_out = [f"{number} {what}" for number, what in missed if number]
     missing = f" Left out: {', '.join(left_out)}." if left_out else ""
     return f"Frame {frame.index + 1}{count}{time}. {state}{missing}"
-
-
-def _chance_words(probability: float | None) -> str:
-    if probability is None:
-        return ""
-    chance = f"{100 * probability:.1f} %" if probability < SURE else f"over {100 * SURE:g} %"
-    return f"; the chosen pose is right with a probability of {chance}"

@@ -42,7 +42,7 @@ class Controls:
 def test_the_dropdown_has_methods_of_ones_own_by_their_titles_before_the_fixed_level():
     controls = Controls()
     with registered(bright_tenth=("Brightest tenth", lambda grey: 200)):
-        DetectPanel(controls, MagicMock(), MagicMock())  # pyright: ignore[reportArgumentType]
+        DetectPanel(MagicMock(server=MagicMock(gui=controls)))
     assert controls.methods[0] == "HATS (adaptive)"
     assert controls.methods[-2:] == ("Brightest tenth", "Fixed level")
     assert METHODS.title("otsu") == "Otsu"

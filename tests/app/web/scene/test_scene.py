@@ -14,7 +14,7 @@ from dockpose.app.web.scene.scene import (
     rays_to_lights,
     ring_segments,
 )
-from dockpose.app.web.scene.surroundings import pose_label
+from dockpose.app.web.scene.surroundings import labels
 from dockpose.app.web.scene.viewpoints import NAMES, OVERVIEW, Extent, viewpoint
 from dockpose.camera.port import FlatPort
 from dockpose.pose.known import KnownPose
@@ -83,8 +83,8 @@ def test_dashed_ring_has_gaps():
     assert len(dashed) == len(whole) / 2
 
 
-def test_pose_label(found):
-    assert pose_label("A", found.candidates[0]).startswith("A 9") or pose_label("A", found.candidates[0]) == "A 100 %"
+def test_the_label_of_a_pose_says_how_likely_it_is(analysis):
+    assert labels(analysis.estimate, analysis.view, 1.0, None)["A"].text in ("A 100 %", "A 99 %", "A 98 %")
 
 
 def seen(place, points, aspect):

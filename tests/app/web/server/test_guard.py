@@ -273,7 +273,7 @@ def test_no_request_changes_what_others_see(shared, role, headers):
         one.set("Notes", f"{role}{headers}")  # whatever was sent before that has come with it
         assert other.until(lambda page: page.values[one.ids["Notes"]] == f"{role}{headers}", 60)
         assert not other.is_dark
-    assert not shared._looks._slow
+    assert not shared._looks.slow
 
 
 def test_each_browser_has_the_colours_of_its_system_and_viewers_slow_nobody_down(shared):
@@ -290,11 +290,11 @@ def test_each_browser_has_the_colours_of_its_system_and_viewers_slow_nobody_down
         for one in (plain, odd):
             assert one.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
         assert plain.until(lambda _: len(shared._server.get_clients()) == 4, 60)
-        assert len(shared._looks._slow) == 1
+        assert len(shared._looks.slow) == 1
         assert (plain.is_dark, odd.is_dark) == (False, False)
         for said in ("idB", "idC", "", "id"):  # its system is light now; other browsers stay as they are
             ask(shared, "/look", Cookie=f"{cookie_of(shared)}; dockpose_{shared.port}_look={said}")
         assert viewer.until(lambda page: page.is_dark is False, 60)
         assert dark.is_dark
         dark.close()
-        assert plain.until(lambda _: not shared._looks._slow, 60)
+        assert plain.until(lambda _: not shared._looks.slow, 60)

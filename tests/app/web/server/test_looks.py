@@ -22,7 +22,6 @@ def shown(pacing, clock, frames, rate_hz):
     for _ in range(frames):
         if pacing.shows_next():
             count += 1
-            pacing.note()
         clock.now_s += 1 / rate_hz
     return count
 

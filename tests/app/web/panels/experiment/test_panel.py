@@ -1,3 +1,4 @@
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -66,10 +67,11 @@ def panel(tmp_path):
     def attempt_(act, client):
         return attempt(act, notify, lambda error: told.append(("failed", error)), client)
 
-    parts = SimpleNamespace(sessions=SessionFolder(tmp_path), notify=notify, fail=None, attempt=attempt_)
-    made = ExperimentPanel(server.gui, cast("Parts", parts))
-    yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=tmp_path)
-    made.close()
+    with ExitStack() as closing:
+        parts = SimpleNamespace(sessions=SessionFolder(tmp_path), notify=notify, attempt=attempt_)
+        parts.server, parts.change, parts.closing = server, None, closing
+        made = ExperimentPanel(cast("Parts", parts))
+        yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=tmp_path)
     with silence():
         server.stop()
 

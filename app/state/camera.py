@@ -5,13 +5,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from dockpose import Camera
+from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent, written
+from dockpose.app.inputs.sidecar import save_dock
 from dockpose.app.state.in_force import with_own_camera
 from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera
 from dockpose.camera.files import load_camera, save_camera
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
+from dockpose.camera.tone import TONES
 from msgspec.structs import replace as changed
 
 _COEFFICIENTS, _FISHEYE_COEFFICIENTS = 5, 4
@@ -34,6 +36,16 @@ def with_coefficient(camera: Camera, index: int, number: float) -> Camera:
     numbers[index] = number
     distortion = tuple(numbers[:_FISHEYE_COEFFICIENTS] if camera.fisheye else numbers)
     return changed(camera, distortion=distortion if any(distortion) else ())
+
+
+def tone_names(camera: Camera) -> list[str]:
+    """Return the tone curves to choose from, with the camera's own."""
+    return list(dict.fromkeys([*TONES, "2.2", str(camera.tone)]))
+
+
+def with_tone(view: View, name: str) -> View:
+    """Set the tone curve by its name, or by its gamma."""
+    return replace(view, camera=changed(view.camera, tone=name if name in TONES else float(name)))
 
 
 def with_port(view: View, is_there: Any) -> View:
@@ -59,7 +71,12 @@ def with_camera_file(view: View, data: bytes, name: str) -> View:
     return replace(loaded, given_camera=loaded.camera, given_of=("tank", loaded.given_of[1]))
 
 
-def camera_file(camera: Camera, file_format: Any) -> bytes:
+def dock_file(dock: Dock) -> bytes:
+    """The bytes of a dock file."""
+    return written(lambda path: save_dock(dock, path))
+
+
+def camera_file(camera: Camera, file_format: Any = "dockpose") -> bytes:
     """The bytes of a camera file in one of :data:`dockpose.camera.files.FORMATS`."""
     return written(lambda path: save_camera(camera, path, file_format))
 

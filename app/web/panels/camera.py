@@ -12,6 +12,7 @@ from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, put
 from dockpose.app.state.view import View
 from dockpose.app.web.widgets import Panel, Parts, on_person, return_when_idle
 from dockpose.camera.files import FORMATS
+from dockpose.camera.tone import TONES
 
 _SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
 _NAMED_INDICES = {"glass_index": optics.WINDOWS, "water_index": optics.WATERS}
@@ -46,6 +47,8 @@ class CameraPanel(Panel):
                 self._lock = self.add("checkbox", "lock", self.changing(self._with_lock))
             with self.gui.add_folder("Lens distortion", expand_by_default=False, order=4):
                 self.add_sliders(DISTORTION)
+            with_tone = self.changing(lambda view: optics.with_tone(view, str(self._tone.value)))
+            self._tone = self.add("dropdown", "tone", with_tone, options=TONES, order=2.5)
             with self.gui.add_folder("Port and water", expand_by_default=False, order=5):
                 self._add_port()
             with self.gui.add_folder("Save, or go back", expand_by_default=False, order=6):
@@ -60,6 +63,7 @@ class CameraPanel(Panel):
         super().load(view)
         if view.camera.fx != view.camera.fy:
             self._lock.value = False
+        self._tone.options, self._tone.value = optics.tone_names(view.camera), str(view.camera.tone)
         self._load_port(view)
         self._load_lights(view)
         self._angles.value = angles_text(view.dock)

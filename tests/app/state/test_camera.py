@@ -27,6 +27,14 @@ def test_field_of_view_is_narrower_in_the_water(view):
     assert "36.3° wide" in words  # sin 24.55 deg / 1.333
 
 
+def test_the_tone_curve_is_chosen_by_name_or_gamma(view):
+    assert optics.with_tone(view, "srgb").camera.tone == "srgb"
+    odd = optics.with_tone(view, "1.8")
+    assert odd.camera.tone == 1.8
+    assert optics.tone_names(odd.camera) == ["linear", "srgb", "2.2", "1.8"]
+    assert optics.with_tone(odd, "linear").camera == view.camera
+
+
 def test_names_of_indices():
     assert optics.index_name(optics.WATERS, 1.34) == "sea water"
     assert optics.index_name(optics.WATERS, 1.35) == optics.OTHER_INDEX

@@ -1,15 +1,20 @@
 """The tab Log: a session on the disk, to which frames are added with what was measured."""
 
 import threading
+from functools import partial
+from html import escape
 
 import viser
 from dockpose.app.experiment import Row, Session
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
+from dockpose.app.export.tape import Checked, check_session
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
+from dockpose.app.state.camera import camera_file, dock_file
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
+from dockpose.app.web.html import small
 from dockpose.app.web.panels.experiment import rows as log_rows
 from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, on_person
 
@@ -70,6 +75,12 @@ class ExperimentPanel(Panel):
         self._charts = ErrorCharts(self.gui)
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self._save = self.add("button", "save", self.trying(self._download))
+        self._check = self.add("button", "check", self.trying(self._check_tape))
+        self._told = self.gui.add_html("")
+        self._corrected = {
+            name: self.add("button", f"save_{name}", self.trying(partial(self._save_corrected, name)))
+            for name in ("dock", "camera")
+        }
         self.parts.closing.callback(self._close_session)
         self._saver = BackgroundWork(self.parts)
 
@@ -173,7 +184,7 @@ class ExperimentPanel(Panel):
         self._choice.options = names if name in names else [*names, name]
         self._choice.value = name
         self._name.visible = self._start.visible = session is None
-        self._save.disabled = session is None
+        self._save.disabled = self._check.disabled = session is None
         self._show_rows(said)
 
     def _show_rows(self, said: str) -> None:
@@ -188,6 +199,7 @@ class ExperimentPanel(Panel):
         self._target.options = [target_name(number) for number in (None, *numbers)]
         self._table.content = "" if self._session is None else log_rows.session_table(rows, self._page_number)
         self._charts.show(rows)
+        self._show_checked(None)
         folder = None if self._session is None else self._session.folder
         self._words.content = log_rows.state_html(folder, len(rows), said)
 
@@ -202,6 +214,25 @@ class ExperimentPanel(Panel):
 
         called = bundle_name(session.record.name, ".zip" if name == ALL else f"_{name}")
         self._saver.save(client, called, make)
+
+    def _check_tape(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            if self._session is not None:
+                self._show_checked(None)
+                self._show_checked(check_session(self._session.record))
+
+    def _show_checked(self, checked: Checked | None) -> None:
+        self._checked = checked
+        told = [] if checked is None else checked.told
+        self._told.content = small("".join(f"<p>{escape(sentence)}</p>" for sentence in told), 'id="check"')
+        for button in self._corrected.values():
+            button.visible = checked is not None and checked.contradicts
+
+    def _save_corrected(self, name: str, client: viser.ClientHandle) -> None:
+        checked = self._checked
+        if checked is not None:
+            corrected = dock_file(checked.corrected_dock) if name == "dock" else camera_file(checked.corrected_camera)
+            client.send_file_download(f"{name}.yaml", corrected, save_immediately=True)
 
 
 def target_name(number: int | None) -> str:

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 import viser
 from dockpose.app.experiment.session import SessionFolder
+from dockpose.app.inputs.pictures import sample_path
+from dockpose.app.inputs.received import read_sent
+from dockpose.app.inputs.sidecar import load_dock
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.view import open_source
@@ -17,6 +20,7 @@ from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.experiment.rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.start import silence
 from dockpose.app.web.widgets import Parts
+from dockpose.camera.files import load_camera
 
 from tests.support.rows import changed
 
@@ -110,3 +114,33 @@ def test_measured_pose_fills_boxes_once_and_distance_stays(panel):
     assert fields.texts["measured_z_cm"] == "121"
     panel.panel.show(analysis)  # unticked
     assert fields.texts == BLANK | {"measured_z_cm": "121", "distance_cm": "99"}  # what was typed stays
+
+
+def test_a_session_is_checked_against_the_tape_and_what_it_leads_to_is_saved(panel, tmp_path):
+    files, page = {}, panel.panel
+    panel.client.send_file_download = lambda name, data, save_immediately: files.update({name: data})
+    check = page.trying(page._check_tape)
+    for name in ("plain", "tilted", "far", "missing", "turbid", "snow"):
+        shown = analyse(open_source(sample_path(name), None, None))
+        page.show(shown)
+        assert shown.estimate.selected is not None
+        tape_cm = 103.0 * shown.estimate.selected.position_m  # 3 % longer than what the camera says
+        typed = {f"measured_{axis}_cm": f"{cm:.1f}" for axis, cm in zip("xyz", tape_cm, strict=True)}
+        page._fields.texts = BLANK | typed
+        page.take(panel.client)
+        if name == "plain":
+            check(panel.client)
+            assert "3 rows with a pose and measured values are needed, and there are 1" in panel.told[-1][1]
+            assert [button.visible for button in page._corrected.values()] == [False, False]
+    check(panel.client)
+    assert "too short: the diameter or the focal length." in page._told.content
+    assert [button.visible for button in page._corrected.values()] == [True, True]
+    for name in ("dock", "camera"):
+        page._save_corrected(name, panel.client)
+    view, dock = page.analysis.view, tmp_path / "corrected.yaml"
+    dock.write_bytes(files["dock.yaml"])
+    assert load_dock(dock).diameter == pytest.approx(1.03 * view.dock.diameter, rel=0.003)
+    camera = read_sent(files["camera.yaml"], "camera.yaml", load_camera)
+    assert camera.fx == pytest.approx(1.03 * view.camera.fx, rel=0.003)
+    page._show_rows("")  # as after another row
+    assert page._told.content == ""

@@ -6,9 +6,10 @@ import numpy as np
 from dockpose.compiled import compiled
 
 _NEIGHBOURS = 2  # lights that may share a light's window
-# Water that rises across a window by more than this share of the light's height is not water, but the light itself,
-# whose flank an edge of the window cuts, or another one.
-_MOST_RISE = 0.3
+# What rises across a window by more than a small share of the light's height may be the light itself, whose flank an
+# edge of the window cuts. Water, as the halos of other lights, rises by no more than the largest share, and goes on by
+# this share of its slope so many pixels farther out.
+_SMALL_RISE, _LARGEST_RISE, _WIDER_PX, _GOES_ON = 0.05, 0.4, 2, 0.5
 # A lamp so large, nowhere white and so clear (its height squared, in variances of its levels) has an outline and its
 # own slope. The slope is told within a share of its radius, as far as it exceeds so many variances, in so many rounds;
 # the weights end at a share of the height.
@@ -33,19 +34,21 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
     for light in range(len(points)):
         column, row = int(np.rint(points[light, 0])), int(np.rint(points[light, 1]))
         far = reach[light]
-        top, bottom = max(0, row - far), min(grey.shape[0] - 1, row + far)
-        left, right = max(0, column - far), min(grey.shape[1] - 1, column + far)
+        window = top, bottom, left, right = _window(grey, row, column, far)
         water = _median_along_edge(grey, top, bottom, left, right)
         beside = _nearest(points, light, 3.0 * far)
-        slope_x, slope_y = _slopes(grey, points, light, beside, (top, bottom, left, right))
+        slope_x, slope_y = _slopes(grey, points, light, beside, window)
         middle = (left + right) / 2, (top + bottom) / 2
         inner = grey[max(0, row - 1) : row + 2, max(0, column - 1) : column + 2].max()
         height = inner - water
         rise = max(abs(slope_x) * (right - left), abs(slope_y) * (bottom - top))
-        if rise > _MOST_RISE * height:
-            slope_x, slope_y = 0.0, 0.0
+        if rise > _SMALL_RISE * height:
+            wider = _window(grey, row, column, far + _WIDER_PX)
+            beyond_x, beyond_y = _slopes(grey, points, light, beside, wider)
+            is_water = rise < _LARGEST_RISE * height
+            slope_x = _going_on(slope_x, beyond_x) if is_water else 0.0
+            slope_y = _going_on(slope_y, beyond_y) if is_water else 0.0
         of_water = _Plane(water, slope_x, slope_y, middle)
-        window = top, bottom, left, right
         own = _Plane(float(height), 0.0, 0.0, middle)
         total, x, y = _centroid(grey, points, light, beside, window, of_water, own, foot, 1.0)
         radius = np.sqrt(total / ((1 - foot) * max(height, 1e-9)) / np.pi)
@@ -122,6 +125,13 @@ def _plane_inside(grey: np.ndarray, centre: tuple[float, float], radius: float, 
 
 
 @compiled
+def _window(grey: np.ndarray, row: int, column: int, far: int) -> tuple[int, int, int, int]:
+    """First and last row, first and last column of what of a picture is so near to a pixel."""
+    height, width = grey.shape
+    return max(0, row - far), min(height - 1, row + far), max(0, column - far), min(width - 1, column + far)
+
+
+@compiled
 def _median_along_edge(grey: np.ndarray, top: int, bottom: int, left: int, right: int) -> float:
     values = np.empty(2 * (right - left + 1) + 2 * (bottom - top + 1))
     count = 0
@@ -158,6 +168,12 @@ def _slopes(
     if 3 * min(count[2], count[3]) > right - left and bottom > top:
         slope_y = _rise(edges[2, : count[2]], edges[3, : count[3]]) / (bottom - top)
     return slope_x, slope_y
+
+
+@compiled
+def _going_on(slope: float, beyond: float) -> float:
+    """The slope of the water beyond a window; 0 where that is no going on of the slope within."""
+    return beyond if beyond * slope > 0 and abs(beyond) > _GOES_ON * abs(slope) else 0.0
 
 
 @compiled

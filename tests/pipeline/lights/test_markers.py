@@ -176,3 +176,13 @@ def test_a_lamp_that_reaches_into_the_window_of_another_does_not_move_it():
     centres = grey_centres(grey, np.array([[20, 26, 28, 34], [32, 26, 40, 34]]), np.array([[24.0, 30.0], [36.0, 30.0]]))
     # Each lends the other's side a little light, by symmetry the same.
     np.testing.assert_allclose(centres, [[24.0, 30.0], [36.0, 30.0]], atol=0.05)
+
+
+@pytest.mark.parametrize("slope", [0.2, 1.0, 2.0])
+def test_halos_that_rise_steeply_are_taken_off(slope):
+    # Across the window of 24 pixels the water rises by up to 48 of the lamp's 160 levels, which would pull it by 0.5 pixels.
+    y, x = np.mgrid[:61, :61].astype(float)
+    lamp = 160 * np.exp(-((x - 30.3) ** 2 + (y - 29.8) ** 2) / (2 * 2.5**2))
+    grey = np.rint(256 * (90 + slope * (x - 30) + lamp)).clip(0, 65535).astype(np.uint16)
+    found = grey_centres(grey, np.array([[25, 25, 35, 35]]), np.array([[30.0, 30.0]]), 250 * 256)
+    np.testing.assert_allclose(found, [[30.3, 29.8]], atol=0.02)

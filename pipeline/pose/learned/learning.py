@@ -42,26 +42,28 @@ def learn_dock(views: Sequence[DockView], camera: Camera, dock: Dock, *, fit_foc
     """Learn where the lights of a dock really are, about their mean circle (Triggs et al. 2000)."""
     if dock.lights is None or dock.angles_deg or dock.offsets_m:
         raise LearningError("the dock must be given by its diameter and its number of evenly spaced lights")
-    placed = [each for each in (place_view(view, camera, dock) for view in views) if each is not None]
+    ring = msgspec.structs.replace(dock, lamp_depth_m=0.0)  # offsets are those within it, wherever it stands
+    placed = [each for each in (place_view(view, camera, ring) for view in views) if each is not None]
     if len(placed) < FEWEST_VIEWS:
         raise LearningError(
             f"can't tell where the lights are: {len(placed)} of {len(views)} views show {FEWEST_LIGHTS} or more lights "
             f"of the dock clearly, and {FEWEST_VIEWS} are needed, better 60"
         )
-    start = aligned(placed, dock)
+    start = aligned(placed, ring)
     if start is None:
         raise LearningError(
             "can't tell which light is which from one picture to the next, since the lights look evenly spaced within "
             "the noise: give a video, in which the dock is followed, or come nearer"
         )
-    fit = Bundle(start, camera, dock, fit_focal)
+    fit = Bundle(start, camera, ring, fit_focal)
     for _ in range(_ROUNDS):
         fit.solve()
         if not fit.renumber(views):
             break
     learned = _result(fit, dock)
     known = [tells_roll(view, learned.camera, learned.dock) for view in views]
-    return replace(learned, roll_share=sum(known) / len(known))
+    whole = msgspec.structs.replace(learned.dock, lamp_depth_m=dock.lamp_depth_m)
+    return replace(learned, dock=whole, roll_share=sum(known) / len(known))
 
 
 def _result(fit: Bundle, dock: Dock) -> LearnedDock:

@@ -180,7 +180,7 @@ def test_a_lamp_that_reaches_into_the_window_of_another_does_not_move_it():
 
 @pytest.mark.parametrize("slope", [0.2, 1.0, 2.0])
 def test_halos_that_rise_steeply_are_taken_off(slope):
-    # Across the window of 24 pixels the water rises by up to 48 of the lamp's 160 levels, which would pull it by 0.5 pixels.
+    # Across the window of 24 pixels the water rises by up to 48 of the lamp's 160 levels: a pull of 0.5 pixels.
     y, x = np.mgrid[:61, :61].astype(float)
     lamp = 160 * np.exp(-((x - 30.3) ** 2 + (y - 29.8) ** 2) / (2 * 2.5**2))
     grey = np.rint(256 * (90 + slope * (x - 30) + lamp)).clip(0, 65535).astype(np.uint16)

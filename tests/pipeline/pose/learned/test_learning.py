@@ -1,3 +1,4 @@
+import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
@@ -52,6 +53,13 @@ def test_behind_a_port_too():
     camera = Camera(700, 700, 319.5, 239.5, 640, 480, port=FlatPort(0.02, 0.005))
     true = uneven(2)
     learned = learn(true, dock_views(true, 2, count=30, camera=camera), camera)
+    assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.2e-3
+
+
+def test_lamps_behind_the_circle_are_learnt_where_they_are_and_the_depth_is_kept():
+    true = msgspec.structs.replace(uneven(1), lamp_depth_m=0.02)
+    learned = learn(true, dock_views(true, 1))
+    assert learned.dock.lamp_depth_m == 0.02
     assert np.sqrt((errors_m(learned, true)[0] ** 2).mean()) < 0.2e-3
 
 

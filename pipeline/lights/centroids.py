@@ -8,8 +8,8 @@ from dockpose.compiled import compiled
 _NEIGHBOURS = 2  # lights that may share a light's window
 # What rises across a window by more than a small share of the light's height may be the light itself, whose flank an
 # edge of the window cuts. Water, as the halos of other lights, rises by no more than the largest share, and goes on by
-# this share of its slope so many pixels farther out.
-_SMALL_RISE, _LARGEST_RISE, _WIDER_PX, _GOES_ON = 0.05, 0.4, 2, 0.5
+# this share of its slope so many pixels farther out. Another light so near, in half windows, has a flank there.
+_SMALL_RISE, _LARGEST_RISE, _WIDER_PX, _GOES_ON, _CROWDED = 0.05, 0.4, 2, 0.5, 1.5
 # A lamp so large, nowhere white and so clear (its height squared, in variances of its levels) has an outline and its
 # own slope. The slope is told within a share of its radius, as far as it exceeds so many variances, in so many rounds;
 # the weights end at a share of the height.
@@ -45,7 +45,7 @@ def weighted_centres(grey: np.ndarray, points: np.ndarray, reach: np.ndarray, fo
         if rise > _SMALL_RISE * height:
             wider = _window(grey, row, column, far + _WIDER_PX)
             beyond_x, beyond_y = _slopes(grey, points, light, beside, wider)
-            is_water = rise < _LARGEST_RISE * height
+            is_water = rise < _LARGEST_RISE * height and _nearest(points, light, _CROWDED * far)[0] < 0
             slope_x = _going_on(slope_x, beyond_x) if is_water else 0.0
             slope_y = _going_on(slope_y, beyond_y) if is_water else 0.0
         of_water = _Plane(water, slope_x, slope_y, middle)

@@ -121,7 +121,7 @@ def test_a_session_is_checked_against_the_tape_and_what_it_leads_to_is_saved(pan
     panel.client.send_file_download = lambda name, data, save_immediately: files.update({name: data})
     check = page.trying(page._check_tape)
     for name in ("plain", "tilted", "far", "missing", "turbid", "snow"):
-        shown = analyse(open_source(sample_path(name), None, None))
+        shown = analyse(open_source(str(sample_path(name)), None, None))
         page.show(shown)
         assert shown.estimate.selected is not None
         tape_cm = 103.0 * shown.estimate.selected.position_m  # 3 % longer than what the camera says

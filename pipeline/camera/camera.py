@@ -8,7 +8,7 @@ import numpy as np
 from dockpose.camera.lens import bend, straighten, tangents_of
 from dockpose.camera.port import FlatPort
 from dockpose.camera.sigma import CameraSigma, check_sigma, transformed
-from dockpose.camera.tone import check_tone
+from dockpose.camera.tone import TONES, check_tone
 from dockpose.checks import as_points, check_is, check_number, check_turn, check_whole, make_plain
 from numpy.typing import ArrayLike
 
@@ -121,7 +121,8 @@ class Camera(
         if self.sigma is not None or self.covariance:
             has_port = self.port is not None
             check_sigma(self.sigma or CameraSigma(), self.covariance, len(self.distortion), has_port=has_port)
-        check_tone(self.tone)
+        if self.tone != TONES[0]:
+            check_tone(self.tone)
 
     @property
     def matrix(self) -> np.ndarray:

@@ -24,6 +24,8 @@ _REACH = 3.0  # of the blur, within which they lie
 
 def at_scales(histogram: Histogram, min_area_px: int) -> Iterator[Threshold]:
     """Find the lights of each size, from small to large; scales without any are passed over."""
+    if np.count_nonzero(histogram.counts) < 2:  # one level, as behind a lens cap
+        return
     grey, shrink, sigma_px = histogram.levels, 1, FINEST_PX
     if histogram.counted is not None:
         counted = histogram.counted > 0

@@ -5,6 +5,7 @@ import math
 import os
 import time
 from dataclasses import dataclass
+from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from dockpose.camera.image import (
     significant_bits,
     to_grey,
 )
+from dockpose.camera.tone import linear, linear_level
 from dockpose.checks import check_is, shown
 from dockpose.dock import Dock
 from dockpose.estimate.drawing import picture_of
@@ -33,6 +35,7 @@ from dockpose.lights.markers import Markers, find_markers
 from dockpose.lights.masks import hide
 from dockpose.lights.region import Region, crop, markers_in_whole, masks_within, part_of, ring_in, threshold_in_whole
 from dockpose.lights.ring import Ring
+from dockpose.pixels.bright import SATURATED
 from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
@@ -60,6 +63,13 @@ class _Picture:
     part: tuple[int, int, int, int]  # left, top, right and bottom of it
     width: int  # of the whole picture, in pixels
     like: Estimate | None  # another estimate of it, whose threshold and groups hold here
+    tone: str | float  # curve of the camera
+
+    @cached_property
+    def light(self) -> tuple[np.ndarray, float]:
+        """The part in linear light, and from which of its levels on that is saturated."""
+        step = self.histogram.native_step
+        return linear(self.grey, step, self.tone), linear_level(SATURATED, step, self.tone)
 
 
 def estimate(
@@ -144,7 +154,7 @@ def estimate(
     grey, counted = hide(grey, masks_within(settings.masks, part), hidden)
     if like is not None and (like.settings, like.region, like.camera.tone) != (settings, region, camera.tone):
         like = None
-    picture = _Picture(image, grey, histogram_of(grey, counted), part, width, like)
+    picture = _Picture(image, grey, histogram_of(grey, counted), part, width, like, camera.tone)
     if counted is not None and not counted.any():
         status, message, stages = "no_lights", "No lights: the whole picture is masked.", {}
     else:
@@ -270,8 +280,8 @@ def _find_lights(
         stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
     else:
         stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
-        wanted = settings.min_area_px, settings.centroid, camera.tone
-        markers = find_markers(picture.grey, picture.histogram, threshold, *wanted)
+        light, white = picture.light
+        markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid, white)
         markers = stages["markers"] = markers_in_whole(markers, picture.part)
     if len(markers) == 0 and markers.dropped:
         small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
-from dockpose.camera.tone import linear, linear_level
 from dockpose.lights.centroids import weighted_centres
 from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen, squares_of
 from dockpose.pixels.flood import LEVELS, group_shapes, outline
@@ -62,9 +61,12 @@ def find_markers(
     threshold: Threshold,
     min_area_px: int,
     centroid: str = "grey",
-    tone: str | float = "linear",
+    white: float | None = None,
 ) -> Markers:
-    """Find the groups of a picture (H, W) that the threshold keeps, and part lights that run together."""
+    """Find the groups of a picture (H, W) that the threshold keeps, and part lights that run together.
+
+    ``grey`` may be in linear light, by which centres are weighed; it is saturated from ``white`` on.
+    """
     if threshold.leaves_glare:
         histogram = histogram.without_glare
     groups = threshold.groups or _groups(histogram, threshold.level)
@@ -85,10 +87,8 @@ def find_markers(
         is_large = size > _MOST_REACH_PX
         is_flat = (areas >= _LEAST_FLAT_PX) & ((saturated >= _FLAT_SHARE * areas) | is_large)
         flat = _flat_centres(groups, areas, is_flat, is_large, points, histogram.levels.shape[0])
-        step = histogram.native_step
-        white = linear_level(SATURATED, step, tone)
-        by_light = grey_centres(linear(grey, step, tone), boxes[kept], points[kept], white)
-        points = np.where(np.isnan(flat[kept]), by_light, flat[kept])
+        white = SATURATED * histogram.native_step if white is None else white
+        points = np.where(np.isnan(flat[kept]), grey_centres(grey, boxes[kept], points[kept], white), flat[kept])
     else:
         points = points[kept]
     boxes = boxes[kept]

@@ -1,10 +1,17 @@
 import json
+import os
+import struct
+import sys
+import threading
+import time
 import warnings
+from pathlib import Path
 
 import cv2
 import msgspec
 import pytest
 from dockpose.app.cli import main
+from dockpose.app.processing.parallel import workers
 from dockpose.camera.files import save_camera
 from dockpose.simulate import Approach, FilmPlan, film, save_sequence
 from dockpose.simulate.parts import Text
@@ -90,3 +97,28 @@ def test_bad_arguments_end_with_2(tank, monkeypatch, capsys, arguments, message)
     monkeypatch.chdir(tank)
     assert main(["estimate", "film.avi", *arguments]) == 2
     assert message in capsys.readouterr().err
+
+
+def begin_a_result(sign):
+    """Send the length of a result and its first byte, as where a worker is ended while it sends."""
+    results = sys._getframe(1).f_locals["result_queue"]
+    os.write(results._writer.fileno(), struct.pack("!i", 1000) + b"x")
+    Path(sign).touch()
+    time.sleep(600)
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_ended_while_it_sends_holds_nobody_up(tmp_path):
+    sign = tmp_path / "sent"
+
+    def interrupted():
+        with pytest.raises(KeyboardInterrupt), workers(1, None) as (executor, _):
+            executor.submit(begin_a_result, sign)
+            while not sign.exists():
+                time.sleep(0.01)
+            raise KeyboardInterrupt
+
+    thread = threading.Thread(target=interrupted, daemon=True)
+    thread.start()
+    thread.join(60)
+    assert not thread.is_alive()

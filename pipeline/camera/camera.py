@@ -218,8 +218,7 @@ class Camera(
                 f"the image is {width} x {height} pixels, but the camera was calibrated at "
                 f"{self.width} x {self.height}, which is not the same picture rescaled"
             )
-        across, along = ("fx", "cx"), ("fy", "cy")
-        scales = {name: (name, scale) for names, scale in ((across, scale_x), (along, scale_y)) for name in names}
+        scales = {"fx": ("fx", scale_x), "cx": ("cx", scale_x), "fy": ("fy", scale_y), "cy": ("cy", scale_y)}
         sigma, covariance = transformed(self.sigma, self.covariance, scales)
         return msgspec.structs.replace(
             self,
@@ -237,11 +236,11 @@ class Camera(
         """The camera of the picture turned clockwise by 0, 90, 180 or 270; by 90, (x, y, z) becomes (-y, x, z)."""
         camera = self
         for _ in range(check_turn("degrees", degrees) // 90):
-            radial, more = camera.distortion, ()
+            distortion = camera.distortion
             turned = {"fx": ("fy", 1.0), "fy": ("fx", 1.0), "cx": ("cy", 1.0), "cy": ("cx", -1.0)}
-            if not camera.fisheye and len(camera.distortion) >= 4:
-                k1, k2, p1, p2, *rest = camera.distortion
-                radial, more = (k1, k2, p2, -p1), tuple(rest)
+            if not camera.fisheye and len(distortion) >= 4:
+                k1, k2, p1, p2, *rest = distortion
+                distortion = (k1, k2, p2, -p1, *rest)
                 turned |= {"distortion[2]": ("distortion[3]", -1.0), "distortion[3]": ("distortion[2]", 1.0)}
             sigma, covariance = transformed(camera.sigma, camera.covariance, turned)
             camera = msgspec.structs.replace(
@@ -252,7 +251,7 @@ class Camera(
                 cy=camera.cx,
                 width=camera.height,
                 height=camera.width,
-                distortion=(*radial, *more),
+                distortion=distortion,
                 sigma=sigma,
                 covariance=covariance,
             )
@@ -260,6 +259,5 @@ class Camera(
 
     def pinhole_rays(self, undistorted_px: np.ndarray) -> np.ndarray:
         """Directions (N, 3) with z = 1 along which points (N, 2) of the undistorted picture look."""
-        x = (undistorted_px[:, 0] - self.cx) / self.fx
-        y = (undistorted_px[:, 1] - self.cy) / self.fy
-        return np.column_stack([x, y, np.ones_like(x)])
+        tangents = (undistorted_px - [self.cx, self.cy]) / [self.fx, self.fy]
+        return np.column_stack([tangents, np.ones(len(tangents))])

@@ -74,10 +74,8 @@ def check_sigma(
 
 
 def errors_of(camera: Camera) -> tuple[list[str], np.ndarray]:
-    """Names of the numbers (P,) that may be off, and the covariance (P, P) of their errors: the file's, or usual ones.
-
-    Numbers whose errors are not given go together as if each had been measured by itself.
-    """
+    """Names of the numbers (P,) that may be off, and the covariance (P, P) of their errors: given, or else usual."""
+    # Numbers whose errors are not given go together as if each had been measured by itself.
     known = {} if camera.sigma is None else camera.sigma.by_name()
     covariance = np.array(camera.covariance) if camera.covariance else np.diag(np.square(list(known.values())))
     usual: dict[str, np.ndarray] = {}

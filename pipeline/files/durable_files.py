@@ -22,15 +22,10 @@ _TEMPORARY = re.compile(rf"\..*\.(\d+)-\d+{re.escape(TEMPORARY_ENDING)}", re.DOT
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write a file under a temporary name, flush it to the disk, and only then give it its name.
-
-    An existing file is replaced in one step, or unchanged where that raises OSError; :func:`sync_folder` then makes the
-    new name durable. What is not a regular file, as ``/dev/stdout``, is written to as it is, and a link leads to the
-    file that is replaced. What killed programs left in the folder is removed before the first file.
-    """
+    """Replace a file in one step: it is written under a temporary name and flushed first. Raises OSError."""
     if path.is_symlink():
         path = path.resolve()
-    if path.exists() and not path.is_file():
+    if path.exists() and not path.is_file():  # as /dev/stdout
         path.write_bytes(data)
         return
     _tidy(path.parent.resolve())

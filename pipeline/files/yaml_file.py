@@ -49,8 +49,6 @@ class _Reader(yaml.SafeLoader):
         """Return the Python value of a node."""
         try:
             return super().construct_object(node, deep)
-        except yaml.YAMLError:
-            raise
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             kind = node.tag.rpartition(":")[2]
             value = shown(node.value) if isinstance(node, yaml.ScalarNode) else "it"

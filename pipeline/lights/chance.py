@@ -70,7 +70,7 @@ def neighbours(
 ) -> tuple[Neighbours, Neighbours]:
     """Count the points (M, 2) near a ring that are not on it: all, and those as bright as its dimmest member."""
     if len(members) == len(points_px):
-        return Neighbours(0, 0), Neighbours(0, 0)
+        return NONE_NEAR, NONE_NEAR
     off = points_px - centre_px
     around = (off * off).sum(axis=1) < (2 * radius_px) ** 2
     # The covariance of points around an ellipse has half its squared semi-axes.
@@ -97,7 +97,8 @@ def accepted(polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = Tru
         semi_axes_px=polygon.semi_axes_px,
         area_px2=scene.area_px2,
     )
-    most = math.log(_most_chance(len(scene.points_px), len(members)) / scene.numbers)
+    at_once = len(scene.points_px) <= FIRST_POINTS and len(members) >= LEAST_CROWD
+    most = math.log((ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS) / scene.numbers)
     if chance_among(near=(NONE_NEAR, NONE_NEAR)) > most:
         return None  # others near it, and cables, would only make it likelier
     chance = chance_among(
@@ -105,12 +106,6 @@ def accepted(polygon: Polygon, sides: int, scene: Scene, *, may_hang: bool = Tru
         cables=cables_of(polygon.corners >= 0) if may_hang else (),
     )
     return Candidate(polygon, sides, chance + math.log(scene.numbers)) if chance < most else None
-
-
-def _most_chance(points: int, members: int) -> float:
-    """Expected number of chance rings below which one of so many lights, among so many points, is a ring."""
-    at_once = points <= FIRST_POINTS and members >= LEAST_CROWD
-    return ACCEPTED / _THRESHOLDS if at_once else ACCEPTED_AMONG_OTHERS
 
 
 def log_chance_rings(

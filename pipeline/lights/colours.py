@@ -10,18 +10,14 @@ _LEAST_BAND = 3.0  # of 255: a band in which the lights are dimmer than this was
 _RIM_PX = 3  # margin around a light that takes in its flanks and some water
 
 
-def tell_colours(
-    image: np.ndarray, points_px: np.ndarray, areas_px: np.ndarray, which: np.ndarray | None = None
-) -> list[str | None]:
-    """Name the colour of each light (N, 2) of a picture (H, W, 3), of ``which`` (N,) alone; None where unknown."""
-    count = len(points_px)
-    which = np.ones(count, dtype=bool) if which is None else which
-    labels: list[str | None] = [None] * count
-    if image.ndim != 3 or image.shape[2] < 3 or not which.any():
+def tell_colours(image: np.ndarray, points_px: np.ndarray, areas_px: np.ndarray) -> list[str | None]:
+    """Name the colour of each light (N, 2) of a picture (H, W, 3); None where unknown."""
+    labels: list[str | None] = [None] * len(points_px)
+    if image.ndim != 3 or image.shape[2] < 3 or not labels:
         return labels
     scale = 255 / np.iinfo(image.dtype).max
     bands = np.array([scale * _light_of(image, point, area) for point, area in zip(points_px, areas_px, strict=True)])
-    lit = which & (bands.max(axis=1) > _LEAST_SIGNAL)
+    lit = bands.max(axis=1) > _LEAST_SIGNAL
     if not lit.any():
         return labels
     balance = np.median(bands[lit], axis=0)

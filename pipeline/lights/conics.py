@@ -129,10 +129,9 @@ def _spaced(
             break
         numbers = [sides for sides in numbers if len(on) >= filled * sides]
         spacings = sorted(_spacings(points_px[on], ellipse, numbers, focals_px, filled), key=attrgetter("log_chance"))
-        polygons: list[Polygon] = [] if best is None else [best]
-        for one in spacings[:_MOST_SPACINGS]:
-            if one.sides == spacings[0].sides:
-                polygons.append(_whole(one, points_px, on, tolerance_px))
+        likely = [one for one in spacings[:_MOST_SPACINGS] if one.sides == spacings[0].sides]
+        polygons = [] if best is None else [best]
+        polygons += [_whole(one, points_px, on, tolerance_px) for one in likely]
         best = max(polygons, key=lambda polygon: (len(polygon.members), -polygon.squares_px2), default=None)
     return best
 

@@ -51,7 +51,8 @@ class Ellipse:
     @property
     def matrix(self) -> np.ndarray:
         """The symmetric 3 x 3 matrix of the conic."""
-        return conic_matrix(self.conic)
+        A, B, C, D, E, F = self.conic
+        return np.array([[A, B / 2, D / 2], [B / 2, C, E / 2], [D / 2, E / 2, F]])
 
     def points(self, count: int = 180) -> np.ndarray:
         """Return ``count`` points (count, 2) around the ellipse, in pixels."""
@@ -74,17 +75,12 @@ class Ellipse:
 
     def distances(self, points_px: Any) -> np.ndarray:
         """First-order distances (N,) in pixels of points (N, 2) from the ellipse (Sampson 1982)."""
-        return sampson_distances(self.conic, as_points("points_px", points_px, 2))
-
-
-def conic_matrix(conic: np.ndarray) -> np.ndarray:
-    """Symmetric 3 x 3 matrix [[A, B/2, D/2], [B/2, C, E/2], [D/2, E/2, F]] of conic coefficients (6,)."""
-    A, B, C, D, E, F = conic
-    return np.array([[A, B / 2, D / 2], [B / 2, C, E / 2], [D / 2, E / 2, F]])
+        points = np.ascontiguousarray(as_points("points_px", points_px, 2))
+        return np.sqrt(_squared_distances(self.conic, points))
 
 
 def fit_ellipse(points_px: Any) -> Ellipse:
-    """Fit an ellipse to five or more points by least squares.
+    """Fit an ellipse to five or more points by least squares (Halir and Flusser 1998).
 
     Parameters
     ----------
@@ -100,17 +96,6 @@ def fit_ellipse(points_px: Any) -> Ellipse:
     ------
     NoEllipseError
         If there are fewer than five distinct points, they lie on a line, or no ellipse passes through them.
-
-    Notes
-    -----
-    The algebraic distance is minimised under 4AC - B^2 = 1. The points are centred and scaled first, so that pixels far
-    from the origin lose no precision; the fit is invariant under affine maps. Where the points cover about half of the
-    ellipse or less this fit comes out too small; HyperLS (:func:`_hyper_conic`) then replaces it, unless that yields a
-    hyperbola.
-
-    References
-    ----------
-    Halir and Flusser 1998, "Numerically stable direct least squares fitting of ellipses".
 
     Examples
     --------
@@ -129,10 +114,10 @@ def fit_ellipse(points_px: Any) -> Ellipse:
     different = len(set(map(tuple, points.tolist())))
     if different < MIN_POINTS:
         raise NoEllipseError(f"an ellipse needs {MIN_POINTS} different points, there are {different}")
-    x, y, scale, normalised = _normalised(points)
+    x, y, scale, normalised = _normalised(points)  # pixels far from the origin lose no precision
     design = _design(normalised)
     conic = _halir_flusser(design)
-    if _is_partial(conic):
+    if _is_partial(conic):  # it comes out too small
         conic = _hyper_conic(design, conic)
     rms = scale * math.sqrt(float(_squared_distances(conic, normalised).mean()))
     return ellipse_from_conic(_moved(conic, x, y, scale), rms)
@@ -164,13 +149,9 @@ def ellipse_from_conic(conic: Any, rms_px: float = 0.0) -> Ellipse:
     )
 
 
-def sampson_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """First-order distances (N,) of points (N, 2) from a conic (6,): |value| / |gradient| (Sampson 1982)."""
-    return np.sqrt(_squared_distances(conic, np.ascontiguousarray(points)))
-
-
 @compiled
 def _squared_distances(conic: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Squares (N,) of |value| / |gradient| of a conic (6,) at points (N, 2)."""
     A, B, C, D, E, F = conic
     squares = np.empty(len(points))
     for number in range(len(points)):
@@ -276,20 +257,9 @@ def _hyper_conic(design: np.ndarray, direct: np.ndarray) -> np.ndarray:
     # The paper's order and scale: xi = (x^2, 2xy, y^2, 2x, 2y, 1).
     xi = design * [1, 2, 1, 2, 2, 1]
     x, y, one, zero = design[:, 3], design[:, 4], design[:, 5], np.zeros(len(design))
-    V0 = 4 * np.stack(
-        [
-            np.stack(row, axis=1)
-            for row in (
-                (x * x, x * y, zero, x, zero, zero),
-                (x * y, x * x + y * y, x * y, y, x, zero),
-                (zero, x * y, y * y, zero, y, zero),
-                (x, y, zero, one, zero, zero),
-                (zero, x, y, zero, one, zero),
-                (zero, zero, zero, zero, zero, zero),
-            )
-        ],
-        axis=1,
-    )
+    # Half the derivatives of xi by x and by y, whose noise is independent.
+    by_x, by_y = np.stack([x, y, zero, one, zero, zero], axis=1), np.stack([zero, x, y, zero, one, zero], axis=1)
+    V0 = 4 * (by_x[:, :, None] * by_x[:, None] + by_y[:, :, None] * by_y[:, None])
     count = len(design)
     M = xi.T @ xi / count
     eigenvalues, vectors = np.linalg.eigh(M)

@@ -130,13 +130,8 @@ def _grow(
         for c in range(sides):
             known += corners[c] >= 0
             within = min(_STRICT_TOLERANCE * spacing[c], exact) if strict else _GROWING_TOLERANCE * spacing[c]
-            beside = (
-                corners[c] >= 0
-                or corners[c - 1] >= 0
-                or corners[c - 2] >= 0
-                or corners[(c + 1) % sides] >= 0
-                or corners[(c + 2) % sides] >= 0
-            )
+            next_one, next_two = corners[(c + 1) % sides], corners[(c + 2) % sides]
+            beside = max(corners[c - 2], corners[c - 1], corners[c], next_one, next_two) >= 0
             if off[c] < within and (strict > 0 or beside):
                 grown[c] = nearest[c]
         if strict > 0 or np.count_nonzero(grown >= 0) <= known:

@@ -49,10 +49,8 @@ def goes_on(polygon: Polygon, unit: np.ndarray, points_px: np.ndarray, tolerance
     lit = unit[polygon.corners >= 0]
     free, _ = cv2.findHomography(lit, on_ring)
     others = np.delete(points_px, polygon.members, axis=0)
-    for mapping in (polygon.mapping, free):
-        if mapping is not None and len(others) and _meets(on_ring, mapping, others, tolerance_px):
-            return True
-    return False
+    mappings = [polygon.mapping] if free is None else [polygon.mapping, free]
+    return len(others) > 0 and any(_meets(on_ring, mapping, others, tolerance_px) for mapping in mappings)
 
 
 def _meets(on_ring: np.ndarray, mapping: np.ndarray, others: np.ndarray, tolerance_px: float) -> bool:

@@ -63,10 +63,7 @@ def find_markers(
     centroid: str = "grey",
     white: float | None = None,
 ) -> Markers:
-    """Find the groups of a picture (H, W) that the threshold keeps, and part lights that run together.
-
-    ``grey`` may be in linear light, by which centres are weighed; it is saturated from ``white`` on.
-    """
+    """Find the groups that a threshold keeps; weigh their centres in ``grey`` (H, W), saturated from ``white`` on."""
     if threshold.leaves_glare:
         histogram = histogram.without_glare
     groups = threshold.groups or _groups(histogram, threshold.level)
@@ -139,15 +136,11 @@ def _split_merged(histogram: Histogram, pixels: BrightPixels, count: int, labels
     parts = split_by_peaks(part, histogram)
     # Parts never span groups; the first of each keeps the group's number.
     first = np.unique(parts, return_index=True)[1]
-    owner = labels[members][first]
-    number = np.arange(count, count + len(first))
-    _, keeps = np.unique(owner, return_index=True)
-    number[keeps] = owner[keeps]
+    number = labels[members][first]
+    extra = np.delete(np.arange(len(number)), np.unique(number, return_index=True)[1])
+    number[extra] = np.arange(count, count + len(extra))
     labels = labels.copy()
-    extra = np.flatnonzero(number >= count)
-    renumbered = number.copy()
-    renumbered[extra] = np.arange(count, count + len(extra))
-    labels[members] = renumbered[parts]
+    labels[members] = number[parts]
     return count + len(extra), labels
 
 

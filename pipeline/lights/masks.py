@@ -36,10 +36,7 @@ def check_masks(masks: Any) -> None:
         if not isinstance(mask, Sequence) or isinstance(mask, str) or len(mask) != len(_PARTS):
             raise ValueError(f"masks[{index}] is {mask!r}; it must be four numbers: {', '.join(_PARTS)}")
         for name, value in zip(_PARTS, mask, strict=True):
-            if name in ("width_px", "height_px"):
-                check_number(f"masks[{index}] {name}", value, above=0)
-            else:
-                check_number(f"masks[{index}] {name}", value)
+            check_number(f"masks[{index}] {name}", value, above=-math.inf if name in ("x_px", "y_px") else 0)
 
 
 def hidden_pixels(shape: tuple[int, int], masks: Sequence[Mask]) -> np.ndarray:
@@ -59,9 +56,7 @@ def hide(
     hidden = hidden_pixels(grey.shape, masks)
     if also is not None:
         hidden |= also
-    blackened = grey.copy()
-    blackened[hidden] = 0
-    return blackened, np.where(hidden, 0, 255).astype(np.uint8)
+    return np.where(hidden, grey.dtype.type(0), grey), np.where(hidden, 0, 255).astype(np.uint8)
 
 
 def _span(start: float, length: float, size: int) -> slice:
@@ -199,11 +194,8 @@ def _near_ring(points_px: np.ndarray, on_ring: np.ndarray) -> np.ndarray:
 
 def _around(boxes_px: np.ndarray) -> list[Mask]:
     """Masks around boxes (N, 4: left, top, right, bottom)."""
-    masks = []
-    for left, top, right, bottom in boxes_px.tolist():
-        x, y = left - _MARGIN_PX, top - _MARGIN_PX
-        masks.append((float(x), float(y), float(right + _MARGIN_PX + 1 - x), float(bottom + _MARGIN_PX + 1 - y)))
-    return masks
+    corner, size = boxes_px[:, :2] - _MARGIN_PX, boxes_px[:, 2:] - boxes_px[:, :2] + 1 + 2 * _MARGIN_PX
+    return [(x, y, width, height) for x, y, width, height in np.hstack([corner, size]).astype(float).tolist()]
 
 
 def _united(masks: list[Mask], lights_px: np.ndarray) -> tuple[Mask, ...]:

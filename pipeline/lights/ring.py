@@ -64,7 +64,8 @@ def find_ring(
     brightness = markers.areas_px * markers.peaks.astype(float)
     order = np.argsort(-brightness, kind="stable")
     # Specks, however many, say nothing on the size of lights: those are among the brightest groups.
-    tolerance = tolerance_px(0.0, light_diameter_px(markers.areas_px[order[: dock.lights or MIN_POINTS]]))
+    area_of_light_px2 = statistics.median(markers.areas_px[order[: dock.lights or MIN_POINTS]].tolist())
+    tolerance = tolerance_px(0.0, 2 * math.sqrt(area_of_light_px2 / math.pi))
     ellipse = ellipse_through(points_px, tolerance)
     whole = None
     if ellipse is not None and (lights := spaced_as(points_px, ellipse, dock, density)) is not None:
@@ -110,11 +111,6 @@ def tolerance_px(major_px: float, light_px: float = 0.0) -> float:
     return max(TOLERANCE_PX, TOLERANCE_OF_AXIS * major_px, TOLERANCE_OF_LIGHT * light_px)
 
 
-def light_diameter_px(areas_px: np.ndarray) -> float:
-    """Diameter of a disc of the groups' median area, in pixels."""
-    return 2 * math.sqrt(statistics.median(areas_px.tolist()) / math.pi)
-
-
 def _wanted(dock: Dock) -> str:
     if dock.lights is None:
         return "a ring of evenly spaced lights; among other groups it is found sooner when the number is given"
@@ -126,9 +122,7 @@ def _reason(on_ring: np.ndarray, rivals: int) -> str:
     kept, count = int(on_ring.sum()), len(on_ring)
     if kept == count:
         return f"All {count} groups lie on one ring."
-    second = (
-        "" if rivals == 0 else " A second ring is in view." if rivals == 1 else f" {rivals} more rings are in view."
-    )
+    second = {0: "", 1: " A second ring is in view."}.get(rivals, f" {rivals} more rings are in view.")
     return f"{kept} of {count} groups lie on one ring; the other {count - kept} do not.{second}"
 
 
@@ -181,13 +175,9 @@ def _of_many(scene: Scene, order: np.ndarray, dock: Dock, tolerance: float) -> l
     chosen = np.sort(order[:MAX_POINTS])
     if not scene.even or (dock.lights or LEAST_LIGHTS) < LEAST_LIGHTS:
         return []
-    found = []
     rings = polygons_on_ellipses(scene.points_px, chosen, dock.lights, scene.focal_px, tolerance)
-    for polygon in rings:
-        candidate = accepted(polygon, len(polygon.corners), scene)
-        if candidate is not None:
-            found.append(candidate)
-    return sorted(found, key=lambda candidate: candidate.log_chance)
+    found = [accepted(polygon, len(polygon.corners), scene) for polygon in rings]
+    return sorted(filter(None, found), key=lambda candidate: candidate.log_chance)
 
 
 def _is_even(dock: Dock) -> bool:
@@ -217,16 +207,12 @@ def _without_outliers(best: Candidate, dock: Dock, scene: Scene) -> Candidate:
 
 
 def _best(found: list[Candidate], scene: Scene) -> tuple[Candidate, int]:
-    """The nearest of the surest ring and others apart from it, and how many could as well be the dock.
-
-    What a flat mirror shows is always farther away than the dock itself. Where ranges do not tell, the brighter is it.
-    """
-    alike = [found[0]]
-    for other in _apart_from(found[0], found):
-        if len(other.members) >= _AS_COMPLETE * len(found[0].members) and (
-            other.log_chance < _AS_CONVINCING * found[0].log_chance
-        ):
-            alike.append(other)
+    """The nearest of the surest ring and others apart from it, and how many could as well be the dock."""
+    surest = found[0]
+    least, most = _AS_COMPLETE * len(surest.members), _AS_CONVINCING * surest.log_chance
+    others = _apart_from(surest, found)
+    alike = [surest, *(other for other in others if len(other.members) >= least and other.log_chance < most)]
+    # What a flat mirror shows is always farther away than the dock. Where ranges do not tell, the brighter is it.
     places = [_range_radii(one.polygon) for one in alike]
     nearest = int(np.argmin([range_radii for range_radii, _ in places]))
     reach, sigma = places[nearest]

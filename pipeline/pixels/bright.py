@@ -128,9 +128,18 @@ class SquareGroups:
 
 def bright_pixels(levels: np.ndarray, floor: int) -> BrightPixels:
     """Pixels of a (H, W) uint8 picture at or above ``floor``."""
-    index_type = np.int32 if levels.size <= np.iinfo(np.int32).max else np.int64
-    index, level = _at_least(levels.ravel(), floor, np.empty(0, index_type))
+    index, level = _at_least(levels.ravel(), floor, np.empty(0, _index_type(levels)))
     return BrightPixels(floor, levels.shape[1], index, level)
+
+
+def pixels_at(levels: np.ndarray, index: np.ndarray) -> BrightPixels:
+    """Pixels of a (H, W) uint8 picture at places (n,) that rise; their floor is the dimmest."""
+    level = levels.ravel()[index].astype(np.int32)
+    return BrightPixels(int(level.min()), levels.shape[1], index.astype(_index_type(levels)), level)
+
+
+def _index_type(levels: np.ndarray) -> type[np.integer]:
+    return np.int32 if levels.size <= np.iinfo(np.int32).max else np.int64
 
 
 @compiled

@@ -166,7 +166,7 @@ def steer(observed: CirclePose, motion: ClosedLoop) -> tuple[np.ndarray, np.ndar
     axis = np.array([-ahead[1], ahead[0], 0.0])  # optical axis x direction to the dock
     sine = float(np.linalg.norm(axis))
     angle = min(share * math.atan2(sine, ahead[2]), math.radians(motion.turn_deg_per_s) * period_s)
-    return travel, _rotation(axis * angle / max(sine, 1e-12))
+    return travel, cv2.Rodrigues(axis * angle / max(sine, 1e-12))[0]
 
 
 class _Drift:
@@ -186,7 +186,7 @@ class _Drift:
 
 def _carried(position_m: np.ndarray, rotation: np.ndarray, drift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Position and rotation of the dock in the camera frame after the currents moved the vehicle."""
-    turn = _rotation(drift[3:])
+    turn = cv2.Rodrigues(drift[3:])[0]
     return turn @ position_m + drift[:3], turn @ rotation
 
 
@@ -206,8 +206,3 @@ def _with_pose(scene: Scene, position_m: np.ndarray, rotation: np.ndarray, index
 def _degrees(angle_rad: float) -> float:
     """Degrees, rounded so that an angle that does not change is written as it was given."""
     return round(math.degrees(angle_rad), 9)
-
-
-def _rotation(vector_rad: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) about a vector, by its length in radians."""
-    return cv2.Rodrigues(np.asarray(vector_rad, dtype=float))[0]

@@ -30,7 +30,7 @@ def _split(reason: str) -> Callable[[Callable[[Histogram], int]], Callable[[Hist
 
 @_split("It makes the variance between the two classes largest (Otsu 1979).")
 def otsu(histogram: Histogram) -> int:
-    """Maximise the variance between the two classes, by scikit-image.
+    """Maximise the variance between the two classes (Otsu 1979), by scikit-image.
 
     Parameters
     ----------
@@ -41,10 +41,6 @@ def otsu(histogram: Histogram) -> int:
     -------
     Threshold
         The level and why.
-
-    References
-    ----------
-    Otsu 1979, "A threshold selection method from gray-level histograms".
 
     Examples
     --------

@@ -251,6 +251,8 @@ def _counts(levels: np.ndarray, counted: np.ndarray | None) -> np.ndarray:
     return cv2.calcHist([levels], [0], counted, [LEVELS], [0, LEVELS]).ravel().astype(np.int64)
 
 
-def threshold_at(method: str, histogram: Histogram, level: int, reason: str) -> Threshold:
-    """Return a threshold that has only a level and a reason."""
-    return Threshold(method, level, level * histogram.native_step, histogram.counts, reason)
+def threshold_at(
+    method: str, histogram: Histogram, level: int, reason: str, groups: PixelGroups | None = None
+) -> Threshold:
+    """Return a threshold that has only a level, a reason and perhaps groups."""
+    return Threshold(method, level, level * histogram.native_step, histogram.counts, reason, groups=groups)

@@ -4,17 +4,10 @@ import math
 
 import cv2
 import numpy as np
-from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen
+from dockpose.pixels.bright import SATURATED, BrightPixels, PixelGroups, SquareGroups, coarsen, pixels_at
 from dockpose.pixels.flood import LEVELS
 from dockpose.pixels.peaks import deepen, peaks_by_persistence
-from dockpose.thresholds.hats import (
-    LIT_SHARES,
-    MOST_PIXELS,
-    background_limit,
-    background_mode,
-    counts_with_exact_top,
-    lit_limit,
-)
+from dockpose.thresholds.hats import LIT_SHARES, MOST_PIXELS, background_limit, background_mode, lit_limit
 from dockpose.thresholds.histogram import MOST_SHARE, Histogram, Threshold
 
 RISE_SHARE = 0.25  # of a peak's height above the water: what it must rise above its saddle to count by itself
@@ -76,16 +69,15 @@ def hats_local(histogram: Histogram, min_area_px: int) -> Threshold:
 
 
 def _nothing(histogram: Histogram, reason: str) -> Threshold:
-    counts = counts_with_exact_top(histogram, LEVELS)
-    return Threshold("hats_local", LEVELS, LEVELS * histogram.native_step, counts, reason)
+    return Threshold("hats_local", LEVELS, LEVELS * histogram.native_step, histogram.sketch, reason)
 
 
 def _threshold(histogram: Histogram, levels: np.ndarray, side: int, index: np.ndarray, light: np.ndarray) -> Threshold:
     """Threshold of squares ``index``, each of that light; of these, pixels as bright as the dimmest square."""
-    own = levels.ravel()[index].astype(np.int32)
+    pixels = pixels_at(levels, index)
     dimmest = np.full(int(light.max()) + 1, LEVELS)
-    np.minimum.at(dimmest, light, own)
-    level = int(dimmest.min())
+    np.minimum.at(dimmest, light, pixels.level)
+    level = pixels.floor
     groups: PixelGroups | SquareGroups
     if side > 1:
         light_at = np.full(levels.shape, -1, np.int32)
@@ -94,15 +86,9 @@ def _threshold(histogram: Histogram, levels: np.ndarray, side: int, index: np.nd
         if not histogram.is_lit(level):
             groups = PixelGroups(*groups.listed(), len(dimmest))
     else:
-        groups = PixelGroups(BrightPixels(level, levels.shape[1], index, own), light, len(dimmest))
-    return Threshold(
-        method="hats_local",
-        level=level,
-        native_level=level * histogram.native_step,
-        histogram=counts_with_exact_top(histogram, LEVELS),
-        reason=f"{len(dimmest)} peaks, each cut half way up, at levels from {level} to {int(dimmest.max())}.",
-        groups=groups,
-    )
+        groups = PixelGroups(pixels, light, len(dimmest))
+    reason = f"{len(dimmest)} peaks, each cut half way up, at levels from {level} to {int(dimmest.max())}."
+    return Threshold("hats_local", level, level * histogram.native_step, histogram.sketch, reason, groups=groups)
 
 
 def _flattened(histogram: Histogram) -> np.ndarray:

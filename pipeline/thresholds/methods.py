@@ -50,11 +50,6 @@ class Methods(Mapping[str, Method]):
             self._load()
         return self._entries[name].method
 
-    def __contains__(self, name: object) -> bool:
-        if name not in self._entries:
-            self._load()
-        return name in self._entries
-
     def __iter__(self) -> Iterator[str]:
         self._load()
         return iter(sorted(self._entries, key="fixed".__eq__))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from dockpose.checks import InputError
-from dockpose.pixels.bright import BrightPixels, PixelGroups
+from dockpose.pixels.bright import PixelGroups, pixels_at
 from dockpose.pixels.flood import LEVELS
 from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
@@ -68,14 +68,10 @@ def _threshold_by_mask(name: str, title: str, histogram: Histogram, mask: np.nda
     index = np.flatnonzero(mask)
     if len(index) == 0:
         return threshold_at(name, histogram, LEVELS, f"The mask of {title} keeps no pixel.")
-    index = index.astype(np.int32 if mask.size <= np.iinfo(np.int32).max else np.int64)
-    own = histogram.levels.ravel()[index].astype(np.int32)
-    level = int(own.min())
-    pixels = BrightPixels(level, shape[1], index, own)
+    pixels = pixels_at(histogram.levels, index)
     reason = f"The mask of {title} keeps {len(index)} pixel{'s' if len(index) > 1 else ''}, the darkest at this level."
     count, group_of = pixels.groups()
-    groups = PixelGroups(pixels, group_of, count)
-    return Threshold(name, level, level * histogram.native_step, histogram.counts, reason, groups=groups)
+    return threshold_at(name, histogram, pixels.floor, reason, PixelGroups(pixels, group_of, count))
 
 
 def _in_words(error: BaseException, function: Any) -> str:

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
-from dockpose.pixels.bright import BrightPixels, PixelGroups
-from dockpose.thresholds.histogram import Histogram, Threshold
+from dockpose.pixels.bright import PixelGroups, pixels_at
+from dockpose.thresholds.histogram import Histogram, Threshold, threshold_at
 
 _MOST_PX = 2_100_000  # of the picture, for time: of a larger one the finest scales are left out
 # Standard deviations of the finest blur, and by how much each next is wider: a lamp is within half a step of one.
@@ -70,13 +70,9 @@ def _groups(
     if not kept.any():
         return None
     numbers, group_of = np.unique(light[kept], return_inverse=True)
-    own = histogram.levels.ravel()[index[kept]].astype(np.int32)
-    level = int(own.min())
-    pixels = BrightPixels(level, width, index[kept].astype(np.int32), own)
+    pixels = pixels_at(histogram.levels, index[kept])
     reason = f"{len(numbers)} peaks {2 * sigma_px * shrink:.3g} pixels wide stand out of the noise."
-    groups = PixelGroups(pixels, group_of, len(numbers))
-    native_level = level * histogram.native_step
-    return Threshold("hats_local", level, native_level, histogram.counts, reason, groups=groups)
+    return threshold_at("hats_local", histogram, pixels.floor, reason, PixelGroups(pixels, group_of, len(numbers)))
 
 
 def _around(response: np.ndarray, row: int, column: int, reach: int) -> np.ndarray:

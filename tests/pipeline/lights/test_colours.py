@@ -55,7 +55,7 @@ def test_16_bits_tell_the_same():
 def test_a_grey_picture_and_lights_that_are_none_tell_nothing():
     image, lights = pictured()
     assert told(image[:, :, 0], lights) == [None] * 12
-    assert tell_colours(image, *lights, np.zeros(12, dtype=bool)) == [None] * 12
+    assert tell_colours(image, *(each[:0] for each in lights)) == []
     assert told(np.zeros_like(image), lights) == [None] * 12
 
 

@@ -1,5 +1,7 @@
 # Each stamp in .venv stands for a step that is done; a second run of a target starts at once.
 PYTHON ?= python3
+# Bytecode is kept, wherever this runs: without it each process of the tests would compile every file again.
+unexport PYTHONDONTWRITEBYTECODE
 VENV := .venv
 OLDEST := .venv-oldest
 ifeq ($(OS),Windows_NT)

@@ -31,9 +31,8 @@ from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
 from dockpose.app.web.server.start import open_server, reachable_hosts, silence, token_for
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.app.web.server.viser_private import icons_from_one_archive
-from dockpose.app.web.widgets import Parts
+from dockpose.app.web.widgets import Choices, Parts
 from dockpose.sources import Frame
-from msgspec.structs import replace as changed
 
 LOOPBACK = "127.0.0.1"
 FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds up the next
@@ -59,7 +58,7 @@ class App(contextlib.AbstractContextManager["App"]):
         self._uploads = Uploads(options.upload_limit_bytes, self._kept.make_room)
         self._memory, self._history = memory, History()
         self._view = view
-        self._lock = threading.RLock()
+        self._lock, self._choices = threading.RLock(), Choices()
         self._scene = Scene3D(server)
         self._shown = view
         self._sequence = SequenceController(self, sequence, options.folder)
@@ -71,8 +70,7 @@ class App(contextlib.AbstractContextManager["App"]):
         with icons_from_one_archive():
             self._layout = Layout(self._parts(options, beside))
         self._panels = self._layout.panels
-        for panel in self._panels:
-            panel.load(view)
+        self._load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
         pacing = self._pacing
@@ -98,7 +96,7 @@ class App(contextlib.AbstractContextManager["App"]):
         memory = Memory(options.remember_in)
         tank = memory.now.tank
         if sequence is not None:
-            tank = changed(tank, camera=camera or tank.camera, dock=dock or tank.dock)
+            tank = tank.with_given(camera, dock)
             sequence = replace(sequence, wishes=of_size(options.wishes, tank.camera))
             view = open_source(None, None, None, tank)
         else:
@@ -162,16 +160,16 @@ class App(contextlib.AbstractContextManager["App"]):
     ) -> None:
         """Apply a function to the view and have the result worked on; where it refuses, say so and keep the view."""
         with self._lock:
-            before = self._view
+            before, choice = self._view, self._choices.put_back()
 
             def apply() -> None:
                 self._view = function(before)
 
             is_done = attempt(apply, self.notify, self.fail, client)
+            self._choices.taken(choice)
             after = self._view = kept(before, self._view)
             if reload or not is_done:
-                for panel in self._panels:
-                    panel.load(after)
+                self._load(after)
             if after is not before:
                 self._history.note(before, after)
                 if not (self._sequence.is_playing and after.list_name == "sequence"):  # else the next frame has it
@@ -179,6 +177,11 @@ class App(contextlib.AbstractContextManager["App"]):
         if before.list_name == "sequence" != after.list_name:
             self._sequence.close()
         self._tell_notes(before, after, client)
+
+    def _load(self, view: View) -> None:
+        for panel in self._panels:
+            panel.load(view)
+        self._choices.put_back()
 
     def _tell_notes(self, before: View, after: View, client: viser.ClientHandle | None) -> None:
         for note in after.notes:
@@ -207,6 +210,7 @@ class App(contextlib.AbstractContextManager["App"]):
             live=self._live,
             closing=self._closing,
             change=self.change,
+            choices=self._choices,
             fail=self.fail,
             undo=lambda client: self.change(self._history.undo, client, reload=True),
             redo=lambda client: self.change(self._history.redo, client, reload=True),
@@ -265,8 +269,7 @@ class App(contextlib.AbstractContextManager["App"]):
                 return
             view = self._view = follower.view_of(before, frame)
             if (view.camera, view.dock, view.list_name) != (before.camera, before.dock, before.list_name):
-                for panel in self._panels:
-                    panel.load(view)
+                self._load(view)
         self._tell_notes(before, view, None)
         analysis = self._newest = follower.read(view, frame)
         if self._pacing.shows_next():
@@ -300,8 +303,7 @@ class App(contextlib.AbstractContextManager["App"]):
             if self._view is not refused:
                 return
             self._view = self._shown
-            for panel in self._panels:
-                panel.load(self._shown)
+            self._load(self._shown)
         tell_refusal(error, self.notify, None)
 
     def fail(self, error: Exception) -> None:

@@ -23,6 +23,7 @@ from dockpose.app.web.notifications import Notify, attempt, tell_refusal
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
+from dockpose.app.web.server.viser_private import identity
 
 if TYPE_CHECKING:
     from dockpose.app.web.live import LivePage
@@ -31,6 +32,7 @@ Act = Callable[[viser.ClientHandle], object]
 Take = Callable[[bytes, str, viser.ClientHandle], object]  # of a file its bytes and name
 # Applies a function to the present view, for the browser that asked for it; by ``reload`` the controls follow.
 Change = Callable[..., None]
+Choice = tuple[str, Any, Any]  # a control's id, the control, and the value that a person gave it
 IDLE_S = 1.5  # a pause in typing
 _SAVING = "Something is being saved already. Wait for it, or stop it first."
 
@@ -42,6 +44,7 @@ class Parts:
     server: viser.ViserServer
     live: "LivePage"
     change: Change
+    choices: "Choices"
     notify: Notify
     fail: Callable[[Exception], None]  # reports unexpected errors
     undo: Act
@@ -93,8 +96,10 @@ class Panel:
     def add(self, kind: str, name: str, act: Act | None = None, **more: Any) -> Any:
         """Add a control by its row of the table; ``act`` is done for the browser in which a person uses it."""
         handle = getattr(self.gui, f"add_{kind}")(**self.said[name], **more)
-        if act is not None:
-            on_person(handle.on_click if hasattr(handle, "on_click") else handle.on_update, act)
+        if act is not None and hasattr(handle, "on_click"):
+            on_person(handle.on_click, act)
+        elif act is not None:
+            self.parts.choices.on_update(handle, act)
         return handle
 
     def add_sliders(
@@ -102,7 +107,7 @@ class Panel:
     ) -> None:
         """Add a slider for each parameter."""
         for name, one in parameters.items():
-            self.sliders[name] = Slider(self.gui, one, self.change, putters.get(name), reload=name in reloading)
+            self.sliders[name] = Slider(self.parts, one, putters.get(name), reload=name in reloading)
 
     def add_download(self, name: str, file_name: str, make: Callable[[View], bytes]) -> Any:
         """Add a button that sends ``make(view)`` to the downloads of the browser in which a person presses it."""
@@ -119,7 +124,7 @@ class Panel:
 
     def changing(self, function: Callable[[View], View], *, reload: bool = True) -> Act:
         """What applies to the view a function that reads the controls itself."""
-        # It runs with the view locked; viser calls back out of order, so only the value at that moment is the newest.
+        # It runs with the view locked; only then does a control have what was set last, for viser calls in any order.
         return lambda client: self.change(function, client, reload=reload)
 
     def trying(self, act: Act) -> Act:
@@ -129,6 +134,47 @@ class Panel:
     def changing_by_file(self, function: Callable[[View, bytes, str], View]) -> Take:
         """What applies a function of a file to the view."""
         return lambda data, name, client: self.change(lambda view: function(view, data, name), client, reload=True)
+
+
+class Choices:
+    """What people set in controls and no act has taken up yet: another act that ends meanwhile sets all controls."""
+
+    def __init__(self) -> None:
+        self._open: dict[str | None, Choice] = {}
+        self._acting = threading.local()
+
+    def on_update(self, handle: Any, act: Act) -> None:
+        """Call ``act`` with the browser in which a person set a control, which then has the value set last."""
+        key = identity(handle)
+
+        async def note(event: Any) -> None:  # viser awaits this in the order of a browser's messages
+            if event.client is not None:
+                self._open[key] = key, handle, handle.value
+
+        def take_up(client: viser.ClientHandle) -> None:  # which viser calls in any order
+            self._acting.on = key
+            choice = self.put_back()
+            try:
+                act(client)
+            finally:
+                self.taken(choice)
+                self._acting.on = None
+
+        handle.on_update(note)
+        on_person(handle.on_update, take_up)
+
+    def put_back(self) -> Choice | None:
+        """Set controls as people did, where the program set them otherwise since; return what this thread acts on."""
+        choices = dict(self._open)
+        for _, handle, value in choices.values():
+            if handle.value != value:
+                handle.value = value
+        return choices.get(getattr(self._acting, "on", None))
+
+    def taken(self, choice: Choice | None) -> None:
+        """Say that an act has read a choice; one that was made in the same control since stays."""
+        if choice is not None and self._open.get(choice[0]) is choice:
+            del self._open[choice[0]]
 
 
 def on_person(attach: Callable[[Callable[[Any], None]], object], act: Act) -> None:
@@ -168,15 +214,14 @@ class Slider:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
+        parts: Parts,
         parameter: Parameter,
-        change: Change,
         put: Callable[[View, Any], View] | None = None,
         *,
         reload: bool = False,
     ) -> None:
-        self._parameter, put = parameter, put or parameter.put
-        self.handle = gui.add_slider(
+        self._parameter, put, change = parameter, put or parameter.put, parts.change
+        self.handle = parts.server.gui.add_slider(
             parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
         )
 
@@ -187,7 +232,7 @@ class Slider:
                 return_when_idle(self.handle, change, client, self.load)
             return new
 
-        on_person(self.handle.on_update, lambda client: change(partial(changed, client), client, reload=reload))
+        parts.choices.on_update(self.handle, lambda client: change(partial(changed, client), client, reload=reload))
 
     def load(self, view: View, *, with_value: bool = True) -> None:
         """Set the range and, by default, the value; the box shows as many decimals as a step has, at least one."""

@@ -59,8 +59,8 @@ class DetectPanel(Panel):
         self._method = self.add(
             "dropdown", "method", self.changing(self._with_method, reload=False), options=tuple(self._labels)
         )
-        self._level = Slider(self.gui, DETECTION["level"], self.change, self._with_fixed_level)
-        self._min_area = Slider(self.gui, DETECTION["min_area_px"], self.change)
+        self._level = Slider(parts, DETECTION["level"], self._with_fixed_level)
+        self._min_area = Slider(parts, DETECTION["min_area_px"])
         self._centroid = self.add(
             "dropdown",
             "centroid",

@@ -8,7 +8,11 @@ from dockpose.app.web.app import App
 from dockpose.app.web.notifications import together
 from dockpose.app.web.server import start as opening
 from dockpose.app.web.server.start import PortBusyError
+from dockpose.app.web.server.viser_private import control
+from dockpose.thresholds import METHODS
 from viser import _messages as messages
+
+from tests.support.visitors import Visitor
 
 
 @pytest.fixture
@@ -79,6 +83,40 @@ def test_refused_change_keeps_the_view(app):
     before = app.view
     app.change(lambda view: put(view, "fx", float("nan")))
     assert app.view is before
+
+
+@pytest.mark.parametrize(
+    ("label", "value", "seen"),
+    [
+        ("Sample scene", "tilted", lambda view: view.sample == "tilted"),
+        ("Diameter (cm)", 47.0, lambda view: view.dock.diameter == 0.47),
+        ("Threshold by", METHODS.title("otsu"), lambda view: view.settings.method == "otsu"),
+    ],
+)
+def test_what_is_set_while_another_act_ends_is_not_lost(app, label, value, seen):
+    assert app.wait_until_idle(60)
+    with Visitor(app.address) as visitor:
+        assert visitor.until(lambda visitor: label in visitor.ids)
+        handle = control(app._server.gui, visitor.ids[label])
+        with app._lock:  # another act has begun
+            visitor.set(label, value)
+            assert visitor.until(lambda visitor: handle.value == value)
+            app._load(app._view)  # and ends by setting all controls
+        assert visitor.until(lambda visitor: seen(app.view))
+        assert visitor.until(lambda visitor: not app._choices._open)
+        assert handle.value == value
+
+
+def test_what_is_refused_is_not_put_back(app):
+    with Visitor(app.address) as visitor:
+        label = "Measured x (cm)"
+        assert visitor.until(lambda visitor: label in visitor.ids)
+        visitor.set("Compare with a measured pose", True)
+        assert visitor.until(lambda visitor: app.view.measured is not None)
+        visitor.set(label, "4 apples")
+        assert visitor.until(lambda visitor: visitor.notices)
+        assert visitor.until(lambda visitor: not app._choices._open)
+        assert visitor.values[visitor.ids[label]] != "4 apples"
 
 
 def test_notices_in_a_rush_are_one_text():

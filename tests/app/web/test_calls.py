@@ -1,5 +1,6 @@
 """How much work one slider move is: calls of Python functions of ours, in all threads."""
 
+import asyncio
 import sys
 import threading
 import time
@@ -67,7 +68,9 @@ def move(app, value):
     slider = next(panel for panel in app._panels if isinstance(panel, CameraPanel)).sliders["diameter_cm"].handle
     slider.value = value
     for function in slider._impl.update_cb:
-        function(SimpleNamespace(client=BROWSER, target=slider))  # type: ignore[arg-type]
+        coroutine = function(SimpleNamespace(client=BROWSER, target=slider))  # type: ignore[arg-type]
+        if coroutine is not None:
+            asyncio.run(coroutine)
     wait(app)
 
 

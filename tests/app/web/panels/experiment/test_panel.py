@@ -19,7 +19,7 @@ from dockpose.app.web.notifications import attempt
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.experiment.rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.start import silence
-from dockpose.app.web.widgets import Parts
+from dockpose.app.web.widgets import Choices, Parts
 from dockpose.camera.files import load_camera
 
 from tests.support.rows import changed
@@ -72,7 +72,7 @@ def panel(tmp_path):
         return attempt(act, notify, lambda error: told.append(("failed", error)), client)
 
     with ExitStack() as closing:
-        parts = SimpleNamespace(sessions=SessionFolder(tmp_path), notify=notify, attempt=attempt_)
+        parts = SimpleNamespace(sessions=SessionFolder(tmp_path), notify=notify, attempt=attempt_, choices=Choices())
         parts.server, parts.change, parts.closing = server, None, closing
         made = ExperimentPanel(cast("Parts", parts))
         yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=tmp_path)

@@ -2,7 +2,7 @@
 // and tells who may only look that they may.
 "use strict";
 
-const ASK_EVERY_MS = 2000;
+const ASK_EVERY_MS = 2000, PATIENCE_MS = 10000;
 const TABS = "dockpose tabs";
 
 // A line over the whole page, for what must be read before anything else is believed.
@@ -25,18 +25,24 @@ function startAgain() {
   return `dockpose serve${port}`;
 }
 
-// The server answers nobody while it is stopped, and refuses who has an old token.
+// The server answers nobody while it is stopped, and refuses who has an old token. After an outage viser stops trying to
+// connect, so the page is loaded anew; until then the banner stays.
+let wasOut = false;
 async function ask() {
   try {
-    const answer = await fetch("/alive", { cache: "no-store" });
+    const answer = await fetch("/alive", { cache: "no-store", signal: AbortSignal.timeout(PATIENCE_MS) });
     if (answer.status === 403) showBanner("dockpose was started anew. Open the address that it printed in the terminal.");
-    else showBanner("");
+    else if (wasOut) {
+      clearInterval(asking);  // a second reload would begin the first anew, where the program answers slowly
+      location.reload();
+    } else showBanner("");
   } catch {
+    wasOut = true;
     showBanner(`dockpose has stopped; what is shown here is old.\n`
       + `Start it again in the terminal: ${startAgain()}. This page then reconnects by itself.`);
   }
 }
-setInterval(ask, ASK_EVERY_MS);
+const asking = setInterval(ask, ASK_EVERY_MS);
 
 // Tabs that were open are opened again after a reload; viser itself always starts with the first.
 function openTabs() {

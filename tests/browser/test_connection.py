@@ -35,7 +35,6 @@ def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, 
         assert f"dockpose serve --port {port}" in banner.inner_text()
         with App.build(port=port, options=options) as page.app:
             banner.wait_for(state="hidden")
-            page.page.reload()  # with the token of before
             page.page.locator("#candidates tbody tr").first.wait_for()
             page.until(lambda: page.has_found("tilted"))
 

@@ -1,3 +1,4 @@
+import contextlib
 import hashlib
 import io
 import json
@@ -12,6 +13,7 @@ import pytest
 import yaml
 from dockpose import estimate
 from dockpose.app.drawing.annotated import LAYERS
+from dockpose.app.drawing.colours import POSE_COLOURS, rgb
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.processing import comparison
 from dockpose.app.web.panels.export import LAYER_WORDS, WHAT, ExportPanel
@@ -78,6 +80,21 @@ def test_file_is_saved_by_itself_and_opens(page, name):
         called, data = saved(page, what)
         assert called == f"dockpose_plain_{name}"
         assert CHECKS[name](data), what
+
+
+def test_saved_3d_page_draws_both_docks(page, browser, tmp_path):
+    page.tab("Export")
+    path = tmp_path / "view_3d.html"
+    path.write_bytes(saved(page, next(what for what in WHAT if WHAT[what] == path.name))[1])
+    with contextlib.closing(browser.new_page(viewport={"width": 1366, "height": 768})) as alone:
+        alone.goto(path.as_uri())
+
+        def pixels_of(colour):
+            shown = np.asarray(Image.open(io.BytesIO(alone.screenshot())).convert("RGB")).astype(int)
+            return (np.abs(shown - rgb(colour)).max(axis=2) < 30).sum()
+
+        for colour in POSE_COLOURS:  # some hundred pixels each, where the page is drawn; no control has them
+            page.until(lambda: pixels_of(colour) > 20)  # noqa: B023
 
 
 def test_layers_are_drawn_or_not(page):

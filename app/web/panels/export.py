@@ -12,6 +12,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
+from dockpose.app.web.server.viser_private import page_of_scene
 from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
 
 _SAID = read_toml("controls.toml")["export"]
@@ -79,8 +80,9 @@ class ExportPanel(Panel):
 
     def _files(self, analysis: Analysis, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
         files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256, progress=progress)
-        scene = self.parts.server.scene
-        return files | {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: scene.as_html().encode()}
+        server = self.parts.server
+        saved = {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: page_of_scene(server).encode()}
+        return files | saved
 
 
 def view_picture(client: viser.ClientHandle) -> bytes:

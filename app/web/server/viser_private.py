@@ -136,6 +136,19 @@ def icons_from_one_archive() -> Iterator[None]:
             names["zipfile"] = zipfile
 
 
+# Saving. Replaced by: a serializer that takes messages.
+
+
+def page_of_scene(server: viser.ViserServer) -> str:
+    """A page that draws the 3D scene as it is now, without a server.
+
+    Each browser is shown the scene once it has the rest of its page; nobody would show it to a saved page.
+    """
+    serializer = server.get_scene_serializer()
+    serializer._insert_message(messages.SetSceneNodeVisibilityMessage("", True))
+    return serializer.as_html()
+
+
 # Controls. Replaced by: public properties of the handles, and a way to look them up.
 
 

@@ -37,10 +37,10 @@ def chance(pose: CirclePose, before: str = "") -> str:
 
 def pose_values(pose: CirclePose | KnownPose) -> tuple[float, ...]:
     """Return a pose in the order and the units of ``QUANTITIES``."""
-    x, y, z = [100 * float(value) for value in pose.position_m]
+    x, y, z = map(float, pose.position_m)
     if isinstance(pose, KnownPose):
-        return x, y, z, pose.theta_x_deg, pose.theta_y_deg
-    return x, y, z, math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)
+        return 100 * x, 100 * y, 100 * z, pose.theta_x_deg, pose.theta_y_deg
+    return 100 * x, 100 * y, 100 * z, math.degrees(pose.theta_x_rad), math.degrees(pose.theta_y_rad)
 
 
 def pose_sigmas(pose: CirclePose, part: str | None = None) -> tuple[float | None, ...]:

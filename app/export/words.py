@@ -31,12 +31,12 @@ _USUAL = ("k1", "k2", "p1", "p2", "k3")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
 
 
-def status_line(found: Estimate) -> str:
+def status_line(found: Estimate, *, with_sigma: bool = True) -> str:
     """Return lights, level, pose and time, as in 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms."""
     parts = [count(found.lights_on_ring or 0, "light")]
     if found.threshold is not None:
         parts.append(f"{METHODS.short(found.threshold.method)} {level_words(found.threshold)}")
-    parts += [_pose_words(found), f"{number(found.elapsed_ms)} ms"]
+    parts += [_pose_words(found, with_sigma=with_sigma), f"{number(found.elapsed_ms)} ms"]
     return " | ".join(filter(None, parts))
 
 
@@ -60,13 +60,13 @@ def why_this_one(found: Estimate) -> str:
     return f"{words} Its probability is {percent(probability)} %, {sure}."
 
 
-def _pose_words(found: Estimate) -> str:
+def _pose_words(found: Estimate, *, with_sigma: bool) -> str:
     pose = found.selected
     if pose is None or found.choice is None:
         return f"no pose ({status_words(found.status)})"
     distance = f"{number(pose.position_m[2], 3)} m"
     sigma_m = None if pose.sigma_total_position_m is None else pose.sigma_total_position_m[2]
-    if sigma_m is not None and math.isfinite(sigma_m):
+    if with_sigma and sigma_m is not None and math.isfinite(sigma_m):
         distance += f" ± {sigma_words(sigma_m)}"
     # A tracked pose was chosen against the frame's own probability, which would mislead.
     likely = "" if found.choice.selected_by == "tracking" else chance(pose, " ")

@@ -96,8 +96,7 @@ class Analysis:
     def trust(self) -> Trust:
         """How far the result can be trusted; in a sequence with the probability that the track gives."""
         tracked = None if self.tracked_frame is None else self.tracked_frame.tracked
-        is_guess = self.view.camera_of == "guess"
-        return trust_of(self.estimate, tracked, camera_is_guessed=is_guess, fitting_lights=self.fitting_lights)
+        return trust_of(self.estimate, tracked, assumed=self.view.assumed, fitting_lights=self.fitting_lights)
 
 
 def _fitting_lights(view: View, more_than: int) -> int | None:

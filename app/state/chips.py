@@ -7,7 +7,7 @@ from functools import partial
 from dockpose import Settings
 from dockpose.app.drawing.numbers import count
 from dockpose.app.state.changes import mask_labels, with_lights, with_pose_by_hand, without_mask, without_masks
-from dockpose.app.state.in_force import is_in_force, with_my_tank
+from dockpose.app.state.in_force import is_in_force, with_my_tank, with_own_dock
 from dockpose.app.state.view import View
 from msgspec.structs import replace as changed
 
@@ -33,6 +33,10 @@ def _offers(view: View, fitting_lights: int | None) -> Iterator[Chip]:
     if fitting_lights is not None:
         label = f"{fitting_lights} lights form a ring; the dock is set to {view.dock.lights}. Use {fitting_lights}?"
         yield Chip(label, "Sets the number of lights, evenly spaced.", lambda view: with_lights(view, fitting_lights))
+    if view.dock_of == "guess":
+        hint = "Distances are in proportion to the diameter. Press if it is right; otherwise set it in the tab Tank."
+        label = f"Dock of {100 * view.dock.diameter:g} cm assumed. Is it {100 * view.dock.diameter:g} cm?"
+        yield Chip(label, hint, lambda view: with_own_dock(view, view.dock))
     mine = with_my_tank(view)
     is_known = view.tank.camera is not None or view.camera_of == "tank"
     if is_known and not is_in_force(view) and (mine.camera, mine.dock) != (view.camera, view.dock):

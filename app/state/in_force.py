@@ -6,14 +6,15 @@ from pathlib import Path
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.state.tank import Tank
-from dockpose.app.state.view import View, own_camera
+from dockpose.app.state.view import View, own_camera, own_dock
 from msgspec.structs import replace as changed
 
 
 def with_my_tank(view: View) -> View:
     """Look at the picture with My tank's camera and dock; a camera is assumed where My tank has none that fits."""
     camera, camera_of = own_camera(view.tank, view.image)
-    return replace(view, camera=camera, camera_of=camera_of, dock=view.tank.dock, dock_of="tank")
+    dock, dock_of = own_dock(view.tank)
+    return replace(view, camera=camera, camera_of=camera_of, dock=dock, dock_of=dock_of)
 
 
 def with_tank(view: View, tank: Tank) -> View:
@@ -28,7 +29,7 @@ def with_these_as_mine(view: View) -> View:
     """Take the camera and the dock in force for My tank; an assumed camera is nobody's."""
     camera = view.tank.camera if view.camera_of == "guess" else view.camera
     camera_of = view.camera_of if view.camera_of == "guess" else "tank"
-    return replace(view, tank=changed(view.tank, camera=camera, dock=view.dock), camera_of=camera_of, dock_of="tank")
+    return with_own_dock(replace(view, tank=changed(view.tank, camera=camera), camera_of=camera_of), view.dock)
 
 
 def with_own_camera(view: View, camera: Camera, name: str) -> View:
@@ -43,7 +44,7 @@ def with_own_camera(view: View, camera: Camera, name: str) -> View:
 
 def with_own_dock(view: View, dock: Dock) -> View:
     """Take a dock that the operator gave for My tank, and look for it."""
-    return replace(view, dock=dock, dock_of="tank", tank=changed(view.tank, dock=dock))
+    return replace(view, dock=dock, dock_of="tank", tank=changed(view.tank, dock=dock, knows_diameter=True))
 
 
 def kept(before: View, after: View) -> View:
@@ -55,7 +56,9 @@ def kept(before: View, after: View) -> View:
     if after.camera != before.camera and after.camera_of == before.camera_of != "picture":
         after = replace(after, tank=changed(after.tank, camera=after.camera), camera_of="tank")
     if after.dock != before.dock and after.dock_of == before.dock_of != "picture":
-        after = replace(after, tank=changed(after.tank, dock=after.dock), dock_of="tank")
+        knows_diameter = after.dock.diameter != before.dock.diameter or before.dock_of == "tank"
+        tank = changed(after.tank, dock=after.dock, knows_diameter=knows_diameter)
+        after = replace(after, tank=tank, dock_of=own_dock(tank)[1])
     return after
 
 

@@ -12,14 +12,28 @@ from dockpose.files.yaml_file import read_yaml, to_yaml
 
 UNNAMED = "My tank"
 MOST_TANKS, LONGEST_NAME = 50, 40
+_ASSUMED_DOCK = Dock(diameter=0.30)
 
 
 class Tank(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The operator's camera, dock and lights; ``camera`` is None until one is known."""
+    """The operator's camera, None until one is known, and dock, whose diameter is assumed until somebody gives it."""
 
     name: str = ""
     camera: Camera | None = None
-    dock: Dock = Dock(diameter=0.30)
+    dock: Dock = _ASSUMED_DOCK
+    knows_diameter: bool = False  # whether somebody has given the dock's diameter, be it the one that is assumed
+
+    @property
+    def dock_is_assumed(self) -> bool:
+        """Whether nobody has given the dock's diameter."""
+        return not self.knows_diameter and self.dock.diameter == _ASSUMED_DOCK.diameter
+
+    def with_given(self, camera: Camera | None, dock: Dock | None) -> "Tank":
+        """The tank with a camera and a dock that were given at the start, None for its own."""
+        knows_diameter = self.knows_diameter or dock is not None
+        return msgspec.structs.replace(
+            self, camera=camera or self.camera, dock=dock or self.dock, knows_diameter=knows_diameter
+        )
 
 
 class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -1,7 +1,7 @@
 """How far a result can be trusted: green, amber or red, and the reasons."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -40,19 +40,22 @@ class Trust:
 def trust_in(
     found: Estimate,
     *,
-    camera_is_guessed: bool = False,
+    assumed: Collection[str] = (),
     probability: float | None = None,
     fitting_lights: int | None = None,
 ) -> Trust:
-    """Judge how far a result can be trusted."""
+    """Judge how far a result can be trusted; ``assumed`` names what nobody has given, of "camera" and "dock"."""
     if found.selected is None:
         return Trust("red", NO_POSE, ())
     doubts: list[tuple[Colour, str]] = []
     if fitting_lights is not None:
         doubts.append(("red", f"{fitting_lights} lights form a ring; the dock is set to {found.dock.lights}."))
     doubts += [*_doubts_about_pose(found, probability), *_doubts_about_range(found), *_doubts_about_ring(found)]
-    if camera_is_guessed:
+    if "camera" in assumed:
         doubts.append(("amber", "The camera is not known and its view was assumed, so distances are only rough."))
+    if "dock" in assumed:
+        across = f"{100 * found.dock.diameter:g} cm"
+        doubts.append(("amber", f"The dock's diameter is not known: {across} was assumed, and distances grow with it."))
     colour: Colour = "green" if not doubts else "red" if any(one == "red" for one, _ in doubts) else "amber"
     reasons = [reason for wanted in ("red", "amber") for one, reason in doubts if one == wanted]
     return Trust(colour, VERDICTS[colour], tuple(reasons))

@@ -3,6 +3,7 @@
 import hashlib
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,7 +18,6 @@ from dockpose.camera.image import ImageError, decode, orientation_of, orientatio
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Scene, load_scene
 from dockpose.sources.pictures import read_tagged
-from msgspec.structs import replace as changed
 
 NO_TANK = Tank()
 DEFAULT_DOCK = NO_TANK.dock
@@ -69,6 +69,11 @@ class View:
         """The measured pose, where all of it was measured."""
         return None if self.measured is None else self.measured.pose
 
+    @cached_property
+    def assumed(self) -> tuple[str, ...]:
+        """Which of camera and dock nobody has given."""
+        return tuple(name for name in ("camera", "dock") if getattr(self, f"{name}_of") == "guess")
+
     @property
     def notes(self) -> tuple[str, ...]:
         """What had to be assumed, as sentences; each holds for the camera in force now."""
@@ -90,8 +95,7 @@ def open_source(
     source: str | None, camera: Camera | None, dock: Dock | None, tank: Tank | None = None, rotate_deg: int = 0
 ) -> View:
     """Return the view to start with."""
-    mine = tank or NO_TANK
-    mine = changed(mine, camera=camera or mine.camera, dock=dock or mine.dock)
+    mine = (tank or NO_TANK).with_given(camera, dock)
     if source is None:
         return _sample_view(sample_names()[0], mine, camera=camera, dock=dock)
     path = Path(source)
@@ -159,6 +163,11 @@ def own_camera(tank: Tank, image: np.ndarray) -> tuple[Camera, Owner]:
     return (guess_camera(image), "guess") if tank.camera is None else _fitting(tank.camera, image)
 
 
+def own_dock(tank: Tank) -> tuple[Dock, Owner]:
+    """Return My tank's dock; and whose it is, as long as nobody has given its diameter."""
+    return tank.dock, "guess" if tank.dock_is_assumed else "tank"
+
+
 def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, Owner]:
     height, width = image.shape[:2]
     try:
@@ -189,7 +198,7 @@ def _view(image: np.ndarray, source: str, tank: Tank, beside: Sidecar, settings:
         camera, camera_of = own_camera(tank, image)
     else:
         camera, camera_of = beside.camera.for_size(width, height), _owner(beside.camera == tank.camera)
-    dock, dock_of = beside.dock or tank.dock, _owner(beside.dock in (None, tank.dock))
+    dock, dock_of = own_dock(tank) if beside.dock is None else (beside.dock, _owner(beside.dock == tank.dock))
     return View(
         image=image,
         source=source,

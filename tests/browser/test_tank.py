@@ -11,6 +11,7 @@ from dockpose.app.state.camera import camera_file
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.web.app import App
 from dockpose.app.web.server.options import Options
+from msgspec.structs import replace as changed
 
 from tests.browser.conftest import HANGS_S, visit
 
@@ -32,10 +33,12 @@ def app(folder):
 
 @pytest.fixture
 def tank(page):
-    """The page with My tank's camera loaded while a sample is looked at, as at the start of a day."""
+    """The page with My tank's camera and dock given while a sample is looked at, as at the start of a day."""
+    page.app.change(lambda view: replace(view, tank=changed(view.tank, knows_diameter=True)), reload=True)
     page.tab("Tank")
     page.send("Load a camera file", ("mine.yaml", camera_file(OWN, "dockpose")))
-    page.until(lambda: page.app.view.tank.camera == OWN)
+    page.until(lambda: page.app.view.tank.camera == OWN and page.app.wait_until_idle(0.1))
+    page.until(lambda: "fx 649.0 px" in line(page))  # after which controls no longer move under the pointer
     return page
 
 
@@ -107,7 +110,7 @@ def test_tank_is_there_at_the_next_start(folder, browser, app):
         assert again.view.tank == app.view.tank
 
 
-def test_note_on_an_assumed_camera_goes_once_fx_is_typed_and_trust_has_its_reason(page):
+def test_notes_on_an_assumed_camera_and_dock_go_once_they_are_given_and_trust_has_its_reasons(page):
     page.app.change(lambda view: replace(view, tank=Tank()), reload=True)
     own_picture(page)
     assert page.trust == "amber"
@@ -117,7 +120,12 @@ def test_note_on_an_assumed_camera_goes_once_fx_is_typed_and_trust_has_its_reaso
     page.box("fx (px)").fill("700")
     page.rest()
     page.box("fy (px)").fill("700")
+    page.until(lambda: "view was assumed" not in page.status)
+    assert (page.trust, "30 cm was assumed" in page.status) == ("amber", True)
+    assert "±" not in page.page.locator("#strip-place").inner_text()
+    button(page, "Is it 30 cm?").click()
     page.until(lambda: page.trust == "green" and "assumed" not in page.status and "assumed" not in line(page))
+    assert "±" in page.page.locator("#strip-place").inner_text()
     assert "Dock found in own.png" in page.status
 
 

@@ -41,7 +41,7 @@ def table_html(analysis: Analysis) -> str:
     rows, sigmas = [], ""
     for index, pose in enumerate(found.candidates):
         is_chosen = pose is found.selected
-        if is_chosen:
+        if is_chosen and not analysis.view.assumed:
             sigmas = row(f"± {POSE_NAMES[index]}, one sigma", sigma_cells(pose))
         rows.append(row(pose_name(index, is_chosen), result_cells(pose), bold=is_chosen))
     for name, known in (("Truth", analysis.view.truth), ("Measured", analysis.view.measured)):
@@ -70,14 +70,16 @@ def place_html(analysis: Analysis) -> str:
     found, trust = analysis.estimate, analysis.trust
     where, parts = "No dock seen", ""
     if found.selected is not None:
-        sigma_m = found.selected.sigma_total_position_m
+        sigma_m = None if analysis.view.assumed else found.selected.sigma_total_position_m
         exact = deviation_words(None if sigma_m is None else sigma_m[2])
         where = "; ".join(filter(None, (place_words(found.selected), exact)))
-        parts = f"Of the range, one sigma in cm: {parts_words(found.selected, [2])[0]}"
+        if exact:
+            parts = f"Of the range, one sigma in cm: {parts_words(found.selected, [2])[0]}"
+    line = status_line(found, with_sigma=not analysis.view.assumed)
     return (
         f'<div id="strip-trust" style="background: {TRUST_COLOURS[trust.colour]}">{escape(trust.verdict)}</div>'
         f'<div id="strip-place"><div id="place" title="{escape(parts)}">{escape(where)}</div>'
-        f'<div id="status-line" data-trust="{trust.colour}">{escape(status_line(found))}</div></div>'
+        f'<div id="status-line" data-trust="{trust.colour}">{escape(line)}</div></div>'
     )
 
 

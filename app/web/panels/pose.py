@@ -14,7 +14,7 @@ from dockpose.app.state.changes import MEASURED_LIMITS, with_measured, with_pose
 from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
-from dockpose.app.web.widgets import Panel, Parts, on_person
+from dockpose.app.web.widgets import Panel, Parts
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
@@ -28,7 +28,7 @@ def details_html(found: Estimate) -> str:
         return f'<div style="{SMALL}">{escape(found.message)}</div>'
     columns = [pose_name(index, pose is found.selected) for index, pose in enumerate(found.candidates)]
     described = [_described(pose) for pose in found.candidates]
-    rows = [row(name, [cells[name] for cells in described]) for name in described[0]]
+    rows = list(map(row, described[0], zip(*map(dict.values, described), strict=True)))
     return (
         table("pose-details", columns, rows, "±: one-sigma; twice that to either side holds the truth 19 times in 20.")
         + f'<div style="{SMALL}">{escape(_ellipse_words(found))}<br><b>{escape(why_this_one(found))}</b></div>'
@@ -137,7 +137,7 @@ class PosePanel(Panel):
         for name in MEASURED_LIMITS:
             hint = hints["place" if "cm" in name else "turn"]
             self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
-            on_person(self._measured[name].on_update, with_measured)
+            parts.choices.on_update(self._measured[name], with_measured)
         parts.live.place("errors", both_errors_html)
 
     def load(self, view: View) -> None:

@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock
 from dockpose.app.state.camera import camera_file, with_camera_file, with_default_values, with_given_values
+from dockpose.app.state.changes import with_lights
+from dockpose.app.state.chips import chips
 from dockpose.app.state.in_force import (
     in_force_words,
     is_in_force,
@@ -19,7 +21,7 @@ from dockpose.app.state.view import open_source, with_file, with_first_frame, wi
 from dockpose.camera.files import save_camera
 
 CAMERA = Camera(812.0, 812.0, 319.5, 239.5, 640, 480)
-MINE = Tank("Pool A", CAMERA, Dock(0.45, 8))
+MINE = Tank("Pool A", CAMERA, Dock(0.45, 8), knows_diameter=True)
 PICTURE = cv2.imencode(".png", np.full((480, 640), 20, np.uint8))[1].tobytes()
 SQUARE = cv2.imencode(".png", np.full((300, 300), 20, np.uint8))[1].tobytes()
 
@@ -131,3 +133,21 @@ def test_what_is_in_force_can_be_made_my_tank_but_no_assumption(sample):
 def test_camera_and_dock_given_at_the_start_are_my_tank_s():
     view = open_source(None, CAMERA, Dock(0.2, 6), MINE)
     assert (view.tank.camera, view.tank.dock, is_in_force(view)) == (CAMERA, Dock(0.2, 6), True)
+
+
+def test_diameter_is_assumed_until_somebody_gives_it():
+    view = with_upload(open_source(None, CAMERA, None), PICTURE, "a.png")
+    assert (view.assumed, view.dock.diameter) == (("dock",), 0.3)
+    with_eight = do(view, with_lights, 8)
+    assert (with_eight.assumed, with_eight.tank.dock.lights) == (("dock",), 8)  # which do not say how large the ring is
+    assert do(view, put, "diameter_cm", 45).assumed == ()
+    assert do(do(view, put, "diameter_cm", 45), put, "diameter_cm", 30).assumed == ()
+    (offer,) = [chip for chip in chips(view) if "assumed" in chip.label]
+    entered = do(view, offer.press)
+    assert (entered.assumed, entered.dock) == ((), view.dock)
+    assert with_upload(entered, PICTURE, "b.png").assumed == ()
+    assert not [chip for chip in chips(entered) if "assumed" in chip.label]
+
+
+def test_camera_and_dock_that_a_picture_brings_are_not_assumed(sample):
+    assert sample.assumed == ()

@@ -77,7 +77,7 @@ def test_pose_by_hand_is_never_green_and_says_so(found, view):
 
 
 def test_guessed_camera_is_amber_and_says_so(found):
-    trust = trust_in(found, camera_is_guessed=True)
+    trust = trust_in(found, assumed=("camera",))
     assert trust.colour == "amber"
     assert "assumed" in trust.sentence
 
@@ -110,7 +110,7 @@ def test_ring_that_may_be_chance(found):
 
 
 def test_gravest_reason_gives_the_colour_and_comes_first(found):
-    trust = trust_in(with_choice(found, probability=0.5, sigma_position_m=(0, 0, 0.06)), camera_is_guessed=True)
+    trust = trust_in(with_choice(found, probability=0.5, sigma_position_m=(0, 0, 0.06)), assumed=("camera",))
     assert (trust.colour, trust.verdict, len(trust.reasons)) == ("red", VERDICTS["red"], 3)
     assert "toss-up" in trust.reasons[0]
 

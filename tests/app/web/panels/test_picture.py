@@ -6,7 +6,7 @@ import pytest
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_lights, with_method
 from dockpose.app.web.html import result_cells, sigma_cells
-from dockpose.app.web.panels.picture import COLUMNS, status_html, table_html
+from dockpose.app.web.panels.picture import COLUMNS, place_html, status_html, table_html
 
 from tests.support.poses import with_sigmas
 
@@ -36,6 +36,15 @@ def test_sigma_of_the_chosen_pose_stands_beneath_it(analysis, empty):
     # On hover, where it comes from, the largest part first.
     assert re.search('title="(camera|diameter) 0.3, (camera|diameter) 0.3, picture 0.0', table_html(analysis))
     assert "one sigma" not in table_html(empty)
+
+
+@pytest.mark.parametrize("owner", ["camera_of", "dock_of"])
+def test_no_error_is_given_and_nothing_is_green_where_camera_or_dock_is_assumed(view, owner):
+    analysis = analyse(replace(view, **{owner: "guess"}))
+    assert "±" in place_html(analyse(view))
+    assert not {"±", "one sigma"} & set(re.findall("±|one sigma", place_html(analysis) + table_html(analysis)))
+    assert 'data-trust="amber"' in place_html(analysis)
+    assert "assumed" in status_html(analysis)
 
 
 def test_table_names_the_chosen_one(analysis, empty):

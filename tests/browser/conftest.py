@@ -181,7 +181,10 @@ class Page:
 
     def choose(self, label, option):
         self.box(label).click()
-        self.page.get_by_role("option", name=option, exact=True).click()
+        one = self.page.get_by_role("option", name=option, exact=True)
+        one.wait_for()
+        self.rest()  # a list moves as it opens: button down over one option and up over the next chooses none
+        one.click()
         self.rest()
 
     def drop(self, name, data, kind):

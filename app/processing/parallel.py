@@ -161,7 +161,8 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
     try:
         yield pool, jobs
     except BaseException:  # nobody waits for what they are at, which may take minutes
-        pool._result_queue._writer.close()  # or the pool would wait for the rest of a result that is cut off
+        # Or the pool would wait for the rest of a result that is cut off.
+        pool._result_queue._writer.close()  # pyright: ignore[reportAttributeAccessIssue]
         for process in list(pool._processes.values()):
             process.terminate()
         raise

@@ -73,7 +73,8 @@ def test_own_frame_reads_the_same_before_and_after_a_look_at_a_sample(tank):
 
 
 def test_picture_with_a_yaml_beside_it_says_so_and_one_click_brings_my_tank_back(tank):
-    tank.choose("File", "far.png")  # one of the first: the list's end is below the window, and scrolls under the pointer
+    # One of the first: the end of the list is below the window, and scrolls under the pointer.
+    tank.choose("File", "far.png")
     tank.until(lambda: "In use here: camera and dock of far.yaml." in line(tank))
     button(tank, "Use My tank for this picture").click()
     tank.until(lambda: tank.app.view.camera == OWN and "In use here" not in line(tank))

@@ -35,7 +35,7 @@ def _offers(view: View, fitting_lights: int | None) -> Iterator[Chip]:
         yield Chip(label, "Sets the number of lights, evenly spaced.", lambda view: with_lights(view, fitting_lights))
     if view.dock_of == "guess":
         hint = "Distances are in proportion to the diameter. Press if it is right; otherwise set it in the tab Tank."
-        label = f"Dock of {100 * view.dock.diameter:g} cm assumed. Is it {100 * view.dock.diameter:g} cm?"
+        label = f"The dock's diameter is assumed. Is it {100 * view.dock.diameter:g} cm?"
         yield Chip(label, hint, lambda view: with_own_dock(view, view.dock))
     mine = with_my_tank(view)
     is_known = view.tank.camera is not None or view.camera_of == "tank"

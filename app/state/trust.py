@@ -55,7 +55,7 @@ def trust_in(
         doubts.append(("amber", "The camera is not known and its view was assumed, so distances are only rough."))
     if "dock" in assumed:
         across = f"{100 * found.dock.diameter:g} cm"
-        doubts.append(("amber", f"The dock's diameter is not known: {across} was assumed, and distances grow with it."))
+        doubts.append(("amber", f"The dock's diameter, on which distances depend, is not known: {across} was assumed."))
     colour: Colour = "green" if not doubts else "red" if any(one == "red" for one, _ in doubts) else "amber"
     reasons = [reason for wanted in ("red", "amber") for one, reason in doubts if one == wanted]
     return Trust(colour, VERDICTS[colour], tuple(reasons))

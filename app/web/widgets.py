@@ -23,7 +23,7 @@ from dockpose.app.web.notifications import Notify, attempt, tell_refusal
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.server.viser_private import identity
+from dockpose.app.web.server.viser_private import hear_values, identity
 
 if TYPE_CHECKING:
     from dockpose.app.web.live import LivePage
@@ -141,15 +141,18 @@ class Choices:
 
     def __init__(self) -> None:
         self._open: dict[str | None, Choice] = {}
+        self._held = threading.Lock()  # or a choice that has just been replaced is put back over the newer one
         self._acting = threading.local()
 
     def on_update(self, handle: Any, act: Act) -> None:
         """Call ``act`` with the browser in which a person set a control, which then has the value set last."""
         key = identity(handle)
+        sent: dict[str, Any] = {}
 
         async def note(event: Any) -> None:  # viser awaits this in the order of a browser's messages
             if event.client is not None:
-                self._open[key] = key, handle, handle.value
+                with self._held:
+                    self._open[key] = key, handle, sent["value"]
 
         def take_up(client: viser.ClientHandle) -> None:  # which viser calls in any order
             self._acting.on = key
@@ -160,21 +163,23 @@ class Choices:
                 self.taken(choice)
                 self._acting.on = None
 
+        hear_values(handle, sent.update)
         handle.on_update(note)
         on_person(handle.on_update, take_up)
 
     def put_back(self) -> Choice | None:
         """Set controls as people did, where the program set them otherwise since; return what this thread acts on."""
-        choices = dict(self._open)
-        for _, handle, value in choices.values():
-            if handle.value != value:
-                handle.value = value
-        return choices.get(getattr(self._acting, "on", None))
+        with self._held:
+            for _, handle, value in self._open.values():
+                if handle.value != value:
+                    handle.value = value
+            return self._open.get(getattr(self._acting, "on", None))
 
     def taken(self, choice: Choice | None) -> None:
         """Say that an act has read a choice; one that was made in the same control since stays."""
-        if choice is not None and self._open.get(choice[0]) is choice:
-            del self._open[choice[0]]
+        with self._held:
+            if choice is not None and self._open.get(choice[0]) is choice:
+                del self._open[choice[0]]
 
 
 def on_person(attach: Callable[[Callable[[Any], None]], object], act: Act) -> None:

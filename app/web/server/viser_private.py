@@ -149,12 +149,26 @@ def page_of_scene(server: viser.ViserServer) -> str:
     return serializer.as_html()
 
 
-# Controls. Replaced by: public properties of the handles, and a way to look them up.
+# Controls. Replaced by: public properties of the handles, a way to look them up, and events that have the value.
 
 
 def identity(handle: Any) -> str:
     """The id by which the page knows a control."""
     return handle._impl.uuid
+
+
+def hear_values(handle: Any, hear: Callable[[dict[str, Any]], None]) -> None:
+    """Call ``hear`` with what a browser sets of a control, as ``{"value": 5.0}``, before any callback is called.
+
+    The handle may have another value by then: that which the program has just set in another thread.
+    """
+    tell_others = handle._impl.sync_cb
+
+    def hear_and_tell(client_id: int, updates: dict[str, Any]) -> None:
+        hear(updates)
+        tell_others(client_id, updates)
+
+    handle._impl.sync_cb = hear_and_tell
 
 
 def control(gui: viser.GuiApi, uuid: str) -> Any:

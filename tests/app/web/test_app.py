@@ -107,6 +107,54 @@ def test_what_is_set_while_another_act_ends_is_not_lost(app, label, value, seen)
         assert handle.value == value
 
 
+def test_what_the_program_sets_between_a_value_and_its_callback_does_not_replace_it(app):
+    label = "Min. area (px)"
+    with Visitor(app.address) as visitor:
+        assert visitor.until(lambda visitor: label in visitor.ids)
+        handle = control(app._server.gui, visitor.ids[label])
+        tell = handle._impl.sync_cb
+
+        def tell_and_set(client_id, updates):
+            tell(client_id, updates)
+            handle.value = 7
+
+        handle._impl.sync_cb = tell_and_set
+        visitor.set(label, 60)
+        assert visitor.until(lambda visitor: app.view.settings.min_area_px == 60)
+        assert visitor.until(lambda visitor: not app._choices._open)
+        assert handle.value == 60
+
+
+def test_a_choice_that_has_just_been_replaced_is_not_put_back(app):
+    """One thread has read the first choice and is about to set it when the second comes, and is acted on."""
+    label = "Min. area (px)"
+    app.wait_until_idle(60)
+    with Visitor(app.address) as visitor:
+        assert visitor.until(lambda visitor: label in visitor.ids)
+        key = visitor.ids[label]
+        handle = control(app._server.gui, key)
+
+        class Interrupted:
+            """A control that is set by a person whenever a thread of the program asks for its value."""
+
+            @property
+            def value(self):
+                visitor.set(label, 60)
+                # Until its act has ended; for a moment only, where it waits for this thread.
+                visitor.until(lambda visitor: app.view.settings.min_area_px == 60, 0.5)
+                return handle.value
+
+            @value.setter
+            def value(self, value):
+                handle.value = value
+
+        app._choices._open[key] = key, Interrupted(), 50
+        app._choices.put_back()
+        assert visitor.until(lambda visitor: app.view.settings.min_area_px == 60)
+        assert visitor.until(lambda visitor: not app._choices._open)
+        assert handle.value == 60
+
+
 def test_what_is_refused_is_not_put_back(app):
     with Visitor(app.address) as visitor:
         label = "Measured x (cm)"

@@ -181,12 +181,7 @@ class Page:
 
     def choose(self, label, option):
         self.box(label).click()
-        one = self.page.get_by_role("option", name=option, exact=True)
-        one.scroll_into_view_if_needed()
-        self.rest()
-        one.hover()
-        self.rest()  # a long list scrolls until now: button down over one option and up over the next chooses none
-        one.click()
+        self.page.get_by_role("option", name=option, exact=True).click()
         self.rest()
 
     def drop(self, name, data, kind):

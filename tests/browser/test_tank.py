@@ -55,6 +55,18 @@ def own_picture(page, name="own.png"):
     page.until(lambda: page.has_found(name))
 
 
+def test_a_long_list_of_files_ends_within_a_low_window(page):
+    page.page.set_viewport_size({"width": 1366, "height": 600})
+    page.rest()
+    page.box("File").click()
+    page.page.get_by_role("option", name="bright_background.png", exact=True).wait_for()
+    page.rest()
+    frame = page.page.locator(".mantine-Select-dropdown").filter(visible=True).bounding_box()
+    page.page.keyboard.press("Escape")
+    page.page.set_viewport_size({"width": 1366, "height": 768})
+    assert 0 <= frame["y"] <= 600 - frame["height"]
+
+
 def test_own_frame_reads_the_same_before_and_after_a_look_at_a_sample(tank):
     expected = 100 * OWN.fx / 700  # the dock of "tilted" is 1 m ahead of a camera of 700 px
     own_picture(tank)

@@ -23,6 +23,7 @@ EXPECTED_CONSOLE = (
     "Software WebGL",  # a machine without a graphics card says so
     "net::ERR_FILE_NOT_FOUND",  # a picture (blob:) that viser let go of for a newer one before it was loaded
 )
+LAPTOP = 1366, 768
 TABS = ("Pictures", "Tank", "Detect", "Simulate", "Play", "Export", "Log", "Settings")
 # Opens the folders that an element is in, the outermost first.
 _UNFOLD = """
@@ -97,7 +98,7 @@ def opened(browser, app):
 @contextlib.contextmanager
 def visit(browser, app, **options):
     """A page of its own, on a laptop unless the options of its context say otherwise."""
-    options = {"viewport": {"width": 1366, "height": 768}} | options
+    options = {"viewport": {"width": LAPTOP[0], "height": LAPTOP[1]}} | options
     with contextlib.closing(browser.new_context(**options)) as context:
         yield Page(context.new_page(), app)
 
@@ -120,6 +121,20 @@ def page(opened):
     errors = [text for text in opened.errors if not any(known in text for known in EXPECTED_CONSOLE)]
     opened.errors.clear()
     assert errors == []
+
+
+@pytest.fixture
+def resized(page):
+    """Gives the page another size; afterwards it is that of a laptop again, and light."""
+
+    def resize(size):
+        page.page.set_viewport_size({"width": size[0], "height": size[1]})
+        page.until(lambda: page.page.evaluate("innerWidth") == size[0])
+        page.rest()
+
+    yield resize
+    page.page.emulate_media(color_scheme="light")
+    resize(LAPTOP)
 
 
 class Page:

@@ -8,8 +8,9 @@ import msgspec
 import pytest
 from dockpose.app.state.view import with_sample
 
+from tests.browser.conftest import LAPTOP
+
 pytestmark = pytest.mark.browser
-LAPTOP = 1366, 768
 SIZES = {
     "phone": (390, 844),
     "tablet": (820, 1180),
@@ -31,20 +32,6 @@ MARK = """() => {
   return targets.length;
 }"""
 STAGE, PLOT = "dockpose-picture .stage", "dockpose-histogram .plot"
-
-
-@pytest.fixture
-def resized(page):
-    """Gives the page another size; afterwards it is that of a laptop again, and light."""
-
-    def resize(size):
-        page.page.set_viewport_size({"width": size[0], "height": size[1]})
-        page.until(lambda: page.page.evaluate("innerWidth") == size[0])
-        page.rest()
-
-    yield resize
-    page.page.emulate_media(color_scheme="light")
-    resize(LAPTOP)
 
 
 def open_part(page, name):

@@ -137,6 +137,18 @@ def to_grey(image: Any) -> np.ndarray:
     return array if array.ndim == 2 else cv2.cvtColor(array, cv2.COLOR_BGR2GRAY)
 
 
+def darkest_channel(image: np.ndarray) -> np.ndarray | None:
+    """The least of a colour picture's channels (H, W), high where light is white; None for a picture without colours.
+
+    A lamp that saturates the sensor is white, while its glow, and what it lights up, keep a colour.
+    """
+    if image.ndim == 2:
+        return None
+    blue, green, red = cv2.split(image)[:3]
+    least = cv2.min(cv2.min(blue, green), red)
+    return None if np.array_equal(least, cv2.max(cv2.max(blue, green), red)) else least
+
+
 def significant_bits(grey: np.ndarray) -> int:
     """Bits used: 8 of uint8; of uint16 the fewest of 10, 12, 14 and 16 that hold the maximum, as cameras store them."""
     if grey.dtype == np.uint8:

@@ -55,3 +55,33 @@ def test_of_lights_that_the_edge_cuts_the_rest_does_not_count():
     assert at_edge.any()
     assert not found.ring.on_ring[at_edge].any()
     assert outcome(drawn, found) == "right"
+
+
+def on_yellow(places_px: np.ndarray) -> np.ndarray:
+    """White lamps at (N, 2) before a patchwork of yellow and red, as bright to the eye as the lamps."""
+    rng = np.random.default_rng(3)
+    yellow = cv2.resize(rng.uniform(150, 255, (30, 40)), (640, 480), interpolation=cv2.INTER_NEAREST)
+    image = np.dstack([np.zeros((480, 640)), yellow, yellow])
+    for x, y in places_px.tolist():
+        cv2.circle(image, (round(x * 16), round(y * 16)), 5 * 16, (190, 190, 190), -1, cv2.LINE_AA, shift=4)
+    return np.rint(image + rng.normal(0, 1.5, image.shape)).clip(0, 255).astype(np.uint8)
+
+
+def test_white_lamps_before_a_colour_as_bright_are_found_in_the_darkest_channel():
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    turns = 2 * np.pi * np.arange(8) / 8
+    ring = np.array([330.0, 230.0]) + 140 * np.column_stack([np.cos(turns), np.sin(turns)])
+    found = estimate(on_yellow(ring), camera, Dock(0.30, 8))
+    assert found.status == "ok", found.message
+    assert "darkest of its colour channels" in found.message
+    # A ring of 0.15 m that is seen with a radius of 140 px, square on.
+    assert found.selected is not None
+    assert np.linalg.norm(found.selected.position_m) == pytest.approx(0.15 * 700 / 140, rel=0.01)
+    assert estimate(cv2.cvtColor(on_yellow(ring), cv2.COLOR_BGR2GRAY), camera, Dock(0.30, 8)).status != "ok"
+
+
+@pytest.mark.parametrize("lights", [8, None])
+def test_white_lamps_anywhere_before_a_colour_are_no_ring(lights):
+    camera = Camera(700.0, 700.0, 319.5, 239.5, 640, 480)
+    strewn = np.random.default_rng(4).uniform([40, 40], [600, 440], (8, 2))
+    assert estimate(on_yellow(strewn), camera, Dock(0.30, lights)).status != "ok"

@@ -7,7 +7,7 @@ import zlib
 import cv2
 import numpy as np
 import pytest
-from dockpose.camera.image import ImageError, decode, read, significant_bits, to_grey, to_levels
+from dockpose.camera.image import ImageError, darkest_channel, decode, read, significant_bits, to_grey, to_levels
 from PIL import Image
 
 GRADIENT = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
@@ -55,6 +55,15 @@ def test_grey_by_hand():
     assert to_grey(image).tolist() == [[29, 150, 76]]
     assert to_grey(GRADIENT) is GRADIENT
     np.testing.assert_array_equal(to_grey(GRADIENT[:, :, None]), GRADIENT)
+
+
+def test_the_darkest_channel_has_white_alone_bright_and_a_grey_picture_has_none():
+    image = np.array([[[10, 20, 30], [255, 0, 255], [255, 254, 255]]], np.uint8)
+    assert darkest_channel(image).tolist() == [[10, 0, 254]]
+    with_alpha = np.dstack([image, np.zeros((1, 3), np.uint8)])
+    assert darkest_channel(with_alpha).tolist() == [[10, 0, 254]]
+    assert darkest_channel(GRADIENT) is None
+    assert darkest_channel(np.dstack([GRADIENT] * 3)) is None
 
 
 @pytest.mark.parametrize(

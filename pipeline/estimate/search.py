@@ -1,0 +1,223 @@
+"""The search for a dock in the pixels of one picture: by one level, by each light's own, by size, and in white."""
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from operator import attrgetter
+from typing import Any
+
+import msgspec
+import numpy as np
+from dockpose.camera.camera import Camera
+from dockpose.camera.image import darkest_channel
+from dockpose.camera.tone import linear, linear_level
+from dockpose.dock import Dock
+from dockpose.estimate.result import Estimate
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
+from dockpose.lights.colours import tell_colours
+from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
+from dockpose.lights.markers import Markers, find_markers
+from dockpose.lights.region import markers_in_whole, ring_in, threshold_in_whole
+from dockpose.lights.ring import Ring
+from dockpose.pixels.bright import SATURATED
+from dockpose.pose.detection import detection_of, few_in_words, found_in_words, judged
+from dockpose.settings import Settings
+from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
+from dockpose.thresholds.scales import at_scales
+
+# Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
+LIKELY_RANGE_M = 1.0
+# Lights so near their places, so many of them, and so sure not to be chance leave other thresholds little to better:
+# half a pixel is more than noise does to a centre. Of a dock that is built less exactly another is looked at, too; one
+# that shows it to a hundredth of the radius, half of what docks are built to, will do.
+_EXACT_PX, _EXACT_OF_AXIS, _MOST_OF, _NO_CHANCE = 0.5, 0.01, 0.75, math.log(1e-6)
+# What is accepted among others, over ten: about so many scales are looked at, each with points of its own. Four lights
+# are hardly ever surer than that.
+_LITTLE_CHANCE = math.log(ACCEPTED_AMONG_OTHERS / 10)
+_IN_WHITE = " It shows where the picture is white, in the darkest of its colour channels."
+_LIGHTS_OF = attrgetter("lights", "angles_deg", "colours", "offsets_m")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What is searched: the picture or a part of it."""
+
+    image: np.ndarray  # of the part
+    grey: np.ndarray  # of the part
+    histogram: Histogram  # of the part
+    part: tuple[int, int, int, int]  # left, top, right and bottom of it
+    width: int  # of the whole picture, in pixels
+    like: Estimate | None  # another estimate of it, whose threshold and groups hold here
+    tone: str | float  # curve of the camera
+
+    @cached_property
+    def light(self) -> tuple[np.ndarray, float]:
+        """The part in linear light, and from which of its levels on that is saturated."""
+        step = self.histogram.native_step
+        return linear(self.grey, step, self.tone), linear_level(SATURATED, step, self.tone)
+
+
+def search(
+    picture: Picture, camera: Camera, dock: Dock, settings: Settings, fall_back: bool
+) -> tuple[str, str, dict[str, Any]]:
+    """Status, message and the stages that were reached."""
+    like = None if picture.like is None else picture.like.threshold
+    try:
+        if like is not None and like.method == settings.method:  # and not that of the lights one by one
+            threshold = like
+        else:
+            threshold = METHODS[settings.method](picture.histogram, settings.min_area_px, settings.level)
+    except MethodError as error:
+        return "method_failed", f"{str(error)[:1].upper()}{str(error)[1:]}.", {}
+    first = _search_with(threshold, picture, camera, dock, settings)
+    if settings.method != "hats" or not fall_back or first.is_exact():
+        return first.status, first.message, first.stages
+    best = _search_by_light(first, picture, camera, dock, settings)
+    own = "" if best is first or best.status != "ok" else " No one level shows the ring; each light was given its own."
+    if best.status != "ok" or best.stages["ring"].focal_px is not None:
+        second = _search_in_white(picture, camera, dock, settings)
+        if second is not None and second.rank() > best.rank():
+            best, own = second, _IN_WHITE
+    return best.status, best.message + own, best.stages
+
+
+@dataclass(frozen=True)
+class _Found:
+    """How far the search came with one threshold."""
+
+    status: str
+    message: str
+    stages: dict[str, Any]
+    log_chance: float = math.inf  # of the ring, if there is one
+
+    def is_exact(self, of_axis: float = 0.0) -> bool:
+        """Whether nearly all lights are there, where they should be, within a share of the major semi-axis."""
+        if self.status != "ok":
+            return False
+        ring, ellipse, choice = (self.stages[name] for name in ("ring", "ellipse", "choice"))
+        count, rms_px = int(ring.on_ring.sum()), choice.candidates[choice.selected].rms_px or 0.0
+        least = min(MIN_POINTS, ring.lights or MIN_POINTS)
+        if self.log_chance > (_NO_CHANCE if least == MIN_POINTS else _LITTLE_CHANCE):
+            return False
+        complete = count >= max(least, _MOST_OF * (ring.lights or count))
+        return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
+
+    def rank(self) -> tuple[bool, bool, bool, float]:
+        """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance.
+
+        Of thresholds that show none, one is best that shows all lights, if not where they should be.
+        """
+        ring, found = self.stages.get("ring"), self.status == "ok"
+        lights = 0 if ring is None else int(ring.on_ring.sum())
+        is_whole = ring is not None and ring.lights is not None and lights >= max(ring.lights, MIN_POINTS)
+        return found and lights >= MIN_POINTS, found, is_whole, -self.log_chance
+
+
+def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found | None:
+    """What the darkest channel shows, as a sure ring or not at all; None of a picture without colours."""
+    grey = darkest_channel(picture.image)
+    if grey is None:
+        return None
+    counted = picture.histogram.counted
+    if counted is not None:
+        grey[counted == 0] = 0
+    white = replace(picture, grey=grey, histogram=histogram_of(grey, counted), like=None)
+    threshold = METHODS[settings.method](white.histogram, settings.min_area_px, settings.level)
+    found = _search_with(threshold, white, camera, dock, settings)
+    if not found.is_exact():
+        found = _search_by_light(found, white, camera, dock, settings)
+    return found if found.log_chance < _LITTLE_CHANCE else None
+
+
+def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
+    """The best of what one level shows, and of what each light's own level and each scale do."""
+    best = first
+    local = hats_local(picture.histogram, settings.min_area_px)
+    for other in itertools.chain([local], at_scales(picture.histogram, settings.min_area_px)):
+        # Of an unknown number, any few points of some scale make some ring.
+        of_few = dock.lights is not None or other is local
+        found = _search_with(other, picture, camera, dock, settings, of_few=of_few)
+        if other is local or found.status != "ok" or found.log_chance < _LITTLE_CHANCE:
+            best = max(best, found, key=_Found.rank)
+        if best.is_exact(_EXACT_OF_AXIS):
+            break
+    return best
+
+
+def _search_with(
+    threshold: Threshold, picture: Picture, camera: Camera, dock: Dock, settings: Settings, *, of_few: bool = True
+) -> _Found:
+    """What is found from one threshold on; a ring of few lights only if asked for."""
+    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few)
+    if status != "ok":
+        return _Found(status, message, stages)
+    ring = stages["ring"]
+    if ring.focal_px is not None:  # the spacing would only tell how wrong the camera is
+        dock = msgspec.structs.replace(dock, lights=None)
+    elif dock.lights is None and ring.lights:
+        dock = msgspec.structs.replace(dock, lights=ring.lights)
+    try:
+        labels = _labels(picture, stages["markers"], ring, dock)
+        area_px2 = float(picture.grey.size)
+        ellipse, choice, log_chance, reason = judged(ring, stages["markers"], camera, dock, area_px2, labels)
+    except NoEllipseError as error:
+        if (lights := int(ring.on_ring.sum())) < MIN_POINTS:
+            kept = {name: stages[name] for name in ("threshold", "markers")}
+            found = few_in_words(stages["markers"], lights)
+            return _Found("too_few_markers", f"{found}, too few for an ellipse, and {error}.", kept)
+        return _Found("no_ellipse", f"No ellipse: {error}.", stages)
+    if reason is not None:
+        return _Found("not_a_ring", reason, stages, log_chance)
+    stages |= {"ellipse": ellipse, "choice": choice, "detection": detection_of(log_chance, ring.alike)}
+    return _Found("ok", found_in_words(ring, choice, camera, dock), stages, log_chance)
+
+
+def _find_lights(
+    picture: Picture, threshold: Threshold, camera: Camera, dock: Dock, settings: Settings, of_few: bool
+) -> tuple[str, str, dict[str, Any]]:
+    """Status, message and the stages from the threshold to the ring."""
+    like = picture.like
+    if like is not None and like.markers is not None and threshold is like.threshold:
+        markers = like.markers
+        stages: dict[str, Any] = {"threshold": threshold, "markers": markers}
+    else:
+        stages = {"threshold": threshold_in_whole(threshold, picture.part, picture.width)}
+        light, white = picture.light
+        markers = find_markers(light, picture.histogram, threshold, settings.min_area_px, settings.centroid, white)
+        markers = stages["markers"] = markers_in_whole(markers, picture.part)
+    if len(markers) == 0 and markers.dropped:
+        small = f"all {markers.dropped} groups at level {threshold.level} are below {settings.min_area_px} pixels"
+        return "no_lights", f"No lights: {small}.", stages
+    if len(markers) == 0:
+        return "no_lights", f"No lights: {threshold.reason[:1].lower()}{threshold.reason[1:]}", stages
+    if dock.lights is not None and min(4, dock.lights) <= len(markers) < MIN_POINTS:
+        few = f"{len(markers)} groups, too few for an ellipse: their spacing must tell."
+        stages["ring"] = Ring(np.ones(len(markers), dtype=bool), few)
+        return "ok", "", stages
+    if len(markers) < MIN_POINTS:
+        small = f" and {markers.dropped} below {settings.min_area_px} pixels" if markers.dropped else ""
+        found = f"{few_in_words(markers, len(markers))}{small} at level {threshold.level}"
+        four = " Four do if the dock's number of lights is given: --lights 4." if len(markers) == 4 else ""
+        return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.{four}", stages
+    ring = None if like is None or markers is not like.markers else _ring_of(like, camera, dock)
+    if ring is None:
+        points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)
+        ring = ring_in(points_px, markers, camera, dock, picture.part, of_few=of_few)
+    stages["ring"] = ring
+    if not ring.found:
+        return "not_a_ring", ring.reason, stages
+    return "ok", "", stages
+
+
+def _ring_of(like: Estimate, camera: Camera, dock: Dock) -> Ring | None:
+    """The ring of another estimate, if it is that of this camera and dock too, whatever the dock's diameter."""
+    return like.ring if like.camera == camera and _LIGHTS_OF(like.dock) == _LIGHTS_OF(dock) else None
+
+
+def _labels(picture: Picture, markers: Markers, ring: Ring, dock: Dock) -> list[str | None] | None:
+    """Colours of the lights on the ring, where the dock's have any."""
+    if not dock.colours:
+        return None
+    points_px = markers.points_px[ring.on_ring] - picture.part[:2]
+    return tell_colours(picture.image, points_px, markers.areas_px[ring.on_ring])

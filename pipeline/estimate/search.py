@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
@@ -14,7 +15,7 @@ from dockpose.camera.image import darkest_channel
 from dockpose.camera.tone import linear, linear_level
 from dockpose.dock import Dock
 from dockpose.estimate.result import Estimate
-from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS
+from dockpose.lights.chance import ACCEPTED_AMONG_OTHERS, LEAST_PX
 from dockpose.lights.colours import tell_colours
 from dockpose.lights.ellipse import MIN_POINTS, NoEllipseError
 from dockpose.lights.markers import Markers, find_markers
@@ -25,6 +26,7 @@ from dockpose.pose.detection import detection_of, few_in_words, found_in_words, 
 from dockpose.settings import Settings
 from dockpose.thresholds import METHODS, Histogram, MethodError, Threshold, hats_local, histogram_of
 from dockpose.thresholds.scales import at_scales
+from scipy.spatial import KDTree
 
 # Behind a port a ring's picture is an ellipse only as seen from somewhere; this far away it is one for the ring search.
 LIKELY_RANGE_M = 1.0
@@ -103,6 +105,13 @@ class _Found:
         complete = count >= max(least, _MOST_OF * (ring.lights or count))
         return complete and rms_px <= max(_EXACT_PX, of_axis * ellipse.semi_axes_px[0])
 
+    def has_no_ring_in(self, markers: Markers) -> bool:
+        """Whether no ring was found among lights that are these, to what is known of any centre."""
+        own = self.stages.get("markers")
+        if self.status != "not_a_ring" or own is None or "ring" not in self.stages or len(own) != len(markers):
+            return False
+        return float(KDTree(own.points_px).query(markers.points_px)[0].max()) < LEAST_PX
+
     def rank(self) -> tuple[bool, bool, bool, float]:
         """A ring of five lights or more before one of fewer, any before none, and the least likely to be chance.
 
@@ -132,12 +141,13 @@ def _search_in_white(picture: Picture, camera: Camera, dock: Dock, settings: Set
 
 def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock, settings: Settings) -> _Found:
     """The best of what one level shows, and of what each light's own level and each scale do."""
-    best = first
+    best, looks = first, [first]
     local = hats_local(picture.histogram, settings.min_area_px)
     for other in itertools.chain([local], at_scales(picture.histogram, settings.min_area_px)):
         # Of an unknown number, any few points of some scale make some ring.
         of_few = dock.lights is not None or other is local
-        found = _search_with(other, picture, camera, dock, settings, of_few=of_few)
+        found = _search_with(other, picture, camera, dock, settings, of_few=of_few, looks=looks)
+        looks.append(found)
         if other is local or found.status != "ok" or found.log_chance < _LITTLE_CHANCE:
             best = max(best, found, key=_Found.rank)
         if best.is_exact(_EXACT_OF_AXIS):
@@ -146,10 +156,17 @@ def _search_by_light(first: _Found, picture: Picture, camera: Camera, dock: Dock
 
 
 def _search_with(
-    threshold: Threshold, picture: Picture, camera: Camera, dock: Dock, settings: Settings, *, of_few: bool = True
+    threshold: Threshold,
+    picture: Picture,
+    camera: Camera,
+    dock: Dock,
+    settings: Settings,
+    *,
+    of_few: bool = True,
+    looks: Sequence[_Found] = (),
 ) -> _Found:
-    """What is found from one threshold on; a ring of few lights only if asked for."""
-    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few)
+    """What is found from one threshold on, a ring of few lights only if asked for; ``looks`` came before it."""
+    status, message, stages = _find_lights(picture, threshold, camera, dock, settings, of_few, looks)
     if status != "ok":
         return _Found(status, message, stages)
     ring = stages["ring"]
@@ -174,7 +191,13 @@ def _search_with(
 
 
 def _find_lights(
-    picture: Picture, threshold: Threshold, camera: Camera, dock: Dock, settings: Settings, of_few: bool
+    picture: Picture,
+    threshold: Threshold,
+    camera: Camera,
+    dock: Dock,
+    settings: Settings,
+    of_few: bool,
+    looks: Sequence[_Found],
 ) -> tuple[str, str, dict[str, Any]]:
     """Status, message and the stages from the threshold to the ring."""
     like = picture.like
@@ -200,6 +223,9 @@ def _find_lights(
         found = f"{few_in_words(markers, len(markers))}{small} at level {threshold.level}"
         four = " Four do if the dock's number of lights is given: --lights 4." if len(markers) == 4 else ""
         return "too_few_markers", f"{found}; an ellipse needs {MIN_POINTS}.{four}", stages
+    same = next((one for one in looks if one.has_no_ring_in(markers)), None)
+    if same is not None:
+        return same.status, same.message, stages | {"ring": same.stages["ring"]}
     ring = None if like is None or markers is not like.markers else _ring_of(like, camera, dock)
     if ring is None:
         points_px = camera.virtual_pixels(markers.points_px, LIKELY_RANGE_M)

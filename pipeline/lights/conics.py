@@ -79,9 +79,10 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
     middle, scale = points_px.mean(axis=0), max(float(points_px.std()), 1e-9)
     x, y = ((points_px - middle) / scale).T
     design = np.column_stack([x * x, x * y, y * y, x, y, np.ones_like(x)])
+    places = np.column_stack([x, y, np.ones_like(x)])
     rng = np.random.default_rng(len(points_px))  # the same picture gives the same ring
     fives = rng.random((_TRIALS, len(points_px))).argsort(axis=1)[:, :MIN_POINTS]
-    conics = np.linalg.svd(design[fives])[2][:, -1]
+    conics = conics_through(places[fives])
     A, B, C, D, E, _ = conics.T[:, :, None]
     slopes = np.hypot(2 * A * x + B * y + D, B * x + 2 * C * y + E)
     off_px = scale * np.abs(conics @ design.T) / np.maximum(slopes, 1e-12)
@@ -99,6 +100,17 @@ def _through_most(points_px: np.ndarray, tolerance_px: float) -> tuple[Ellipse, 
             return None
         on = ellipse.distances(points_px) < max(tolerance_px, TOLERANCE_OF_AXIS * major)
     return (fit_ellipse(points_px[on]), on) if on.sum() >= LEAST_LIGHTS else None
+
+
+def conics_through(places: np.ndarray) -> np.ndarray:
+    """Conics (T, 6) through five homogeneous points each (T, 5, 3): of the pencil through four the one by the fifth."""
+    one, two, three, four, fifth = places.transpose(1, 0, 2)
+    sides = [np.cross(a, b) for a, b in ((one, two), (three, four), (one, three), (two, four))]
+    at_fifth = [(side * fifth).sum(axis=1)[:, None, None] for side in sides]
+    products = [a[:, :, None] * b[:, None] for a, b in (sides[:2], sides[2:])]
+    C = at_fifth[2] * at_fifth[3] * products[0] - at_fifth[0] * at_fifth[1] * products[1]
+    C += C.transpose(0, 2, 1)
+    return np.stack([C[:, 0, 0] / 2, C[:, 0, 1], C[:, 1, 1] / 2, C[:, 0, 2], C[:, 1, 2], C[:, 2, 2] / 2], axis=1)
 
 
 class _Spacing(NamedTuple):

@@ -3,6 +3,7 @@
 # A None where a value is expected fails the test, which is what it should do.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
+import itertools
 import math
 
 import cv2
@@ -11,6 +12,8 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.camera.port import FlatPort
+from dockpose.estimate import search
+from dockpose.lights.chance import LEAST_PX
 from dockpose.paper.tables import coded_dock
 from dockpose.pose.circle import rotation_from_angles
 from dockpose.simulate import Lights, Sensor, render
@@ -110,3 +113,19 @@ def test_a_ring_that_another_camera_saw_is_found_and_names_its_focal_length(time
         assert f"not the camera's {told.fx:.0f} px: check the camera file." in found.message
         assert found.ring.focal_px == pytest.approx(sharp.fx, rel=0.1)  # the steps in which they are tried
         assert not found.choice.decided
+
+
+def test_the_same_lamps_are_searched_for_a_ring_once(monkeypatch):
+    # Bright lamps in the dark are the same groups at every level and of every scale up to their own.
+    image = np.zeros((480, 640), np.uint8)
+    for x, y in np.random.default_rng(1).integers([20, 20], [620, 460], (14, 2)).tolist():
+        cv2.circle(image, (x, y), 5, 255, -1)
+    searched = []
+    find = search.ring_in
+    monkeypatch.setattr(
+        search, "ring_in", lambda points, *rest, **named: searched.append(points) or find(points, *rest, **named)
+    )
+    assert estimate(image, CAMERA, Dock(0.30, 8)).status == "not_a_ring"
+    for one, other in itertools.combinations(searched, 2):
+        apart_px = np.linalg.norm(one[:, None] - other, axis=2)
+        assert len(one) != len(other) or apart_px.min(axis=1).max() >= LEAST_PX

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from dockpose.lights.conics import polygons_on_ellipses
+from dockpose.lights.conics import conics_through, polygons_on_ellipses
 
 from tests.pipeline.lights.test_ring import CAMERA, FOCAL_PX, lights
 
@@ -9,6 +9,16 @@ MIDDLE = np.array([CAMERA.cx, CAMERA.cy])
 
 def rings_in(points, count=None, tolerance_px=1.5):
     return polygons_on_ellipses(points - MIDDLE, np.arange(len(points)), count, FOCAL_PX, tolerance_px)
+
+
+def test_the_conic_through_five_points_is_known_by_hand():
+    # x^2 + 4 y^2 = 4, and x y = 1.
+    ellipse = [(2, 0), (0, 1), (-2, 0), (0, -1), (2**0.5, 0.5**0.5)]
+    hyperbola = [(1, 1), (2, 0.5), (-1, -1), (-4, -0.25), (0.5, 2)]
+    places = np.dstack([np.array([ellipse, hyperbola]), np.ones((2, 5))])
+    conics = conics_through(places)
+    np.testing.assert_allclose(conics[0] / conics[0, 0], [1, 0, 4, 0, 0, -4], atol=1e-12)
+    np.testing.assert_allclose(conics[1] / conics[1, 1], [0, 1, 0, 0, 0, -1], atol=1e-12)
 
 
 @pytest.mark.parametrize("count", [9, 16, 24, 37, 48, 64])

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError, blaming
@@ -22,9 +22,7 @@ from dockpose.app.resources import read_toml
 from dockpose.camera.files import load_camera
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sources import Kind, Wishes, kind_of
-from dockpose.thresholds import METHODS
 
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # what add_subparsers() returns
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
@@ -34,17 +32,26 @@ _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},
     "sample_path": lambda text: Path(sample_source(text)),
 }
-# Packages' methods are only loaded where one of them, or the help, is asked for.
-METHOD = {"choices": METHODS}
 
 
-def add_options(to: argparse._ActionsContainer, *tables: str, words: Mapping[str, object] = {}, **code: Any) -> None:
-    """Add the options of tables of ``static/options.toml``; ``code`` has by option what only code knows of it."""
-    for name, about in [option for table in tables for option in read_toml("options.toml")[table].items()]:
-        more = about | code.get(name.lstrip("-").replace("-", "_"), {})
+def add_command(parser: argparse.ArgumentParser, name: str, known: Mapping[str, Any]) -> None:
+    """Add a command's options by ``static/options.toml``; ``known`` has what code knows: by option, and "words"."""
+    about = read_toml("options.toml")["commands"][name]
+    for table in about["options"]:
+        is_exclusive = table in about.get("exclusive", ())
+        _add_options(parser.add_mutually_exclusive_group() if is_exclusive else parser, table, known)
+    for title, tables in {**about.get("groups", {}), "events": ["events"]}.items():
+        group = parser.add_argument_group(title)
+        for table in tables:
+            _add_options(group, table, known)
+
+
+def _add_options(to: argparse._ActionsContainer, table: str, known: Mapping[str, Any]) -> None:
+    for name, about in read_toml("options.toml")[table].items():
+        more = about | known.get(name.lstrip("-"), {})
         if "type" in about:
             more["type"] = _TYPES[about["type"]]
-        to.add_argument(name, **more | {"help": " ".join(about["help"].split()).format(**words)})
+        to.add_argument(name, **more | {"help": " ".join(about["help"].split()).format(**known.get("words", {}))})
 
 
 @contextlib.contextmanager
@@ -98,7 +105,7 @@ def camera_of(arguments: argparse.Namespace) -> Camera | None:
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:
     """The dock that was described; None where none was. Raises UserError for an impossible one."""
-    if arguments.dock is not None:
+    if getattr(arguments, "dock", None) is not None:  # which no budget takes, whose lights are evenly spaced
         if arguments.dock_diameter is not None or arguments.lights is not None:
             raise UserError(f"--dock {arguments.dock} says it all; it does not go with --dock-diameter or --lights")
         with blaming("--dock: "):

@@ -42,6 +42,11 @@ def stop_in(error: BaseException) -> KeyboardInterrupt:
     raise error
 
 
+def status_of(stop: KeyboardInterrupt) -> int:
+    """The exit status of a command that was stopped."""
+    return EXIT_TERMINATED if isinstance(stop, Terminated) else EXIT_STOPPED
+
+
 def check_stopped() -> None:
     """Raise again what Ctrl+C or SIGTERM raised: Python loses it where it is raised in a callback of compiled code."""
     if _asked:

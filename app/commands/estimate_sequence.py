@@ -13,7 +13,7 @@ from dockpose.app.commands.arguments import turned
 from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import HeldLines, ResultWriter
 from dockpose.app.export.recording import Recording, record
-from dockpose.app.export.recordings.messages import Seen
+from dockpose.app.export.recordings.ros import Seen
 from dockpose.app.export.video import VideoFile, is_video_file
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.inputs.sidecar import known

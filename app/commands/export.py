@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
+from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put, say
 from dockpose.app.drawing.annotated import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
@@ -15,12 +15,7 @@ from dockpose.app.inputs.sidecar import camera_and_dock
 from dockpose.files.durable_files import write_whole
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
-
-
-def add_parser(commands: Commands) -> None:
-    """Add the command ``export``."""
-    parser = commands.add_parser("export", help="write a report, tables, plots and annotated pictures")
-    add_options(parser, "export", "camera_and_dock", "rotate", layers={"default": ",".join(LAYERS)})
+KNOWN = {"layers": {"default": ",".join(LAYERS)}}
 
 
 def run(arguments: argparse.Namespace) -> int:

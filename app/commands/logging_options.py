@@ -8,22 +8,15 @@ import sys
 import time
 from collections.abc import Iterator
 
-from dockpose.app.commands.arguments import add_options
 from dockpose.app.errors import writing
 from dockpose.checks import printable
 
-LEVELS = ("debug", "info", "warning", "error")
 # What gives access: our own token, a password in an address, and what others call such things.
 _SECRETS = (
     (re.compile(r"([?&;\s](?:\w*token|key|password|secret|sig(?:nature)?)=)[^\s&;\"')]+", re.IGNORECASE), r"\1***"),
     (re.compile(r"(\w://)[^/\s@]+@"), r"\1***@"),
     (re.compile(r"((?:authorization|cookie)\s*[:=]\s*).*", re.IGNORECASE), r"\1***"),
 )
-
-
-def add_logging(parser: argparse.ArgumentParser) -> None:
-    """Add ``--log-level`` and ``--log-file``."""
-    add_options(parser.add_argument_group("events"), "events", log_level={"choices": LEVELS})
 
 
 @contextlib.contextmanager

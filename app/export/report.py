@@ -28,8 +28,7 @@ from dockpose.app.experiment.row import table
 from dockpose.app.export.parts import page
 from dockpose.app.export.plots import chosen_of, error_figure, histogram_figure, sequence_figure
 from dockpose.app.export.words import why_this_one
-from dockpose.app.processing.analysis import Analysis, headline_of
-from dockpose.app.processing.replay import estimate_again
+from dockpose.app.processing.analysis import Analysis, estimate_again, headline_of
 from dockpose.app.resources import versions
 from dockpose.camera.image import decode, turned
 from dockpose.pose.known import pose_error

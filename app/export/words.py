@@ -1,14 +1,23 @@
-"""Sentences about a result (what was found, why this pose, what to try), and about a calibration."""
+"""Sentences about a result (what was found, why this pose, what to try), a calibration, and an error budget."""
 
 import math
 
+import dockpose.app.drawing.numbers as numbers
 import numpy as np
-from dockpose import Estimate
+from dockpose import Camera, Dock, Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import chance, count, level_words, number, percent, sigma_words, status_words
+from dockpose.app.drawing.numbers import MISSING, chance, count, number, percent, sigma_words
 from dockpose.app.export.parts import sentences
 from dockpose.camera.calibrate import BoardView, Calibration
 from dockpose.camera.port_fit import FittedPort
+from dockpose.study.budget import (
+    USUAL_NOISE_PX,
+    Budget,
+    farthest_apart_m,
+    farthest_told_m,
+    farthest_within_m,
+    nearest_m,
+)
 from dockpose.thresholds import METHODS
 
 _ADVICE = {
@@ -29,13 +38,26 @@ _BY = {"hand": " (by hand)", "tracking": " (tracked)"}
 MEDIA = ("air", "water")
 _USUAL = ("k1", "k2", "p1", "p2", "k3")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
+TILTS_DEG = (0.0, 10.0, 20.0, 40.0)
+_RANGES = 6
+_GOOD_SHARE, _SURE = 0.05, 0.95  # of the range, and the chance, from which on the page warns
+HEAD = (
+    "range (m)",
+    "tilt (°)",
+    "lights apart (px)",
+    "x, y (cm)",
+    "range ± (cm)",
+    "in all ± (cm)",
+    "angles ± (°)",
+    "told apart (%)",
+)
 
 
 def status_line(found: Estimate, *, with_sigma: bool = True) -> str:
     """Return lights, level, pose and time, as in 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms."""
     parts = [count(found.lights_on_ring or 0, "light")]
     if found.threshold is not None:
-        parts.append(f"{METHODS.short(found.threshold.method)} {level_words(found.threshold)}")
+        parts.append(f"{METHODS.short(found.threshold.method)} {numbers.level_words(found.threshold)}")
     parts += [_pose_words(found, with_sigma=with_sigma), f"{number(found.elapsed_ms)} ms"]
     return " | ".join(filter(None, parts))
 
@@ -63,7 +85,7 @@ def why_this_one(found: Estimate) -> str:
 def _pose_words(found: Estimate, *, with_sigma: bool) -> str:
     pose = found.selected
     if pose is None or found.choice is None:
-        return f"no pose ({status_words(found.status)})"
+        return f"no pose ({numbers.status_words(found.status)})"
     distance = f"{number(pose.position_m[2], 3)} m"
     sigma_m = None if pose.sigma_total_position_m is None else pose.sigma_total_position_m[2]
     if with_sigma and sigma_m is not None and math.isfinite(sigma_m):
@@ -76,11 +98,12 @@ def _pose_words(found: Estimate, *, with_sigma: bool) -> str:
 
 def camera_lines(done: Calibration, medium: str = "air", *, is_on_page: bool = False) -> list[str]:
     """Sentences on a calibration, the most important first."""
-    view_deg, numbers = tuple(np.degrees(done.camera.field_of_view_rad)), numbers_in_words(done)
+    view_deg = tuple(np.degrees(done.camera.field_of_view_rad))
     fixed = [term for term in done.fixed if term in _USUAL]
     freer = [rung for rung in done.rungs if set(rung.lens.terms) & set(fixed) and not rung.lens.fisheye]
     why = fixed, min((rung.held_out_px for rung in freer), default=np.nan)
-    return sentences("calibration.txt", "camera", done, medium, is_on_page, view_deg, numbers, _SURE_SHARE, *why)
+    words = numbers_in_words(done)
+    return sentences("calibration.txt", "camera", done, medium, is_on_page, view_deg, words, _SURE_SHARE, *why)
 
 
 def port_lines(found: FittedPort) -> list[str]:
@@ -107,3 +130,43 @@ def outcome(view: BoardView) -> str:
     if view.error_px is None:
         return f"{view.corners} corners"
     return f"{view.error_px:.3f} px over {view.corners} corners"
+
+
+def usual_ranges_m(camera: Camera, dock: Dock) -> list[float]:
+    """Ranges from where the dock fills the picture to where its lights run together, to two digits."""
+    near, far = nearest_m(camera, dock), farthest_apart_m(camera, dock)
+    ranges = np.geomspace(near, max(far, 2 * near), _RANGES)
+    return [float(f"{range_m:.2g}") for range_m in ranges]
+
+
+def budget_cells(budget: Budget, simulated: Budget | None = None) -> list[str]:
+    """Return the cells of ``HEAD``; what came out of simulation stands in brackets."""
+    apart = f"{budget.apart_px:.0f}" + ("" if budget.lights_apart else " (merge)")
+    pairs = zip(_numbers(budget), _numbers(simulated) if simulated else [""] * 5, strict=True)
+    shown = [f"{one} ({other})" if other not in ("", MISSING) else one for one, other in pairs]
+    tilt = f"{budget.tilt_deg:g}" + ("" if budget.in_view else " (not all in view)")
+    return [f"{budget.range_m:g}", tilt, apart, *shown]
+
+
+def _numbers(budget: Budget) -> list[str]:
+    x, y, z = (100 * sigma for sigma in budget.sigma_position_m)
+    angle = math.degrees(max(budget.sigma_theta_rad))
+    told = None if budget.tells_apart is None else 100 * budget.tells_apart
+    total_m = budget.sigma_total_position_m
+    in_all = MISSING if total_m is None else _digits(100 * total_m[2])
+    return [_digits(max(x, y)), _digits(z), in_all, _digits(angle), number(told, 0)]
+
+
+def _digits(value: float) -> str:
+    """Two significant digits, and no more than hundredths."""
+    return number(value, 0 if value >= 10 else 1 if value >= 1 else 2)
+
+
+def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> list[str]:
+    """Say whose budget it is, and up to where the dock's lights, its range and its attitude can be known."""
+    apart, good = farthest_apart_m(camera, dock), farthest_within_m(camera, dock, _GOOD_SHARE, 20.0, noise_px)
+    told = {tilt: farthest_told_m(camera, dock, _SURE, tilt, noise_px) for tilt in (10.0, 20.0)}
+    return [
+        *sentences("budget.txt", "set_up", camera, dock, numbers.length_words(dock.diameter), noise_px),
+        *sentences("budget.txt", "reach", apart, good, _GOOD_SHARE, told, _SURE),
+    ]

@@ -1,19 +1,16 @@
-import argparse
 import logging
 import re
 
 import pytest
-from dockpose.app.cli import COMMANDS, main
+from dockpose.app.cli import COMMANDS, _parser, main
 from dockpose.app.commands.console import say
-from dockpose.app.commands.logging_options import add_logging, logged, without_secrets
+from dockpose.app.commands.logging_options import logged, without_secrets
 
 LINE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (DEBUG|INFO|WARNING|ERROR) dockpose(\.\w+)*: .+")
 
 
 def parsed(*words):
-    parser = argparse.ArgumentParser()
-    add_logging(parser)
-    return parser.parse_args(words)
+    return _parser().parse_args(["doctor", *words])
 
 
 def test_events_are_one_line_each_without_secrets(tmp_path):

@@ -88,8 +88,8 @@ def read_only(monkeypatch):
 # What the commands begin with once they know where results go.
 WORK = (
     *("commands.estimate.estimate", "processing.following.Following.see", "commands.compare.compare"),
-    *("commands.simulate.film", "commands.export._files", "commands.calibration.calibrate.gathered"),
-    *("commands.calibration.learn_dock.dock_views", "commands.paper.budget.budget"),
+    *("commands.simulate.film", "commands.export._files", "commands.calibration.gathered"),
+    *("commands.calibration.dock_views", "commands.paper.budget"),
     *("processing.study.workers", "export.reproduction.report.workers"),
 )
 

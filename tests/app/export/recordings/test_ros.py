@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.cli import main
-from dockpose.app.export.recordings.messages import TOPICS
+from dockpose.app.export.recordings.ros import TOPICS
 from dockpose.simulate import Approach, FilmPlan, save_sequence
 from dockpose.sources import Bag
 from mcap.exceptions import McapError
@@ -153,8 +153,8 @@ import os, signal, sys
 from pathlib import Path
 import numpy as np
 from dockpose import Camera, Dock, estimate
-from dockpose.app.export.recordings.mcap_file import PoseFile
-from dockpose.app.export.recordings.messages import Seen
+from dockpose.app.export.recordings.ros import PoseFile
+from dockpose.app.export.recordings.ros import Seen
 from dockpose.app.state.trust import Trust
 dark = np.full((48, 64), 10, np.uint8)
 found = estimate(dark, Camera(70, 70, 31.5, 23.5, 64, 48), Dock(0.3, 10))

@@ -12,9 +12,8 @@ from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, F
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.parts import sentences
 from dockpose.app.export.words import MEDIA, camera_lines, outcome, port_lines
-from dockpose.app.inputs.pictures import expand
+from dockpose.app.inputs.pictures import expand, known, save_dock
 from dockpose.app.inputs.sequences import typed
-from dockpose.app.inputs.sidecar import known, save_dock
 from dockpose.app.processing.calibration import Looked, dock_views, gather
 from dockpose.camera.board import Board
 from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, BoardView, Gathering, calibrate_gathered

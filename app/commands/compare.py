@@ -13,9 +13,8 @@ from dockpose.app.commands.output import PictureFolder, open_lines, write_line
 from dockpose.app.drawing.montage import montage
 from dockpose.app.drawing.numbers import chance, number, pose_cells
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Batch, Picture, expand
+from dockpose.app.inputs.pictures import Batch, Picture, expand, known, read_sidecar
 from dockpose.app.inputs.sequences import FrameSource, typed
-from dockpose.app.inputs.sidecar import known, read_sidecar
 from dockpose.app.processing.comparison import compare
 from dockpose.checks import printable
 from dockpose.files.yaml_file import FileError

@@ -11,7 +11,7 @@ from dockpose.app.drawing.annotated import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
-from dockpose.app.inputs.sidecar import camera_and_dock
+from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.files.durable_files import write_whole
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")

@@ -12,7 +12,7 @@ from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
 from dockpose.app.export.recordings.ros import TOPICS, Message, Seen, header, messages_of, status_of
-from dockpose.app.inputs.sidecar import load_dock
+from dockpose.app.inputs.pictures import load_dock
 from dockpose.app.processing.analysis import headline_of
 from dockpose.app.processing.following import Following
 from dockpose.camera.files import load_camera

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from dockpose import Camera
 from dockpose.app.cli import main
-from dockpose.app.inputs.sidecar import load_dock
+from dockpose.app.inputs.pictures import load_dock
 from dockpose.camera.files import load_camera, save_camera
 from dockpose.camera.port import FlatPort
 from dockpose.simulate import Pose, Scene, render

@@ -6,8 +6,7 @@ import shutil
 import pytest
 from dockpose.app import cli
 from dockpose.app.cli import main
-from dockpose.app.inputs.pictures import sample_path
-from dockpose.app.inputs.sidecar import save_dock
+from dockpose.app.inputs.pictures import sample_path, save_dock
 from dockpose.camera.files import save_camera
 from dockpose.simulate import FilmPlan, save_sequence
 from dockpose.simulate.files import TRUTH_COLUMNS

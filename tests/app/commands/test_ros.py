@@ -8,7 +8,7 @@ from dockpose import Dock
 from dockpose.app.cli import main
 from dockpose.app.commands.ros import NodeLogic, logic_of, make_node
 from dockpose.app.export.recordings.ros import TOPICS
-from dockpose.app.inputs.sidecar import save_dock
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.simulate import render
 from dockpose.simulate.parts import Text
 

@@ -2,6 +2,7 @@
 
 import argparse
 import difflib
+import functools
 import glob
 import logging
 import re
@@ -30,7 +31,8 @@ _COMPILING = "compiling the loops over pixels; the first run takes up to a minut
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program."""
-    with console.forgiving_output(), console.stopped_by_signals(), METHODS.telling(_warn):
+    warn = functools.partial(console.say, level=logging.WARNING)
+    with console.forgiving_output(), console.stopped_by_signals(), METHODS.telling(warn):
         try:
             arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))
             with protected(arguments), logged(arguments):
@@ -42,10 +44,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             return console.EXIT_TERMINATED
         except KeyboardInterrupt:
             return console.EXIT_STOPPED
-
-
-def _warn(text: str) -> None:
-    console.say(text, logging.WARNING)
 
 
 def _run(arguments: argparse.Namespace) -> int:

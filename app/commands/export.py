@@ -38,7 +38,11 @@ def run(arguments: argparse.Namespace) -> int:
     elif out.suffix.lower() == ".zip":
         _write(out, to_zip(files))
     else:
-        _write(out, files[_first(files, out)]())
+        name = next((name for name in files if Path(name).suffix == out.suffix.lower()), None)
+        if name is None:
+            endings = sorted({Path(name).suffix for name in files} | {".zip"})
+            raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
+        _write(out, files[name]())
     return EXIT_ALL_READ
 
 
@@ -63,14 +67,6 @@ def _files(
     if view.note:
         say(view.note)
     return picture_files(analyse(view), layers=layers, sha256=view.sha256)
-
-
-def _first(files: Collection[str], out: Path) -> str:
-    for name in files:
-        if Path(name).suffix == out.suffix.lower():
-            return name
-    endings = sorted({Path(name).suffix for name in files} | {".zip"})
-    raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
 
 
 def _write(path: Path, content: bytes) -> None:

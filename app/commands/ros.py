@@ -23,7 +23,6 @@ from dockpose.thresholds import METHODS
 
 _ERROR = 2  # of diagnostic_msgs/DiagnosticStatus
 NAME = "dockpose"
-DEFAULTS = Settings()
 KNOWN = {"method": {"choices": METHODS, "default": "hats"}}
 
 
@@ -31,12 +30,7 @@ class NodeLogic:
     """Finds and tracks the dock in pictures as they are published."""
 
     def __init__(
-        self,
-        tell: Callable[[str], None],
-        dock: Dock,
-        settings: Settings = DEFAULTS,
-        camera: Camera | None = None,
-        image_topic: str = "/camera/image_raw",
+        self, tell: Callable[[str], None], dock: Dock, settings: Settings, camera: Camera | None, image_topic: str
     ) -> None:
         self._tell, self._dock, self._settings = tell, dock, settings
         self._camera, self._is_configured = camera, camera is not None

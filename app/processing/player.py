@@ -27,29 +27,20 @@ class FramePlayer:
         self.frames = frames
         self._show, self._on_end, self._on_error = show, on_end, on_error
         self._changed = threading.Condition()
-        self._is_playing, self._is_closed = frames.is_live, False
-        self._speed, self._index = 1.0, -1
+        self.is_playing = frames.is_live  # whether frames follow each other by themselves
+        self.index = -1  # of the frame that was shown last
+        self._speed, self._is_closed = 1.0, False
         self._wanted: int | None = 0
         work = self._run_live if frames.is_live else self._run_recording
         self._thread = threading.Thread(target=self._run, args=(work,), name="dockpose player", daemon=True)
         self._thread.start()
 
-    @property
-    def index(self) -> int:
-        """Of the frame that was shown last; -1 before the first."""
-        return self._index
-
-    @property
-    def is_playing(self) -> bool:
-        """Whether frames follow each other by themselves."""
-        return self._is_playing
-
     def play(self, is_playing: bool = True) -> None:
         """Go on, or pause; from the end it goes on from the beginning."""
         with self._changed:
-            if is_playing and self.frames.count is not None and self._index >= self.frames.count - 1:
+            if is_playing and self.frames.count is not None and self.index >= self.frames.count - 1:
                 self._wanted = 0
-            self._is_playing = is_playing
+            self.is_playing = is_playing
             self._changed.notify_all()
 
     def go_to(self, index: int) -> None:
@@ -62,7 +53,7 @@ class FramePlayer:
     def step(self, by: int) -> None:
         """Pause, and show the frame so many places further on."""
         self.play(False)
-        self.go_to(self._index + by)
+        self.go_to(self.index + by)
 
     def set_speed(self, speed: float) -> None:
         """Play so many times as fast as the frames were taken."""
@@ -85,7 +76,7 @@ class FramePlayer:
         try:
             work()
         except Exception as error:  # whatever a source brings, people should read of it on the page
-            self._is_playing = False
+            self.is_playing = False
             if not self._is_closed:
                 self._on_error(error)
 
@@ -93,7 +84,7 @@ class FramePlayer:
         for frame in self.frames:
             if self._is_closed:
                 return
-            if self._is_playing:
+            if self.is_playing:
                 self._shown(frame)
 
     def _run_recording(self) -> None:
@@ -108,7 +99,7 @@ class FramePlayer:
                 ahead = self.frames.between(following, 2**31 if self.frames.count is None else self.frames.count)
             frame = next(ahead, None)
             if frame is None:
-                ahead, self._is_playing = None, False
+                ahead, self.is_playing = None, False
                 self._on_end()
                 continue
             following = frame.index + 1
@@ -124,7 +115,7 @@ class FramePlayer:
     def _next_wish(self) -> int | None:
         """Wait until there is something to show; the frame that was asked for, None for the next one."""
         with self._changed:
-            self._changed.wait_for(lambda: self._is_closed or self._is_playing or self._wanted is not None)
+            self._changed.wait_for(lambda: self._is_closed or self.is_playing or self._wanted is not None)
             wanted, self._wanted = self._wanted, None
             return wanted
 
@@ -135,10 +126,10 @@ class FramePlayer:
         """Wait for a frame's time; False where somebody paused meanwhile, or wants another frame."""
         with self._changed:
             return not self._changed.wait_for(
-                lambda: self._is_closed or not self._is_playing or self._wanted is not None,
+                lambda: self._is_closed or not self.is_playing or self._wanted is not None,
                 max(0.0, due_s - time.monotonic()),
             )
 
     def _shown(self, frame: Frame) -> None:
-        self._index = frame.index
+        self.index = frame.index
         self._show(frame)

@@ -11,7 +11,7 @@ from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, kept_at_stop, put, say
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.export.parts import sentences
-from dockpose.app.export.words import MEDIA, camera_lines, outcome, port_lines
+from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.inputs.pictures import expand, known, save_dock
 from dockpose.app.inputs.sequences import typed
 from dockpose.app.processing.calibration import Looked, dock_views, gather
@@ -70,7 +70,8 @@ def _run_port(arguments: argparse.Namespace, board: Board) -> int:
         save_camera(found.camera, arguments.out)
     errors = {each.name: error for each, error in zip(gathering.sightings, found.errors_px.tolist(), strict=True)}
     views = [replace(view, error_px=errors.get(name)) for name, view in gathering.views.items()]
-    put(*report(views, looked, len(errors), port_lines(found)), f"The camera with its port is in {arguments.out}.")
+    about = sentences("calibration.txt", "port", found, float(np.sqrt((found.errors_px**2).mean())))
+    put(*report(views, looked, len(errors), about), f"The camera with its port is in {arguments.out}.")
     return _status(views)
 
 

@@ -8,7 +8,7 @@ from dockpose.app.commands.console import EXIT_ALL_READ, put, put_rich
 from dockpose.app.drawing.numbers import MISSING, number
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import read_session
-from dockpose.app.export.tape import Checked, check_session
+from dockpose.app.export.words import Checked, check_session
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.camera.files import save_camera
 from dockpose.pose.tape import TAPE_M

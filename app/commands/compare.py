@@ -83,32 +83,25 @@ def to_line(picture: Picture, found: Mapping[str, Estimate], frame: int = 0) -> 
 
 def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = None) -> str:
     """Return a table in plain text, a row a method, under a title; the last column says how far off, or why."""
-    rows = [_HEAD] + [_cells(name, one) for name, one in found.items()]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEAD))]
-    remarks = [""] + [_remark(one, truth) for one in found.values()]
+    rows = [(*_HEAD, ""), *(_cells(name, one, truth) for name, one in found.items())]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [printable(title)]
-    for row, remark in zip(rows, remarks, strict=True):
-        numbers = (cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))
-        lines.append("  ".join(("", row[0].ljust(widths[0]), *numbers, remark)).rstrip())
+    for name, *cells, remark in rows:
+        numbers = (cell.rjust(width) for cell, width in zip(cells, widths[1:-1], strict=True))
+        lines.append("  ".join(("", name.ljust(widths[0]), *numbers, remark)).rstrip())
     return "\n".join(lines) + "\n"
 
 
-def _cells(name: str, found: Estimate) -> tuple[str, ...]:
-    pose = found.selected
+def _cells(name: str, found: Estimate, truth: KnownPose | None) -> tuple[str, ...]:
+    pose, error = found.selected, pose_error(found.selected, truth)
     numbers = ["-"] * 4 if pose is None else [*pose_cells(pose)[2:], chance(pose) or "-"]
     level = None if found.threshold is None else found.threshold.level
     groups = None if found.markers is None else len(found.markers)
     counts = ("-" if count is None else str(count) for count in (level, groups, found.lights_on_ring))
-    return (name, *counts, *numbers, number(found.elapsed_ms))
-
-
-def _remark(found: Estimate, truth: KnownPose | None) -> str:
-    if found.selected is None:
-        return found.message
-    error = pose_error(found.selected, truth)
-    if error is None:
-        return "pose found"
-    return f"{'right' if error.agrees else 'wrong'}: {error}"
+    remark = found.message if pose is None else "pose found"
+    if error is not None:
+        remark = f"{'right' if error.agrees else 'wrong'}: {error}"
+    return (name, *counts, *numbers, number(found.elapsed_ms), remark)
 
 
 def _truth(path: Path, rotate_deg: int = 0) -> KnownPose | None:

@@ -13,8 +13,7 @@ from dockpose.app.commands.arguments import camera_of, check_least, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, FrameProgress, put_rich, say, status_of
 from dockpose.app.commands.output import Lines, open_lines
 from dockpose.app.errors import UserError, blaming
-from dockpose.app.export.parts import sentences
-from dockpose.app.export.reproduction.report import PARTS, reproduce
+from dockpose.app.export.parts import PARTS, reproduce, sentences
 from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.processing.study import Study
 from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget, simulated_budget

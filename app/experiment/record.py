@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from dockpose.app.experiment.row import COLUMNS, Row, csv_text, row_to_csv, rows_from_csv
+from dockpose.app.experiment.row import COLUMNS, Row, csv_text, rows_from_csv
 from dockpose.camera.image import read
 from dockpose.files.durable_files import sync_folder, write_whole
 from dockpose.files.yaml_file import FileError, read_yaml
@@ -95,7 +95,6 @@ class ResultsFile:
     def __init__(self, folder: Path, rows: Sequence[Row]) -> None:
         self._path = folder / RESULTS
         self.rows = list(rows)
-        self._lines = [row_to_csv(row) for row in rows]
         if not self._path.exists():
             write_whole(self._path, EMPTY)
             sync_folder(folder)
@@ -107,25 +106,23 @@ class ResultsFile:
 
     def add(self, row: Row) -> None:
         """Add a row at the end; see :meth:`replace`."""
-        self._write([*self.rows, row], [*self._lines, row_to_csv(row)])
+        self._write([*self.rows, row])
 
     def replace(self, index: int, row: Row) -> None:
         """Replace the row at ``index``."""
-        rows, lines = self.rows.copy(), self._lines.copy()
-        rows[index], lines[index] = row, row_to_csv(row)
-        self._write(rows, lines)
+        self._write([*self.rows[:index], row, *self.rows[index + 1 :]])
 
-    def _write(self, rows: list[Row], lines: list[str]) -> None:
+    def _write(self, rows: list[Row]) -> None:
         if self._path.exists() and self._path.read_bytes() != self._content:
             raise FileError(f"{self._path}: was changed by another program; close the session and open it again")
-        before = self.rows, self._lines, self._content
-        content = EMPTY + "".join(lines).encode()
+        before = self.rows, self._content
+        content = csv_text([COLUMNS, *map(msgspec.structs.astuple, rows)]).encode()
         write_whole(self._path, content)
-        self.rows, self._lines, self._content = rows, lines, content
+        self.rows, self._content = rows, content
         try:
             sync_folder(self._path.parent)
         except OSError:
             # If even this fails, the new rows stay on the disk, and they are whole too.
-            write_whole(self._path, before[2])
-            self.rows, self._lines, self._content = before
+            write_whole(self._path, before[1])
+            self.rows, self._content = before
             raise

@@ -202,11 +202,6 @@ def _character(character: str) -> str:
     if letter.isascii() and letter.isalpha() and len(marks) == 1 and marks[0] in commands["accents"]:
         dotless = rf"\{letter}" if letter in "ij" and marks[0] != "\N{COMBINING CEDILLA}" else letter
         return f"{commands['accents'][marks[0]]}{{{dotless}}}"
-    return _greek(character)
-
-
-def _greek(character: str) -> str:
-    """Return a Greek letter as a math command; "?" where there is none."""
     match = _GREEK.match(unicodedata.name(character, ""))
     if match is None:
         return "?"

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PICTURES, MOST_ROWS = 24, 500
-_WIDEST_PX = {1: 1600, MOST_PICTURES: 640}
+_WIDEST_PX, _WIDEST_OF_MANY_PX = 1600, 640
 Item = TypeVar("Item")
 _STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (BLUE, "o"), (ORANGE, "s"))  # one for each of QUANTITIES
 
@@ -65,7 +65,7 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
         **{"title": view.source, "kind": "picture", "note": " ".join(view.notes), "facts": facts, "plots": plots},
         groups=_groups(line) | {"Versions": versions()},
         tables=[_candidates_table(found)] if found.candidates else [],
-        pictures=[(view.source, _data_uri(picture, 1))],
+        pictures=[(view.source, _data_uri(picture, _WIDEST_PX))],
     )
 
 
@@ -85,7 +85,7 @@ def session_report(record: SessionRecord) -> str:
             line = record.line(row)
             groups = groups or _groups(line)
             image = record.picture(row)
-            pictures.append((f"{row.number}: {row.source}", _annotated_uri(image, line, MOST_PICTURES)))
+            pictures.append((f"{row.number}: {row.source}", _annotated_uri(image, line)))
         except ValueError:
             missing += 1
     note = _left_out(len(record.rows), MOST_PICTURES, "pictures")
@@ -112,7 +112,7 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
         image = _picture_of(line, path.parent)
         if image is not None:
             caption = f"{line['source']}, frame {line['frame']}"
-            pictures.append((caption, _annotated_uri(image, line, MOST_PICTURES)))
+            pictures.append((caption, _annotated_uri(image, line)))
     poses = {
         "title": "Chosen poses",
         "head": ("Frame", "Time (s)", *QUANTITIES, "likely (%)", "Track", "Source"),
@@ -186,12 +186,12 @@ def _picture_of(line: Mapping[str, Any], folder: Path) -> np.ndarray | None:
     return None
 
 
-def _annotated_uri(image: np.ndarray, line: dict[str, Any], pictures: int) -> str:
-    return _data_uri(annotate(image, estimate_again(image, line), layers=LAYERS), pictures)
+def _annotated_uri(image: np.ndarray, line: dict[str, Any]) -> str:
+    return _data_uri(annotate(image, estimate_again(image, line), layers=LAYERS), _WIDEST_OF_MANY_PX)
 
 
-def _data_uri(picture: np.ndarray, pictures: int) -> str:
-    scale = min(1.0, _WIDEST_PX[pictures] / picture.shape[1])
+def _data_uri(picture: np.ndarray, widest_px: int) -> str:
+    scale = min(1.0, widest_px / picture.shape[1])
     size = (max(1, round(scale * picture.shape[1])), max(1, round(scale * picture.shape[0])))
     scaled = picture if scale == 1 else cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
     data = cv2.imencode(".jpg", scaled, [cv2.IMWRITE_JPEG_QUALITY, 88])[1].tobytes()

@@ -1,24 +1,28 @@
-"""Sentences about a result (what was found, why this pose, what to try), a calibration, and an error budget."""
+"""Sentences about a result (what was found, why this pose), a calibration, an error budget, and measured values."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import dockpose.app.drawing.numbers as numbers
+import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
 from dockpose.app.drawing.numbers import MISSING, chance, count, number, percent, sigma_words
+from dockpose.app.errors import UserError
+from dockpose.app.experiment import Row, SessionRecord
 from dockpose.app.export.parts import sentences
 from dockpose.camera.calibrate import BoardView, Calibration
-from dockpose.camera.port_fit import FittedPort
-from dockpose.study.budget import (
-    USUAL_NOISE_PX,
-    Budget,
-    farthest_apart_m,
-    farthest_told_m,
-    farthest_within_m,
-    nearest_m,
-)
+from dockpose.camera.sigma import CameraSigma, errors_of
+from dockpose.pose.circle import angles_of, rotation_from_angles
+from dockpose.pose.shared import diameter_share
+from dockpose.pose.tape import TAPE_M, Place, TapeFit, fit_tape
+from dockpose.study import budget as budgets
+from dockpose.study.budget import USUAL_NOISE_PX, Budget
 from dockpose.thresholds import METHODS
+from scipy.spatial.transform import Rotation
 
 _ADVICE = {
     "no_lights": "Try a lower level or a smaller minimum area, and check that no mask covers the dock.",
@@ -36,6 +40,7 @@ _WHY = {
 }
 _BY = {"hand": " (by hand)", "tracking": " (tracked)"}
 MEDIA = ("air", "water")
+_AXES = ("x", "y", "z")
 _USUAL = ("k1", "k2", "p1", "p2", "k3")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
 TILTS_DEG = (0.0, 10.0, 20.0, 40.0)
@@ -106,11 +111,6 @@ def camera_lines(done: Calibration, medium: str = "air", *, is_on_page: bool = F
     return sentences("calibration.txt", "camera", done, medium, is_on_page, view_deg, words, _SURE_SHARE, *why)
 
 
-def port_lines(found: FittedPort) -> list[str]:
-    """Sentences on a port that was fitted, the most important first."""
-    return sentences("calibration.txt", "port", found, float(np.sqrt((found.errors_px**2).mean())))
-
-
 def numbers_in_words(done: Calibration) -> str:
     """The camera's numbers with their standard errors: "fx 519.70 ± 0.23 px, ..., k1 -0.1801 ± 0.0010"."""
     camera, parts = done.camera, []
@@ -134,7 +134,7 @@ def outcome(view: BoardView) -> str:
 
 def usual_ranges_m(camera: Camera, dock: Dock) -> list[float]:
     """Ranges from where the dock fills the picture to where its lights run together, to two digits."""
-    near, far = nearest_m(camera, dock), farthest_apart_m(camera, dock)
+    near, far = budgets.nearest_m(camera, dock), budgets.farthest_apart_m(camera, dock)
     ranges = np.geomspace(near, max(far, 2 * near), _RANGES)
     return [float(f"{range_m:.2g}") for range_m in ranges]
 
@@ -164,9 +164,98 @@ def _digits(value: float) -> str:
 
 def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> list[str]:
     """Say whose budget it is, and up to where the dock's lights, its range and its attitude can be known."""
-    apart, good = farthest_apart_m(camera, dock), farthest_within_m(camera, dock, _GOOD_SHARE, 20.0, noise_px)
-    told = {tilt: farthest_told_m(camera, dock, _SURE, tilt, noise_px) for tilt in (10.0, 20.0)}
+    apart = budgets.farthest_apart_m(camera, dock)
+    good = budgets.farthest_within_m(camera, dock, _GOOD_SHARE, 20.0, noise_px)
+    told = {tilt: budgets.farthest_told_m(camera, dock, _SURE, tilt, noise_px) for tilt in (10.0, 20.0)}
     return [
         *sentences("budget.txt", "set_up", camera, dock, numbers.length_words(dock.diameter), noise_px),
         *sentences("budget.txt", "reach", apart, good, _GOOD_SHARE, told, _SURE),
     ]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A session's rows with a pose, what a tape's values make of them, and the last one's camera and dock."""
+
+    rows: Sequence[Row]
+    fit: TapeFit
+    camera: Camera
+    dock: Dock
+
+    @cached_property
+    def angles_off_deg(self) -> np.ndarray:
+        """Pitch and yaw in the tank less those measured, in degrees (N, 2); nan where they were not."""
+        return np.array([_angles_off(row, self.fit) for row in self.rows])
+
+    @property
+    def allowed(self) -> float:
+        """Share by which camera and dock file let ranges be off, as a standard error."""
+        names, errors = errors_of(self.camera)
+        at = names.index("fx") if "fx" in names else None
+        focal = 0.0 if at is None else math.sqrt(errors[at, at]) / self.camera.fx
+        return math.hypot(focal, diameter_share(self.dock))
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether ranges are off by more than camera and dock file allow."""
+        return self.fit.is_sure(self.fit.scale - 1, math.hypot(self.allowed, self.fit.scale_sigma))
+
+    @property
+    def corrected_dock(self) -> Dock:
+        """The dock with the diameter that the tape leads to."""
+        diameter_m, sigma_m = self.fit.scale * self.dock.diameter, self.fit.scale_sigma * self.dock.diameter
+        return msgspec.structs.replace(self.dock, diameter=diameter_m, diameter_sigma_m=sigma_m)
+
+    @property
+    def corrected_camera(self) -> Camera:
+        """The camera with the focal lengths that the tape leads to."""
+        fx, fy = self.camera.fx, self.camera.fy
+        known = self.camera.sigma or CameraSigma()
+        sigma = msgspec.structs.replace(known, fx=self.fit.scale_sigma * fx, fy=self.fit.scale_sigma * fy)
+        scale = self.fit.scale
+        return msgspec.structs.replace(self.camera, fx=scale * fx, fy=scale * fy, sigma=sigma, covariance=())
+
+    @property
+    def told(self) -> list[str]:
+        """What the differences mean, the gravest first."""
+        fit, slipped = self.fit, []
+        for index in fit.slipped:
+            off, sigma = np.abs(fit.residuals_m[index]), fit.sigmas_m[index]
+            worst = int(np.nanargmax(off / sigma))
+            slipped.append((self.rows[index].number, 100 * off[worst], off[worst] / sigma[worst]))
+        turns = zip(_AXES, np.degrees(fit.turn_rad), np.degrees(fit.turn_sigma_rad), strict=True)
+        return sentences("check.txt", "told", self, slipped, [turn for turn in turns if fit.is_sure(*turn[1:])])
+
+
+def check_session(record: SessionRecord, tape_m: float = TAPE_M) -> Checked:
+    """Compare a session's poses with its measured values; UserError where too few rows have both."""
+    rows = [row for row in record.rows if row.z_cm is not None]
+    try:
+        fit = fit_tape([_place(row) for row in rows], tape_m)
+    except ValueError as error:
+        raise UserError(f"{record.folder}: {error}") from error
+    line = record.line(rows[-1])
+    return Checked(rows, fit, msgspec.convert(line["camera"], Camera), msgspec.convert(line["dock"], Dock))
+
+
+def _place(row: Row) -> Place:
+    """A row in metres; nan for what was not measured."""
+
+    def metres(*names: str) -> np.ndarray:
+        return np.array([math.nan if (cm := getattr(row, name)) is None else cm / 100 for name in names])
+
+    sigmas = np.nan_to_num(metres(*(f"sigma_{axis}_cm" for axis in _AXES)))
+    measured = metres(*(f"measured_{axis}_cm" for axis in _AXES))
+    return Place(metres(*(f"{axis}_cm" for axis in _AXES)), sigmas, measured, float(metres("distance_cm")[0]))
+
+
+def _angles_off(row: Row, fit: TapeFit) -> tuple[float, float]:
+    assert row.theta_x_deg is not None
+    assert row.theta_y_deg is not None
+    normal = -rotation_from_angles(math.radians(row.theta_x_deg), math.radians(row.theta_y_deg))[:, 2]
+    found = np.degrees(angles_of(Rotation.from_rotvec(fit.turn_rad).apply(normal)))
+    true = (row.measured_theta_x_deg, row.measured_theta_y_deg)
+    off = [
+        math.nan if angle is None else math.remainder(one - angle, 360) for one, angle in zip(found, true, strict=True)
+    ]
+    return off[0], off[1]

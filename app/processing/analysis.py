@@ -94,21 +94,19 @@ class Analysis:
         """How many lights form a ring where the dock's number finds none or fewer than there are; None for none."""
         found, lights = self.estimate, self.view.dock.lights
         seen, groups = found.lights_on_ring or 0, 0 if found.markers is None else len(found.markers)
-        is_found = found.status == "ok" and (seen >= groups or seen == lights)
-        return None if lights is None or is_found else _fitting_lights(self.view, seen if found.status == "ok" else 0)
+        is_ok, view = found.status == "ok", self.view
+        if lights is None or (is_ok and (seen >= groups or seen == lights)):
+            return None
+        free = estimate(view.image, view.camera, Dock(view.dock.diameter), view.settings)
+        if free.status != "ok" or free.ring is None or (free.lights_on_ring or 0) <= (seen if is_ok else 0):
+            return None
+        return None if free.ring.lights == lights else free.ring.lights
 
     @cached_property
     def trust(self) -> Trust:
         """How far the result can be trusted; in a sequence with the probability that the track gives."""
         tracked = None if self.tracked_frame is None else self.tracked_frame.tracked
         return trust_of(self.estimate, tracked, assumed=self.view.assumed, fitting_lights=self.fitting_lights)
-
-
-def _fitting_lights(view: View, more_than: int) -> int | None:
-    found = estimate(view.image, view.camera, Dock(view.dock.diameter), view.settings)
-    if found.status != "ok" or found.ring is None or (found.lights_on_ring or 0) <= more_than:
-        return None
-    return None if found.ring.lights == view.dock.lights else found.ring.lights
 
 
 def trust_of(found: Estimate, tracked: Tracked | None = None, **more: Any) -> Trust:
@@ -127,17 +125,19 @@ def analyse(view: View, last: Analysis | None = None) -> Analysis:
     view = rendered(view)
     like = last.estimate if last is not None and last.view.image is view.image else None
     found = estimate(view.image, view.camera, view.dock, view.settings, like=like)
-    return Analysis(view, found if view.by_hand is None else chosen_by_hand(found, view.by_hand))
+    return Analysis(view, chosen_by_hand(found, view.by_hand))
 
 
-def chosen_by_hand(found: Estimate, normal: tuple[float, float, float]) -> Estimate:
-    """Select the candidate whose normal is nearest to ``normal``."""
+def chosen_by_hand(found: Estimate, normal: tuple[float, float, float] | None) -> Estimate:
+    """Select the candidate whose normal is nearest to ``normal``, if there is one."""
     return select_pose(found, nearest_pose(found, normal), "hand", "which was chosen by hand")
 
 
-def nearest_pose(found: Estimate, normal: tuple[float, float, float]) -> int | None:
-    """Index of the candidate whose normal is nearest to ``normal``; None without candidates."""
-    return int(np.argmax([pose.normal @ np.array(normal) for pose in found.candidates])) if found.candidates else None
+def nearest_pose(found: Estimate, normal: tuple[float, float, float] | None) -> int | None:
+    """Index of the candidate whose normal is nearest to ``normal``; None without candidates, or without a normal."""
+    if normal is None or not found.candidates:
+        return None
+    return int(np.argmax([pose.normal @ np.array(normal) for pose in found.candidates]))
 
 
 def select_pose(found: Estimate, index: int | None, by: str, why: str = "") -> Estimate:

@@ -27,7 +27,7 @@ NOT_RUN = {
     r"dockpose (reproduce|study) ": "takes minutes; tests/app/commands/test_paper.py has parts of it",
     r"dockpose calibrate ": "looks for boards for a minute; tests/app/commands/test_calibration.py does",
     r"dockpose learn-dock ": "needs sixty frames from all sides; tests/app/commands/test_calibration.py does",
-    r".* --rerun ": "takes seconds to load Rerun; tests/app/export/recordings does",
+    r".* --rerun ": "takes seconds to load Rerun; tests/app/export/test_recordings.py does",
 }
 OURS = [(name, words) for name, words in COMMANDS if words.startswith(("dockpose", ".venv/bin/dockpose"))]
 

@@ -90,7 +90,7 @@ WORK = (
     *("commands.estimate.estimate", "processing.following.Following.see", "commands.compare.compare"),
     *("commands.simulate.film", "commands.export._files", "commands.calibration.gathered"),
     *("commands.calibration.dock_views", "commands.paper.budget"),
-    *("processing.study.workers", "export.reproduction.report.workers"),
+    *("processing.study.workers", "export.parts.workers"),
 )
 
 

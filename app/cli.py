@@ -14,8 +14,7 @@ from typing import Any, NoReturn
 
 import dockpose.app.commands.console as console
 from dockpose.app.commands import calibration, check, compare, doctor, estimate, export, paper, ros, serve, simulate
-from dockpose.app.commands.arguments import add_command, protected
-from dockpose.app.commands.logging_options import logged
+from dockpose.app.commands.arguments import add_command, logged, protected
 from dockpose.app.errors import OutputError, UserError
 from dockpose.app.inputs.pictures import sample_source
 from dockpose.app.resources import read_toml

@@ -1,15 +1,18 @@
-"""Arguments that several commands share, and what is made of them."""
+"""Arguments that several commands share, and what is made of them; where events go, with nothing secret in them."""
 
 import argparse
 import contextlib
+import logging
 import math
 import re
+import sys
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dockpose import Camera, Dock, Settings
-from dockpose.app.errors import UserError, blaming
+from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment.record import files_of_session, is_session
 from dockpose.app.export.recording import check_name
 from dockpose.app.export.video import is_video_file
@@ -18,6 +21,7 @@ from dockpose.app.inputs.protected import Claims, Protected, files_below, files_
 from dockpose.app.inputs.sequences import is_sequence, wishes_from
 from dockpose.app.resources import read_toml
 from dockpose.camera.files import load_camera
+from dockpose.checks import printable
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sources import Kind, Wishes, kind_of
 
@@ -30,6 +34,12 @@ _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},
     "sample_path": lambda text: Path(sample_source(text)),
 }
+# What gives access: our own token, a password in an address, and what others call such things.
+_SECRETS = (
+    (re.compile(r"([?&;\s](?:\w*token|key|password|secret|sig(?:nature)?)=)[^\s&;\"')]+", re.IGNORECASE), r"\1***"),
+    (re.compile(r"(\w://)[^/\s@]+@"), r"\1***@"),
+    (re.compile(r"((?:authorization|cookie)\s*[:=]\s*).*", re.IGNORECASE), r"\1***"),
+)
 
 
 def add_command(parser: argparse.ArgumentParser, name: str, known: Mapping[str, Any]) -> None:
@@ -187,3 +197,72 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
         raise UserError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
     with blaming("--"):
         return Settings(method="fixed", level=arguments.level, min_area_px=least, masks=masks)
+
+
+@contextlib.contextmanager
+def logged(arguments: argparse.Namespace) -> Iterator[None]:
+    """Write events where the arguments of a command say, and nowhere by default, while the context lasts."""
+    level, path = getattr(arguments, "log_level", None), getattr(arguments, "log_file", None)
+    handler: logging.Handler = logging.NullHandler()
+    if path is not None:
+        with writing(f"--log-file {path}"):
+            handler = logging.FileHandler(path, encoding="utf-8")
+    elif level is not None:
+        handler = logging.StreamHandler(sys.stderr)
+        handler.addFilter(lambda record: not getattr(record, "is_said", False))  # is on standard error already
+    handler.setFormatter(OneLine())
+    handler.handleError = lambda record: None
+    logger = logging.getLogger("dockpose")
+    before = logger.level, logger.propagate
+    logger.addHandler(handler)
+    logger.setLevel((level or "info").upper())
+    logger.propagate = False
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.level, logger.propagate = before
+        with contextlib.suppress(OSError):
+            handler.close()
+
+
+@contextlib.contextmanager
+def warned() -> Iterator[None]:
+    """Write warnings of the server and of libraries to standard error meanwhile, unless events go there anyway."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setLevel(logging.WARNING)
+    handler.setFormatter(OneLine("dockpose: %(message)s"))
+    handler.handleError = lambda record: None
+    is_there = any(type(one) is logging.StreamHandler for one in logging.getLogger("dockpose").handlers)
+    loggers = [logging.getLogger(name) for name in ("py.warnings", *([] if is_there else ["dockpose.server"]))]
+    for logger in loggers:
+        logger.addHandler(handler)
+    logging.captureWarnings(True)
+    try:
+        yield
+    finally:
+        logging.captureWarnings(False)
+        for logger in loggers:
+            logger.removeHandler(handler)
+
+
+class OneLine(logging.Formatter):
+    """An event as one line: time of day (UTC), level, logger, text; control characters are spelt out."""
+
+    converter = time.gmtime
+    default_time_format = "%Y-%m-%dT%H:%M:%S"
+    default_msec_format = "%s.%03dZ"
+
+    def __init__(self, form: str = "%(asctime)s %(levelname)s %(name)s: %(message)s") -> None:
+        super().__init__(form)
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line of an event, a traceback included, without its end."""
+        return printable(without_secrets(super().format(record)))
+
+
+def without_secrets(text: str) -> str:
+    """Text in which tokens, passwords and cookies are replaced by ``***``."""
+    for pattern, replacement in _SECRETS:
+        text = pattern.sub(replacement, text)
+    return text

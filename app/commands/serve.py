@@ -5,9 +5,8 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dockpose.app.commands.arguments import camera_of, dock_of, wishes_of
+from dockpose.app.commands.arguments import camera_of, dock_of, warned, wishes_of
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
-from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
 

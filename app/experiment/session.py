@@ -19,11 +19,9 @@ import yaml
 from dockpose import Estimate
 from dockpose.app.errors import UserError, why
 from dockpose.app.experiment import record as files
-from dockpose.app.experiment.record import is_session
-from dockpose.app.experiment.row import Row, checked_edit, clean_text, estimate_values
-from dockpose.app.inputs.folder import below
+from dockpose.app.experiment.record import Row, checked_edit, clean_text, estimate_values, is_session
 from dockpose.app.inputs.protected import LOCK, FolderLock, InUseError
-from dockpose.app.inputs.received import safe_name
+from dockpose.app.inputs.received import below, safe_name
 from dockpose.app.resources import versions, with_versions
 from dockpose.files.durable_files import remove, remove_temporaries, sync_folder, write_whole
 from dockpose.files.yaml_file import FileError

@@ -3,9 +3,11 @@
 import csv
 import io
 import json
+import math
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -13,8 +15,8 @@ import msgspec
 import numpy as np
 import yaml
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import MISSING
-from dockpose.app.experiment.row import POSE_COLUMNS, Row, csv_text, table
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
+from dockpose.app.experiment.record import POSE_COLUMNS, Row, csv_text
 from dockpose.app.export.parts import page
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml, with_versions
@@ -208,3 +210,48 @@ def _character(character: str) -> str:
     name = {"LAMDA": "lambda"}.get(match[2], match[2].lower())
     command = name if match[1] == "SMALL" else name.capitalize()
     return rf"$\{command}$" if name in read_toml("latex.toml")["greek"][match[1]].split() else "?"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Text for every cell: ``body`` has one row per frame, its number first and notes last, ``foot`` the summaries."""
+
+    head: tuple[str, ...]
+    body: tuple[tuple[str, ...], ...]
+    foot: tuple[tuple[str, ...], ...]
+
+
+def mean_and_rms(errors: Sequence[float]) -> tuple[float | None, float | None]:
+    """Mean and root mean square; None of no errors."""
+    if not errors:
+        return None, None
+    return math.fsum(errors) / len(errors), math.sqrt(math.fsum(error * error for error in errors) / len(errors))
+
+
+def table(rows: Sequence[Row], *, with_errors: bool = True) -> Table:
+    """Every number as people read it, with two decimals; ``with_errors`` adds five columns of them."""
+    errors = [f"Δ{name}" for name in QUANTITIES] if with_errors else []
+    # Summaries of errors stand below the columns of errors, if there are any.
+    foot = tuple((name, *[""] * len(errors), *cells, "") for name, cells in summaries(rows).items())
+    return Table(("No.", *QUANTITIES, *errors, "Notes"), tuple(_cells(row, with_errors) for row in rows), foot)
+
+
+def summaries(rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
+    """The cells of each summary, by its name: of how far the estimates are off that were measured too."""
+    columns = [[row.errors[index] for row in rows] for index in range(len(QUANTITIES))]
+    known = [[error for error in column if error is not None] for column in columns]
+    means, rms = zip(*map(mean_and_rms, known), strict=True)
+    counts = tuple(str(len(errors)) for errors in known)
+    return {"Compared": counts, "Mean error": _texts(means, signed=True), "RMS error": _texts(rms)}
+
+
+def _cells(row: Row, with_errors: bool) -> tuple[str, ...]:
+    pairs = [
+        f"{found} ({true})" if true != MISSING else found
+        for found, true in zip(_texts(row.estimated), _texts(row.measured), strict=True)
+    ]
+    return (str(row.number), *pairs, *(_texts(row.errors, signed=True) if with_errors else ()), row.notes)
+
+
+def _texts(values: Sequence[float | None], *, signed: bool = False) -> tuple[str, ...]:
+    return tuple(number(value, 2, signed=signed) for value in values)

@@ -16,7 +16,7 @@ import jinja2
 from dockpose.app.drawing.figures import to_png, to_svg
 from dockpose.app.drawing.numbers import MISSING, number, sigma_words
 from dockpose.app.errors import UserError, check_folder, writing
-from dockpose.app.experiment.row import csv_text
+from dockpose.app.experiment.record import csv_text
 from dockpose.app.processing.parallel import workers
 from dockpose.app.resources import read_toml, static_path, versions
 from dockpose.files.durable_files import write_whole

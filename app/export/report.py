@@ -25,7 +25,8 @@ from dockpose.app.drawing.numbers import (
     status_words,
 )
 from dockpose.app.experiment import SessionRecord
-from dockpose.app.experiment.row import Row, table
+from dockpose.app.experiment.record import Row
+from dockpose.app.export.data import table
 from dockpose.app.export.parts import page
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis, estimate_again, headline_of

@@ -10,7 +10,7 @@ from collections.abc import Hashable, Iterable, Iterator
 from pathlib import Path
 
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.folder import folders_below, pictures_in, videos_below
+from dockpose.app.inputs.received import folders_below, pictures_in, videos_below
 from dockpose.sources import Kind, SourceError, kind_of, list_pictures
 from dockpose.sources.names import BAG_METADATA, is_rosbag2_file
 

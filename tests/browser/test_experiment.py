@@ -7,7 +7,7 @@ import msgspec
 import pandas
 import pytest
 from dockpose.app.experiment import Session, session
-from dockpose.app.experiment.row import row_to_csv
+from dockpose.app.experiment.record import row_to_csv
 from dockpose.app.state.changes import with_measured
 from dockpose.app.web.panels.experiment.panel import ALL, NEXT_FRAME, NO_SESSION, WHAT
 

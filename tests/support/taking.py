@@ -12,7 +12,7 @@ import pandas
 import yaml
 from dockpose import estimate
 from dockpose.app.experiment import Session
-from dockpose.app.experiment.row import row_to_csv
+from dockpose.app.experiment.record import row_to_csv
 from dockpose.simulate import render
 from PIL import Image
 

@@ -210,7 +210,7 @@ def logged(arguments: argparse.Namespace) -> Iterator[None]:
     elif level is not None:
         handler = logging.StreamHandler(sys.stderr)
         handler.addFilter(lambda record: not getattr(record, "is_said", False))  # is on standard error already
-    handler.setFormatter(OneLine())
+    handler.setFormatter(OneLine("%(asctime)s %(levelname)s %(name)s: %(message)s"))
     handler.handleError = lambda record: None
     logger = logging.getLogger("dockpose")
     before = logger.level, logger.propagate
@@ -252,9 +252,6 @@ class OneLine(logging.Formatter):
     converter = time.gmtime
     default_time_format = "%Y-%m-%dT%H:%M:%S"
     default_msec_format = "%s.%03dZ"
-
-    def __init__(self, form: str = "%(asctime)s %(levelname)s %(name)s: %(message)s") -> None:
-        super().__init__(form)
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of an event, a traceback included, without its end."""

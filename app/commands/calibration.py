@@ -47,8 +47,7 @@ def run_calibrate(arguments: argparse.Namespace) -> int:
     with writing(f"--out {arguments.out}"):
         save_camera(done.camera, arguments.out, arguments.format)
     about = camera_lines(done, arguments.medium)
-    put(*report(done.views, looked, len(done.views), about), f"The camera is in {arguments.out}.")
-    return _status(done.views)
+    return _tell(done.views, looked, len(done.views), [*about, f"The camera is in {arguments.out}."])
 
 
 def _run_port(arguments: argparse.Namespace, board: Board) -> int:
@@ -71,22 +70,15 @@ def _run_port(arguments: argparse.Namespace, board: Board) -> int:
     errors = {each.name: error for each, error in zip(gathering.sightings, found.errors_px.tolist(), strict=True)}
     views = [replace(view, error_px=errors.get(name)) for name, view in gathering.views.items()]
     about = sentences("calibration.txt", "port", found, float(np.sqrt((found.errors_px**2).mean())))
-    put(*report(views, looked, len(errors), about), f"The camera with its port is in {arguments.out}.")
-    return _status(views)
+    return _tell(views, looked, len(errors), [*about, f"The camera with its port is in {arguments.out}."])
 
 
-def _status(views: Sequence[BoardView]) -> int:
-    return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in views) else EXIT_ALL_READ
-
-
-def report(views: Sequence[BoardView], looked: Looked | None, used: int, about: Sequence[str]) -> Iterator[str]:
-    """Lines that tell what became of each picture, and then about the camera."""
+def _tell(views: Sequence[BoardView], looked: Looked | None, used: int, about: Sequence[str]) -> int:
+    """Print what became of each picture, and then about the camera; returns the exit status."""
     width = max(len(view.name) for view in views)
-    for view in views:
-        yield f"{view.name:{width}}  {outcome(view)}"
-    if looked is not None:
-        yield f"{looked.in_words(used)}."
-    yield from about
+    frames = [] if looked is None else [f"{looked.in_words(used)}."]
+    put(*(f"{view.name:{width}}  {outcome(view)}" for view in views), *frames, *about)
+    return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in views) else EXIT_ALL_READ
 
 
 def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | None]:

@@ -68,7 +68,7 @@ def estimate_sequence(
             progress.step(frames.dropped)
         if recording is not None and recording.has_failed:
             return False
-        return frames.is_live or not (run.skipped or frames.is_cut_short)
+        return frames.is_live or not (run.skipped or frames.skipped or frames.is_cut_short)
 
 
 class _Run:
@@ -81,12 +81,7 @@ class _Run:
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)
         self._following = Following(self.camera, self._dock, settings, tell, watch_exposure=frames.is_live)
         self._last: Frame | None = None
-        self._skipped = 0
-
-    @property
-    def skipped(self) -> int:
-        """Corrupt frames so far."""
-        return self._skipped + self._frames.skipped
+        self.skipped = 0  # corrupt frames of which other processes told
 
     def picture(self, index: int) -> np.ndarray:
         """The picture of the frame that came last, as it is shown."""
@@ -114,7 +109,7 @@ class _Run:
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
             for found in split(work, executor, at_once, self._following.masks, self._settings):
                 if found.estimate is None:
-                    self._skipped += found.skipped
+                    self.skipped += found.skipped
                     self._tell(found.told)
                 else:
                     yield found, self._following.follow(found.estimate, found.time_s)

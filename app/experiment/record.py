@@ -146,11 +146,6 @@ def csv_text(rows: Iterable[Sequence[Any]], end: str = "\n") -> str:
     return text.getvalue()
 
 
-def row_to_csv(row: Row) -> str:
-    """The line of ``results.csv`` of a row."""
-    return csv_text([msgspec.structs.astuple(row)])
-
-
 def rows_from_csv(text: str) -> list[Row]:
     """Rows of ``results.csv``. Raises ValueError that names the row and the column that cannot be read."""
     lines = csv.DictReader(io.StringIO(text, newline=""))

@@ -107,23 +107,18 @@ def settings_yaml(analysis: Analysis) -> str:
     view, found = analysis.view, analysis.estimate
     content: dict[str, Any] = {
         "source": view.source,
-        "settings": _plain(found.settings),
-        "dock": _plain(found.dock),
-        "camera": _plain(found.camera),
+        "settings": msgspec.to_builtins(found.settings),
+        "dock": msgspec.to_builtins(found.dock),
+        "camera": msgspec.to_builtins(found.camera),
     }
     if view.measured is not None:
-        content["measured"] = _plain(view.measured)
+        content["measured"] = msgspec.to_builtins(view.measured)
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
 
 
 def to_png(picture: np.ndarray) -> bytes:
     """Encode a picture as PNG, losslessly."""
     return cv2.imencode(".png", picture)[1].tobytes()
-
-
-def _plain(value: Any) -> Any:
-    """Convert to the plain lists, dictionaries and numbers that YAML can hold."""
-    return msgspec.json.decode(msgspec.json.encode(value))
 
 
 def csv_table(rows: Sequence[Row]) -> str:

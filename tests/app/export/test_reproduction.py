@@ -41,11 +41,6 @@ def test_shares_in_the_table_by_hand():
 
 
 @pytest.mark.slow
-def test_a_part_made_twice_from_one_seed_is_the_same_byte_for_byte():
-    assert figure_7(5) == figure_7(5)
-
-
-@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes(monkeypatch, tmp_path):
     monkeypatch.setattr(poses, "errors_with", lambda seen, lights, seed: errors_with(seen, lights, seed, 4))
     part = figure_17(3)
@@ -166,6 +161,7 @@ def test_columns_in_which_it_exceeds_the_paper_are_named(undrawn):
 @pytest.mark.parametrize(
     "made",
     [
+        lambda: figure_7(5),
         lambda: budget_part(budget(0.3)),
         lambda: table_part("2", [reproduce_row("2", number, seed=7, draws=1) for number in range(5)]),
     ],

@@ -216,28 +216,38 @@ def play(screen):
 
 
 def play_to_end(player, screen):
-    until(lambda: screen.shown == [0])
     player.play()
     until(lambda: screen.ends == 1)
 
 
-def test_first_frame_is_shown_and_no_other(play, screen):
-    player = play(Numbers())
-    until(lambda: screen.shown == [0])
+@pytest.fixture
+def begun(play, screen):
+    """Begin to play, and wait for the first frame."""
+
+    def start(frames):
+        player = play(frames)
+        until(lambda: screen.shown == [0])
+        return player
+
+    return start
+
+
+def test_first_frame_is_shown_and_no_other(begun, screen):
+    player = begun(Numbers())
     time.sleep(0.02)
     assert screen.shown == [0]
     assert not player.is_playing
 
 
-def test_all_frames_are_shown_in_order_up_to_the_end(play, screen):
-    player = play(Numbers(20))
+def test_all_frames_are_shown_in_order_up_to_the_end(begun, screen):
+    player = begun(Numbers(20))
     play_to_end(player, screen)
     assert screen.shown == list(range(20))
     assert not player.is_playing
 
 
-def test_from_the_end_it_begins_again(play, screen):
-    player = play(Numbers(3))
+def test_from_the_end_it_begins_again(begun, screen):
+    player = begun(Numbers(3))
     play_to_end(player, screen)
     player.play()
     until(lambda: screen.ends == 2)
@@ -254,9 +264,8 @@ def test_slow_screen_loses_no_frame(play, screen):
     assert screen.shown == [0, 1, 2, 3, 4]
 
 
-def test_steps_pause_and_show_one_frame_each(play, screen):
-    player = play(Numbers())
-    until(lambda: screen.shown == [0])
+def test_steps_pause_and_show_one_frame_each(begun, screen):
+    player = begun(Numbers())
     for by, expected in ((1, 1), (1, 2), (-1, 1), (-5, 0)):
         player.step(by)
         until(lambda expected=expected: player.index == expected)
@@ -264,9 +273,8 @@ def test_steps_pause_and_show_one_frame_each(play, screen):
     assert not player.is_playing
 
 
-def test_it_goes_where_it_is_told_and_plays_on_from_there(play, screen):
-    player = play(Numbers(20))
-    until(lambda: screen.shown == [0])
+def test_it_goes_where_it_is_told_and_plays_on_from_there(begun, screen):
+    player = begun(Numbers(20))
     player.go_to(17)
     until(lambda: screen.shown == [0, 17])
     player.play()
@@ -274,9 +282,8 @@ def test_it_goes_where_it_is_told_and_plays_on_from_there(play, screen):
     assert screen.shown == [0, 17, 18, 19]
 
 
-def test_beyond_the_ends_it_goes_to_the_last_frame(play, screen):
-    player = play(Numbers(20))
-    until(lambda: screen.shown == [0])
+def test_beyond_the_ends_it_goes_to_the_last_frame(begun, screen):
+    player = begun(Numbers(20))
     player.go_to(1000)
     until(lambda: player.index == 19)
     player.go_to(-7)
@@ -284,11 +291,10 @@ def test_beyond_the_ends_it_goes_to_the_last_frame(play, screen):
 
 
 @pytest.mark.slow
-def test_a_frame_that_a_pause_held_back_comes_when_it_goes_on(play, screen):
+def test_a_frame_that_a_pause_held_back_comes_when_it_goes_on(begun, screen):
     frames = Numbers(20)
     frames.rate_hz = 0.5  # two seconds a frame: the pause falls between the first and the second
-    player = play(frames)
-    until(lambda: screen.shown == [0])
+    player = begun(frames)
     player.play()
     time.sleep(0.05)
     player.play(False)
@@ -300,11 +306,10 @@ def test_a_frame_that_a_pause_held_back_comes_when_it_goes_on(play, screen):
     assert screen.shown == list(range(20))
 
 
-def test_speed_is_that_of_the_frames_times_what_was_chosen(play, screen):
+def test_speed_is_that_of_the_frames_times_what_was_chosen(begun, screen):
     frames = Numbers(6)
     frames.rate_hz = 10.0
-    player = play(frames)
-    until(lambda: screen.shown == [0])
+    player = begun(frames)
     player.set_speed(4.0)
     began = time.monotonic()
     player.play()
@@ -312,9 +317,8 @@ def test_speed_is_that_of_the_frames_times_what_was_chosen(play, screen):
     assert time.monotonic() - began >= 4 / 40  # five frames later, less what may be made up for
 
 
-def test_error_ends_the_playing_and_is_told(play, screen):
-    player = play(Numbers(bad=3))
-    until(lambda: screen.shown == [0])
+def test_error_ends_the_playing_and_is_told(begun, screen):
+    player = begun(Numbers(bad=3))
     player.play()
     until(lambda: len(screen.errors) == 1)
     assert "frame 3 is gone" in str(screen.errors[0])

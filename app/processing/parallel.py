@@ -78,10 +78,6 @@ class PictureWork:
         return functools.partial(_estimate_pictures, self.files[start:stop], self.folder, start)
 
 
-# Frames that can be estimated in any order, in chunks that can be sent to other processes.
-Work = SequenceWork | PictureWork
-
-
 def found_in(frame: Frame, name: str, found: Estimate) -> Found:
     """What was found in a frame of a sequence of that name."""
     label, taken_s = f"{name} frame {frame.index}", frame.time_unix_s
@@ -160,7 +156,9 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings) -> Iterator[Found]:
+def split(
+    work: SequenceWork | PictureWork, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings
+) -> Iterator[Found]:
     """Yield the results in order, of ``count`` chunks at once; ``auto_masks`` learns and changes the settings."""
     size = min(_LARGEST_CHUNK, BLOCK * math.ceil(work.count / (_CHUNKS_EACH * count * BLOCK)))
     waiting: deque[Future[list[Found]]] = deque()

@@ -47,7 +47,7 @@ test-oldest: $(OLDEST)/.test
 	$(COMPILED_BY_OLDEST) $(OLDEST)/bin/python -m pytest --numprocesses 2 --dist loadfile \
 		--no-loadscope-reorder -p no:cacheprovider \
 		tests/pipeline tests/app/state tests/app/drawing tests/app/export tests/app/commands \
-		--ignore tests/pipeline/paper --ignore tests/app/commands/machine/test_serve.py
+		--ignore tests/pipeline/paper --ignore tests/app/commands/test_serve.py
 
 # The tests but those of the browser under each other Python that pyproject.toml names and that is found here.
 test-pythons: $(VENV)/.installed

@@ -2,50 +2,36 @@
 
 import argparse
 import difflib
+import functools
 import glob
 import logging
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
-from dockpose.app.commands import check, compare, console, estimate, export, ros, simulate
-from dockpose.app.commands.arguments import protected
-from dockpose.app.commands.calibration import calibrate, learn_dock
-from dockpose.app.commands.logging_options import add_logging, logged
-from dockpose.app.commands.machine import completion, doctor, serve
-from dockpose.app.commands.paper import budget, reproduce, study
+import dockpose.app.commands.console as console
+from dockpose.app.commands import calibration, check, compare, doctor, estimate, export, paper, ros, serve, simulate
+from dockpose.app.commands.arguments import add_command, logged, protected
 from dockpose.app.errors import OutputError, UserError
 from dockpose.app.inputs.pictures import sample_source
+from dockpose.app.resources import read_toml
 from dockpose.checks import one_line
 from dockpose.compiled import on_compiling
 from dockpose.thresholds import METHODS
 
-COMMANDS = {
-    "serve": serve,
-    "estimate": estimate,
-    "compare": compare,
-    "export": export,
-    "simulate": simulate,
-    "calibrate": calibrate,
-    "learn-dock": learn_dock,
-    "check": check,
-    "budget": budget,
-    "reproduce": reproduce,
-    "study": study,
-    "ros": ros,
-    "doctor": doctor,
-    "completion": completion,
-}
+_FOLDERS = re.compile(r"DIR|FOLDER|ROOT")
+_FILES = re.compile(r"FILE|\.yaml|SOURCE|SESSION|PICTURE|VIDEO")
 _LOG = logging.getLogger("dockpose")
 _COMPILING = "compiling the loops over pixels; the first run takes up to a minute longer"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the program."""
-    with console.forgiving_output(), console.stopped_by_signals(), METHODS.telling(_warn):
+    warn = functools.partial(console.say, level=logging.WARNING)
+    with console.forgiving_output(), console.stopped_by_signals(), METHODS.telling(warn):
         try:
             arguments = _parsed(_with_command(list(sys.argv[1:] if argv is None else argv)))
             with protected(arguments), logged(arguments):
@@ -57,10 +43,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             return console.EXIT_TERMINATED
         except KeyboardInterrupt:
             return console.EXIT_STOPPED
-
-
-def _warn(text: str) -> None:
-    console.say(text, logging.WARNING)
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -139,13 +121,58 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"dockpose {version('dockpose')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command", title="commands")
-    for name, command in COMMANDS.items():
-        command.add_parser(commands)
-        add_logging(commands.choices[name])
-        commands.choices[name].set_defaults(run=command.run, parser=commands.choices[name])
+    for name, (run, known) in COMMANDS.items():
+        about = read_toml("options.toml")["commands"][name]
+        command = commands.add_parser(name, help=about["help"], description=about.get("description"))
+        add_command(command, name, known)
+        command.set_defaults(run=run, parser=command)
     parser.set_defaults(program=parser)  # which completion needs
     return parser
 
+
+def _run_completion(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose completion``; returns the exit status."""
+    try:
+        import shtab
+    except ImportError as error:
+        raise UserError("completion needs shtab: pip install 'dockpose[completion]'") from error
+    program: argparse.ArgumentParser = arguments.program
+    _mark_files(program, shtab.FILE, shtab.DIRECTORY)
+    console.put_text(shtab.complete(program, shell=arguments.shell))
+    return console.EXIT_ALL_READ
+
+
+def _mark_files(parser: argparse.ArgumentParser, file: object, folder: object) -> None:
+    """Say which arguments are files and folders, by what the help calls them; a file may be in any folder."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for one in dict.fromkeys(action.choices.values()):
+                _mark_files(one, file, folder)
+            continue
+        name = action.metavar if isinstance(action.metavar, str) else ""
+        if _FILES.search(name):
+            action.complete = file  # pyright: ignore[reportAttributeAccessIssue]  # as shtab wants it
+        elif _FOLDERS.search(name):
+            action.complete = folder  # pyright: ignore[reportAttributeAccessIssue]
+
+
+# What runs each command, and what only code knows of its options.
+COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], Mapping[str, Any]]] = {
+    "serve": (serve.run, serve.KNOWN),
+    "estimate": (estimate.run, estimate.KNOWN),
+    "compare": (compare.run, {}),
+    "export": (export.run, export.KNOWN),
+    "simulate": (simulate.run, {}),
+    "calibrate": (calibration.run_calibrate, calibration.KNOWN),
+    "learn-dock": (calibration.run_learn_dock, {}),
+    "check": (check.run, check.KNOWN),
+    "budget": (paper.run_budget, paper.KNOWN),
+    "reproduce": (paper.run_reproduce, paper.KNOWN),
+    "study": (paper.run_study, paper.KNOWN),
+    "ros": (ros.run, ros.KNOWN),
+    "doctor": (doctor.run, {}),
+    "completion": (_run_completion, {}),
+}
 
 if __name__ == "__main__":
     sys.exit(main())

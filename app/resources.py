@@ -30,15 +30,11 @@ def read_toml(name: str) -> dict[str, Any]:
 
 
 @functools.cache
-def _versions() -> tuple[tuple[str, str], ...]:
-    found = [("dockpose", _version("dockpose")), ("python", platform.python_version())]
-    found += [(name, _version(package)) for name, package in _LIBRARIES.items()]
-    return (*found, ("machine", f"{platform.system()} {platform.machine()}"))
-
-
 def versions() -> dict[str, str]:
-    """Versions of the program, of Python and of the libraries that compute, and the kind of machine."""
-    return dict(_versions())
+    """Versions of the program, Python and the libraries that compute, and the kind of machine; not to be changed."""
+    libraries = {name: _version(package) for name, package in _LIBRARIES.items()}
+    machine = f"{platform.system()} {platform.machine()}"
+    return {"dockpose": _version("dockpose"), "python": platform.python_version(), **libraries, "machine": machine}
 
 
 def with_versions(line: dict[str, Any]) -> dict[str, Any]:

@@ -21,7 +21,6 @@ OF_SEVERAL = {
     "app/commands/test_protected.py",
     "app/commands/test_kills.py",
     "app/commands/test_packaged_methods.py",
-    "app/commands/test_read_only.py",
     "app/commands/test_sigterm.py",
     "app/experiment/test_session_faults.py",
     "app/export/test_formats.py",
@@ -69,7 +68,7 @@ def test_what_the_library_may_import(name, imported, allowed):
         ("dockpose.app.state.view", "dockpose.app.experiment.session", False),
         ("dockpose.app.export.data", "dockpose.app.export.words", True),
         ("dockpose.app.errors", "dockpose.app.resources.SAMPLES", False),
-        ("dockpose.app.inputs.folder", "dockpose.camera.Camera", True),
+        ("dockpose.app.inputs.received", "dockpose.camera.Camera", True),
     ],
 )
 def test_what_the_app_may_import(name, imported, allowed):

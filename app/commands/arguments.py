@@ -1,30 +1,30 @@
-"""Arguments that several commands share, and what is made of them."""
+"""Arguments that several commands share, and what is made of them; where events go, with nothing secret in them."""
 
 import argparse
 import contextlib
+import logging
 import math
 import re
+import sys
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from dockpose import Camera, Dock, Settings
-from dockpose.app.errors import UserError, blaming
-from dockpose.app.experiment.lock import Claims
+from dockpose.app.errors import UserError, blaming, writing
 from dockpose.app.experiment.record import files_of_session, is_session
 from dockpose.app.export.recording import check_name
 from dockpose.app.export.video import is_video_file
-from dockpose.app.inputs.pictures import sample_source
-from dockpose.app.inputs.protected import Protected, files_below, files_of, is_on_disk, places
+from dockpose.app.inputs.pictures import load_dock, sample_source
+from dockpose.app.inputs.protected import Claims, Protected, files_below, files_of, is_on_disk, places
 from dockpose.app.inputs.sequences import is_sequence, wishes_from
-from dockpose.app.inputs.sidecar import load_dock
 from dockpose.app.resources import read_toml
 from dockpose.camera.files import load_camera
+from dockpose.checks import printable
 from dockpose.lights.masks import Mask, check_masks
 from dockpose.sources import Kind, Wishes, kind_of
-from dockpose.thresholds import METHODS
 
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # what add_subparsers() returns
 LARGEST_M = 5.0  # of a bare number, above which it is asked whether centimetres were meant
 _METRES = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 # Of all commands, the options that write, and those that name one file to read.
@@ -34,17 +34,32 @@ _TYPES = {
     **{"int": int, "float": float, "path": Path, "sample": sample_source},
     "sample_path": lambda text: Path(sample_source(text)),
 }
-# Packages' methods are only loaded where one of them, or the help, is asked for.
-METHOD = {"choices": METHODS}
+# What gives access: our own token, a password in an address, and what others call such things.
+_SECRETS = (
+    (re.compile(r"([?&;\s](?:\w*token|key|password|secret|sig(?:nature)?)=)[^\s&;\"')]+", re.IGNORECASE), r"\1***"),
+    (re.compile(r"(\w://)[^/\s@]+@"), r"\1***@"),
+    (re.compile(r"((?:authorization|cookie)\s*[:=]\s*).*", re.IGNORECASE), r"\1***"),
+)
 
 
-def add_options(to: argparse._ActionsContainer, *tables: str, words: Mapping[str, object] = {}, **code: Any) -> None:
-    """Add the options of tables of ``static/options.toml``; ``code`` has by option what only code knows of it."""
-    for name, about in [option for table in tables for option in read_toml("options.toml")[table].items()]:
-        more = about | code.get(name.lstrip("-").replace("-", "_"), {})
+def add_command(parser: argparse.ArgumentParser, name: str, known: Mapping[str, Any]) -> None:
+    """Add a command's options by ``static/options.toml``; ``known`` has what code knows: by option, and "words"."""
+    about = read_toml("options.toml")["commands"][name]
+    for table in about["options"]:
+        is_exclusive = table in about.get("exclusive", ())
+        _add_options(parser.add_mutually_exclusive_group() if is_exclusive else parser, table, known)
+    for title, tables in {**about.get("groups", {}), "events": ["events"]}.items():
+        group = parser.add_argument_group(title)
+        for table in tables:
+            _add_options(group, table, known)
+
+
+def _add_options(to: argparse._ActionsContainer, table: str, known: Mapping[str, Any]) -> None:
+    for name, about in read_toml("options.toml")[table].items():
+        more = about | known.get(name.lstrip("-"), {})
         if "type" in about:
             more["type"] = _TYPES[about["type"]]
-        to.add_argument(name, **more | {"help": " ".join(about["help"].split()).format(**words)})
+        to.add_argument(name, **more | {"help": " ".join(about["help"].split()).format(**known.get("words", {}))})
 
 
 @contextlib.contextmanager
@@ -98,7 +113,7 @@ def camera_of(arguments: argparse.Namespace) -> Camera | None:
 
 def dock_of(arguments: argparse.Namespace) -> Dock | None:
     """The dock that was described; None where none was. Raises UserError for an impossible one."""
-    if arguments.dock is not None:
+    if getattr(arguments, "dock", None) is not None:  # which no budget takes, whose lights are evenly spaced
         if arguments.dock_diameter is not None or arguments.lights is not None:
             raise UserError(f"--dock {arguments.dock} says it all; it does not go with --dock-diameter or --lights")
         with blaming("--dock: "):
@@ -182,3 +197,69 @@ def settings_of(arguments: argparse.Namespace) -> Settings:
         raise UserError(f"--level {arguments.level} is a fixed level; it does not go with --method {arguments.method}")
     with blaming("--"):
         return Settings(method="fixed", level=arguments.level, min_area_px=least, masks=masks)
+
+
+@contextlib.contextmanager
+def logged(arguments: argparse.Namespace) -> Iterator[None]:
+    """Write events where the arguments of a command say, and nowhere by default, while the context lasts."""
+    level, path = getattr(arguments, "log_level", None), getattr(arguments, "log_file", None)
+    handler: logging.Handler = logging.NullHandler()
+    if path is not None:
+        with writing(f"--log-file {path}"):
+            handler = logging.FileHandler(path, encoding="utf-8")
+    elif level is not None:
+        handler = logging.StreamHandler(sys.stderr)
+        handler.addFilter(lambda record: not getattr(record, "is_said", False))  # is on standard error already
+    handler.setFormatter(OneLine("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    handler.handleError = lambda record: None
+    logger = logging.getLogger("dockpose")
+    before = logger.level, logger.propagate
+    logger.addHandler(handler)
+    logger.setLevel((level or "info").upper())
+    logger.propagate = False
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.level, logger.propagate = before
+        with contextlib.suppress(OSError):
+            handler.close()
+
+
+@contextlib.contextmanager
+def warned() -> Iterator[None]:
+    """Write warnings of the server and of libraries to standard error meanwhile, unless events go there anyway."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setLevel(logging.WARNING)
+    handler.setFormatter(OneLine("dockpose: %(message)s"))
+    handler.handleError = lambda record: None
+    is_there = any(type(one) is logging.StreamHandler for one in logging.getLogger("dockpose").handlers)
+    loggers = [logging.getLogger(name) for name in ("py.warnings", *([] if is_there else ["dockpose.server"]))]
+    for logger in loggers:
+        logger.addHandler(handler)
+    logging.captureWarnings(True)
+    try:
+        yield
+    finally:
+        logging.captureWarnings(False)
+        for logger in loggers:
+            logger.removeHandler(handler)
+
+
+class OneLine(logging.Formatter):
+    """An event as one line: time of day (UTC), level, logger, text; control characters are spelt out."""
+
+    converter = time.gmtime
+    default_time_format = "%Y-%m-%dT%H:%M:%S"
+    default_msec_format = "%s.%03dZ"
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line of an event, a traceback included, without its end."""
+        return printable(without_secrets(super().format(record)))
+
+
+def without_secrets(text: str) -> str:
+    """Text in which tokens, passwords and cookies are replaced by ``***``."""
+    for pattern, replacement in _SECRETS:
+        text = pattern.sub(replacement, text)
+    return text

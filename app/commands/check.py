@@ -4,13 +4,12 @@ import argparse
 import math
 
 import numpy as np
-from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put, put_rich
 from dockpose.app.drawing.numbers import MISSING, number
 from dockpose.app.errors import UserError, blaming, check_place, writing
 from dockpose.app.experiment import read_session
-from dockpose.app.export.tape import Checked, check_session
-from dockpose.app.inputs.sidecar import save_dock
+from dockpose.app.export.words import Checked, check_session
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.camera.files import save_camera
 from dockpose.pose.tape import TAPE_M
 from rich import box
@@ -18,12 +17,7 @@ from rich.table import Table
 
 _HEAD = ("row", "x (cm)", "y (cm)", "z (cm)", "distance (cm)", "θx (°)", "θy (°)")
 _PROTRACTOR_DEG = 0.5
-
-
-def add_parser(commands: Commands) -> None:
-    """Add the command ``check``."""
-    parser = commands.add_parser("check", help="say what a session's measured values tell of dock, camera and tape")
-    add_options(parser, "check", tape={"default": 1000 * TAPE_M})
+KNOWN = {"tape": {"default": 1000 * TAPE_M}}
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from dockpose import Estimate, Settings
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, masks_of, turned
+from dockpose.app.commands.arguments import camera_of, dock_of, masks_of, turned
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.commands.output import PictureFolder, open_lines, write_line
 from dockpose.app.drawing.montage import montage
 from dockpose.app.drawing.numbers import chance, number, pose_cells
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import Batch, Picture, expand
+from dockpose.app.inputs.pictures import Batch, Picture, expand, known, read_sidecar
 from dockpose.app.inputs.sequences import FrameSource, typed
-from dockpose.app.inputs.sidecar import known, read_sidecar
 from dockpose.app.processing.comparison import compare
 from dockpose.checks import printable
 from dockpose.files.yaml_file import FileError
@@ -24,12 +23,6 @@ from dockpose.sources import Kind, kind_of
 
 _OF_LINE = ("status", "message", "candidates", "selected", "elapsed_ms")
 _HEAD = ("method", "level", "groups", "on ring", "z cm", "theta x", "theta y", "chance", "ms")
-
-
-def add_parser(commands: Commands) -> None:
-    """Add the command ``compare``."""
-    parser = commands.add_parser("compare", help="try every threshold method on pictures, up to the pose")
-    add_options(parser, "compare", "camera_and_dock", "rotate", "json", "compare_output", "topic", "masks")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -90,32 +83,25 @@ def to_line(picture: Picture, found: Mapping[str, Estimate], frame: int = 0) -> 
 
 def table(title: str, found: Mapping[str, Estimate], truth: KnownPose | None = None) -> str:
     """Return a table in plain text, a row a method, under a title; the last column says how far off, or why."""
-    rows = [_HEAD] + [_cells(name, one) for name, one in found.items()]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEAD))]
-    remarks = [""] + [_remark(one, truth) for one in found.values()]
+    rows = [(*_HEAD, ""), *(_cells(name, one, truth) for name, one in found.items())]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [printable(title)]
-    for row, remark in zip(rows, remarks, strict=True):
-        numbers = (cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))
-        lines.append("  ".join(("", row[0].ljust(widths[0]), *numbers, remark)).rstrip())
+    for name, *cells, remark in rows:
+        numbers = (cell.rjust(width) for cell, width in zip(cells, widths[1:-1], strict=True))
+        lines.append("  ".join(("", name.ljust(widths[0]), *numbers, remark)).rstrip())
     return "\n".join(lines) + "\n"
 
 
-def _cells(name: str, found: Estimate) -> tuple[str, ...]:
-    pose = found.selected
+def _cells(name: str, found: Estimate, truth: KnownPose | None) -> tuple[str, ...]:
+    pose, error = found.selected, pose_error(found.selected, truth)
     numbers = ["-"] * 4 if pose is None else [*pose_cells(pose)[2:], chance(pose) or "-"]
     level = None if found.threshold is None else found.threshold.level
     groups = None if found.markers is None else len(found.markers)
     counts = ("-" if count is None else str(count) for count in (level, groups, found.lights_on_ring))
-    return (name, *counts, *numbers, number(found.elapsed_ms))
-
-
-def _remark(found: Estimate, truth: KnownPose | None) -> str:
-    if found.selected is None:
-        return found.message
-    error = pose_error(found.selected, truth)
-    if error is None:
-        return "pose found"
-    return f"{'right' if error.agrees else 'wrong'}: {error}"
+    remark = found.message if pose is None else "pose found"
+    if error is not None:
+        remark = f"{'right' if error.agrees else 'wrong'}: {error}"
+    return (name, *counts, *numbers, number(found.elapsed_ms), remark)
 
 
 def _truth(path: Path, rotate_deg: int = 0) -> KnownPose | None:

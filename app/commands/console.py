@@ -42,6 +42,11 @@ def stop_in(error: BaseException) -> KeyboardInterrupt:
     raise error
 
 
+def status_of(stop: KeyboardInterrupt) -> int:
+    """The exit status of a command that was stopped."""
+    return EXIT_TERMINATED if isinstance(stop, Terminated) else EXIT_STOPPED
+
+
 def check_stopped() -> None:
     """Raise again what Ctrl+C or SIGTERM raised: Python loses it where it is raised in a callback of compiled code."""
     if _asked:
@@ -162,11 +167,9 @@ class TerminalBar(Progress):
 class FrameProgress:
     """Shows how many of ``total`` frames (or scenes, or parts) are done: a bar, or a line every ten seconds."""
 
-    def __init__(
-        self, name: str, console: Console | None = None, *, total: int | None = None, unit: str = "frames"
-    ) -> None:
+    def __init__(self, name: str, *, total: int | None = None, unit: str = "frames") -> None:
         self._name, self.total, self._unit = name, total, unit
-        console = console or Console(stderr=True)
+        console = Console(stderr=True)
         self._is_terminal = console.is_terminal  # asking takes a while
         self._count = self._first = 0  # done, and of these before this run
         self._is_begun = False

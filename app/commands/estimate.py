@@ -1,10 +1,12 @@
-"""``dockpose estimate``: pictures, videos and live streams in; JSON lines, a table and annotated pictures out."""
+"""``dockpose estimate``: pictures, videos and live streams in, or a session again; lines, a table and pictures out."""
 
 import argparse
 import contextlib
 import dataclasses
-from collections.abc import Callable, Sequence
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from dockpose import Estimate, Settings, estimate
@@ -12,36 +14,30 @@ from dockpose.app.commands import arguments as given
 from dockpose.app.commands import console
 from dockpose.app.commands.estimate_sequence import estimate_sequence, is_split
 from dockpose.app.commands.output import ResultWriter
-from dockpose.app.commands.replay import run_session
 from dockpose.app.drawing.numbers import count
-from dockpose.app.errors import UserError
-from dockpose.app.export.recordings.mcap_file import ENDING as MCAP_ENDING
-from dockpose.app.export.recordings.messages import Seen
+from dockpose.app.errors import UserError, blaming
+from dockpose.app.experiment import Row, SessionRecord, read_session
 from dockpose.app.export.recordings.rerun_file import ENDING as RERUN_ENDING
+from dockpose.app.export.recordings.ros import ENDING as MCAP_ENDING
+from dockpose.app.export.recordings.ros import Seen
 from dockpose.app.export.video import is_video_file
 from dockpose.app.inputs.pictures import Batch, Picture
 from dockpose.app.inputs.sequences import FrameSource, resolve
-from dockpose.app.processing.analysis import trust_of
+from dockpose.app.processing.analysis import differences, estimate_again, trust_of
 from dockpose.app.processing.following import AutoMasks
 from dockpose.app.processing.parallel import PictureWork, split, workers
+from dockpose.app.resources import versions
+from dockpose.camera.image import decode, read_picture_file
 from dockpose.checks import as_text
+from dockpose.thresholds import METHODS
 from dockpose.tracking import NO_TRACK
 
+KNOWN = {"method": {"choices": METHODS}, "words": {"least_px": Settings().min_area_px}}
 
-def add_parser(commands: given.Commands) -> None:
-    """Add the command ``estimate``."""
-    parser = commands.add_parser("estimate", help="estimate the dock's pose in pictures, videos and live streams")
-    given.add_options(parser, "estimate")
-    given.add_options(parser.add_argument_group("camera and dock"), "camera_and_dock", "rotate")
-    detection, least_px = ("method", "estimate_detection", "masks"), Settings().min_area_px
-    given.add_options(
-        parser.add_argument_group("detection"), *detection, words={"least_px": least_px}, method=given.METHOD
-    )
-    given.add_options(parser.add_argument_group("output"), "json", "estimate_output")
-    sequences = ("estimate_sequences", "topic", "estimate_workers")
-    given.add_options(parser.add_argument_group("sequences and bags"), *sequences)
-    given.add_options(parser.add_argument_group("live cameras"), "wishes")
-    given.add_options(parser.add_argument_group("experiment log"), "estimate_session")
+# What does not go with --session.
+_OWN = ("camera", "dock_diameter", "lights", "method", "level", "min_area", "mask", "rate", "rotate", "dock")
+_WRITTEN = ("json", "csv", "annotate", "out", "rerun", "record")
+_MOST_NUMBERS = 4  # of a row that are listed one by one
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -96,7 +92,7 @@ def _estimate(parts: Sequence[Batch | FrameSource | None], settings: Settings, h
         except (KeyboardInterrupt, SystemError) as error:
             stopped = console.stop_in(error)
             console.say(f"stopped after {count(results.frames, 'frame')}, whose results are kept")
-            return console.EXIT_TERMINATED if isinstance(stopped, console.Terminated) else console.EXIT_STOPPED
+            return console.status_of(stopped)
     if results.failures:
         console.say(
             f"on {count(len(results.failures), 'frame')} the threshold method failed; first: {results.failures[0]}"
@@ -159,3 +155,76 @@ def _estimate_pictures(
 
     for picture, found in batch.run(work):
         write(picture.path, picture.sha256, picture.time_unix_s, found, lambda picture=picture: picture.image)
+
+
+def run_session(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose estimate --session``; returns the exit status. Raises UserError for what does not go with it."""
+    if arguments.sources:
+        raise UserError(f"--session {arguments.session} takes the place of SOURCE ({arguments.sources[0]}); give one")
+    for name in (*_OWN, *_WRITTEN):
+        value = getattr(arguments, name, None)
+        if value not in (None, []) and (name, value) != ("rotate", 0):
+            option = name.replace("_", "-")
+            raise UserError(f"--{option} does not go with --session, which has each frame's own and writes nothing")
+    return replay_session(arguments.session)
+
+
+def replay_session(folder: Path) -> int:
+    """Estimate every frame of a session with its own camera, dock and settings, and print what differs."""
+    with blaming("--session "):
+        record = read_session(folder)
+    changed = unreadable = 0
+    for row in record.rows:
+        try:
+            sentence = _replayed(record, row)
+        except ValueError as error:
+            unreadable += 1
+            console.say(f"row {row.number}: {error}")
+            continue
+        if sentence:
+            changed += 1
+            console.put(f"row {row.number}: {sentence}")
+    same = len(record.rows) - changed - unreadable
+    rest = f", {changed} differ{'s' if changed == 1 else ''}" if changed else ""
+    rest += f", {unreadable} cannot be read" if unreadable else ""
+    console.put(f"{folder}: {same} of {len(record.rows)} rows give the same numbers{rest}.")
+    return console.EXIT_SOME_UNREADABLE if unreadable else console.EXIT_ALL_READ
+
+
+def _replayed(record: SessionRecord, row: Row) -> str:
+    """Which numbers of a row differ and why; empty where none does."""
+    line, path = record.line(row), record.folder / row.file
+    data = read_picture_file(path)
+    name = str(path.with_suffix(".json"))
+    try:
+        found = differences(line, estimate_again(decode(data, str(path)), line))
+    except ValueError as error:
+        raise ValueError(str(error) if str(path) in str(error) else f"{name}: {error}") from error
+    if not found:
+        return ""
+    told = [f"{name} {_short(stored)} is now {_short(new)}" for name, stored, new in found[:_MOST_NUMBERS]]
+    if len(found) > _MOST_NUMBERS:
+        told.append(f"and {len(found) - _MOST_NUMBERS} more")
+    picture_changed = hashlib.sha256(data).hexdigest() != row.sha256
+    return f"{', '.join(told)} ({why_different(line.get('program'), picture_changed)})"
+
+
+def why_different(program: Any, picture_changed: bool) -> str:
+    """What a difference comes from: the picture, or the versions that a frame's JSON names and those of today."""
+    reasons = ["the picture's file was changed"] if picture_changed else []
+    now = versions()
+    before = program if isinstance(program, Mapping) else {}
+    if not before:
+        reasons.append("the versions that it was taken with are not known")
+    reasons += [
+        f"{name} was {before[name]}, is {now[name]}" for name in now if before.get(name, now[name]) != now[name]
+    ]
+    return (
+        "; ".join(reasons)
+        or "program, libraries and picture are the same: the frame's JSON was changed, or the "
+        "processor rounds otherwise"
+    )
+
+
+def _short(value: Any) -> str:
+    return repr(value) if isinstance(value, (int, float, str)) else "nothing" if value is None else "something else"

@@ -12,13 +12,13 @@ from dockpose import Settings
 from dockpose.app.commands.arguments import turned
 from dockpose.app.commands.console import FrameProgress
 from dockpose.app.commands.output import HeldLines, ResultWriter
-from dockpose.app.export.recording import Recording, record
-from dockpose.app.export.recordings.messages import Seen
+from dockpose.app.export.recording import record
+from dockpose.app.export.recordings.ros import Seen
 from dockpose.app.export.video import VideoFile, is_video_file
+from dockpose.app.inputs.pictures import known
 from dockpose.app.inputs.sequences import FrameSource
-from dockpose.app.inputs.sidecar import known
 from dockpose.app.processing.following import Followed, Following
-from dockpose.app.processing.parallel import Found, SequenceWork, split, workers
+from dockpose.app.processing.parallel import Found, SequenceWork, found_in, split, workers
 from dockpose.sources import Frame, Frames, Live, Tell, Video, read_ahead
 from dockpose.tracking.smoother import Smoother
 
@@ -44,7 +44,11 @@ def estimate_sequence(
         progress.total = frames.count
         recording = None
         if isinstance(frames, Live):
-            recording = _begin_live(frames, how, progress.tell, files)
+            if frames.about:
+                progress.tell(f"{frames.source}: {frames.about}")
+            recording = None if how.record is None else record(frames, how.record, progress.tell)
+            if recording is not None:
+                files.callback(recording.close)
         elif how.record is not None:
             progress.tell(f"{source.source}: is a recording already, so that --record {how.record} records nothing")
         run = _Run(source, frames, settings, how, progress.tell)
@@ -60,21 +64,11 @@ def estimate_sequence(
             keep = functools.partial(write_picture, found.index, found.time_s)
             if smoother is not None:
                 smoother.note(tracked)
-            results.write(line, f"{found.name} frame {found.index}{time}", seen, read, keep, recordings)
+            results.write(line, f"{found.label}{time}", seen, read, keep, recordings)
             progress.step(frames.dropped)
         if recording is not None and recording.has_failed:
             return False
-        return frames.is_live or not (run.skipped or frames.is_cut_short)
-
-
-def _begin_live(frames: Live, how: argparse.Namespace, tell: Tell, files: contextlib.ExitStack) -> Recording | None:
-    """Say what a live source gives, and record it where that is wished."""
-    if frames.about:
-        tell(f"{frames.source}: {frames.about}")
-    recording = None if how.record is None else record(frames, how.record, tell)
-    if recording is not None:
-        files.callback(recording.close)
-    return recording
+        return frames.is_live or not (run.skipped or frames.skipped or frames.is_cut_short)
 
 
 class _Run:
@@ -87,12 +81,7 @@ class _Run:
         self.camera, self._dock = known(source.name, frames.camera, frames.dock)
         self._following = Following(self.camera, self._dock, settings, tell, watch_exposure=frames.is_live)
         self._last: Frame | None = None
-        self._skipped = 0
-
-    @property
-    def skipped(self) -> int:
-        """Corrupt frames so far."""
-        return self._skipped + self._frames.skipped
+        self.skipped = 0  # corrupt frames of which other processes told
 
     def picture(self, index: int) -> np.ndarray:
         """The picture of the frame that came last, as it is shown."""
@@ -113,16 +102,14 @@ class _Run:
         for frame in self._frames if self._frames.is_live else read_ahead(self._frames):
             self._last = frame
             followed = self._following.see(frame)
-            found = followed.tracked.estimate
-            seen = Found(frame.index, frame.time_s, frame.name, frame.sha256, found, time_unix_s=frame.time_unix_s)
-            yield seen, followed
+            yield found_in(frame, frame.name, followed.tracked.estimate), followed
 
     def _split(self, count: int) -> Iterator[tuple[Found, Followed]]:
         work = SequenceWork(self._source, self.camera, self._dock, count)
         with workers(self._how.jobs, self._how.scheduler) as (executor, at_once):
             for found in split(work, executor, at_once, self._following.masks, self._settings):
                 if found.estimate is None:
-                    self._skipped += found.skipped
+                    self.skipped += found.skipped
                     self._tell(found.told)
                 else:
                     yield found, self._following.follow(found.estimate, found.time_s)

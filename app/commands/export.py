@@ -5,22 +5,17 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
+from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, put, say
 from dockpose.app.drawing.annotated import LAYERS, check_layers
 from dockpose.app.errors import UserError, blaming, check_folder, writing
 from dockpose.app.experiment import read_session
 from dockpose.app.experiment.record import is_session
-from dockpose.app.inputs.sidecar import camera_and_dock
+from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.files.durable_files import write_whole
 
 _LINES_ENDINGS = (".jsonl", ".ndjson", ".json")
-
-
-def add_parser(commands: Commands) -> None:
-    """Add the command ``export``."""
-    parser = commands.add_parser("export", help="write a report, tables, plots and annotated pictures")
-    add_options(parser, "export", "camera_and_dock", "rotate", layers={"default": ",".join(LAYERS)})
+KNOWN = {"layers": {"default": ",".join(LAYERS)}}
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -43,7 +38,11 @@ def run(arguments: argparse.Namespace) -> int:
     elif out.suffix.lower() == ".zip":
         _write(out, to_zip(files))
     else:
-        _write(out, files[_first(files, out)]())
+        name = next((name for name in files if Path(name).suffix == out.suffix.lower()), None)
+        if name is None:
+            endings = sorted({Path(name).suffix for name in files} | {".zip"})
+            raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
+        _write(out, files[name]())
     return EXIT_ALL_READ
 
 
@@ -68,14 +67,6 @@ def _files(
     if view.note:
         say(view.note)
     return picture_files(analyse(view), layers=layers, sha256=view.sha256)
-
-
-def _first(files: Collection[str], out: Path) -> str:
-    for name in files:
-        if Path(name).suffix == out.suffix.lower():
-            return name
-    endings = sorted({Path(name).suffix for name in files} | {".zip"})
-    raise UserError(f"--out {out}: of this source there is no {out.suffix}; there are {', '.join(endings)}")
 
 
 def _write(path: Path, content: bytes) -> None:

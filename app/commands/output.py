@@ -20,9 +20,8 @@ from dockpose.app.commands.console import check_stopped, put, put_text
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import check_folder, unwritable, writing
 from dockpose.app.export.data import CSV_COLUMNS, to_row
-from dockpose.app.export.recordings.mcap_file import PoseFile
-from dockpose.app.export.recordings.messages import Seen
 from dockpose.app.export.recordings.rerun_file import RerunFile
+from dockpose.app.export.recordings.ros import PoseFile, Seen
 from dockpose.app.inputs.protected import Protected
 from dockpose.app.processing.analysis import headline_of
 from dockpose.app.state.trust import NO_POSE, Trust

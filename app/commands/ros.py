@@ -7,34 +7,30 @@ from collections.abc import Callable
 from typing import Any
 
 from dockpose import Camera, Dock, Settings
-from dockpose.app.commands.arguments import METHOD, Commands, add_options, dock_of
+from dockpose.app.commands.arguments import dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, say
 from dockpose.app.drawing.annotated import annotate
 from dockpose.app.errors import UserError
-from dockpose.app.export.recordings.messages import TOPICS, Message, Seen, header, messages_of
-from dockpose.app.inputs.sidecar import load_dock
+from dockpose.app.export.recordings.ros import TOPICS, Message, Seen, header, messages_of, status_of
+from dockpose.app.inputs.pictures import load_dock
 from dockpose.app.processing.analysis import headline_of
 from dockpose.app.processing.following import Following
 from dockpose.camera.files import load_camera
 from dockpose.camera.image import ImageError
 from dockpose.sources import Frame
 from dockpose.sources.bags.messages import camera_in, picture_in
+from dockpose.thresholds import METHODS
 
 _ERROR = 2  # of diagnostic_msgs/DiagnosticStatus
 NAME = "dockpose"
-DEFAULTS = Settings()
+KNOWN = {"method": {"choices": METHODS, "default": "hats"}}
 
 
 class NodeLogic:
     """Finds and tracks the dock in pictures as they are published."""
 
     def __init__(
-        self,
-        tell: Callable[[str], None],
-        dock: Dock,
-        settings: Settings = DEFAULTS,
-        camera: Camera | None = None,
-        image_topic: str = "/camera/image_raw",
+        self, tell: Callable[[str], None], dock: Dock, settings: Settings, camera: Camera | None, image_topic: str
     ) -> None:
         self._tell, self._dock, self._settings = tell, dock, settings
         self._camera, self._is_configured = camera, camera is not None
@@ -77,7 +73,8 @@ class NodeLogic:
             return self._searched(message, time_s, frame_id, number)
         except (ImageError, UserError, ValueError) as error:
             self._tell_once(str(error))
-            return [("/diagnostics", self._trouble(str(error), time_s, frame_id))]
+            trouble = status_of(_ERROR, str(error), self.image_topic)
+            return [("/diagnostics", {"header": header(time_s, frame_id)} | trouble)]
 
     def _searched(self, message: Any, time_s: float, frame_id: str, number: int) -> list[Message]:
         if self._camera is None:
@@ -91,21 +88,10 @@ class NodeLogic:
         seen = Seen(self.image_topic, number, found, trust, followed.tracked.track, drawn)
         return messages_of(seen, time_s, frame_id)
 
-    def _trouble(self, sentence: str, time_s: float, frame_id: str) -> dict[str, Any]:
-        status = {"level": _ERROR, "name": "dockpose: dock", "message": sentence}
-        status |= {"hardware_id": self.image_topic, "values": []}
-        return {"header": header(time_s, frame_id), "status": [status]}
-
     def _tell_once(self, sentence: str) -> None:
         if sentence not in self._told:
             self._told.add(sentence)
             self._tell(sentence)
-
-
-def add_parser(commands: Commands) -> None:
-    """Add the command ``ros``."""
-    parser = commands.add_parser("ros", help="publish the dock's pose as a node of ROS 2 (where rclpy is there)")
-    add_options(parser, "ros_topic", "camera_and_dock", "method", "ros", method=METHOD | {"default": "hats"})
 
 
 def run(arguments: argparse.Namespace) -> int:

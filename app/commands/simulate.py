@@ -9,7 +9,6 @@ from pathlib import Path
 
 import msgspec
 from dockpose import estimate
-from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, TerminalBar, check_stopped, say
 from dockpose.app.commands.output import LineFile
 from dockpose.app.drawing.numbers import count
@@ -31,12 +30,6 @@ _TRUTH_HEAD = f"{','.join(TRUTH_COLUMNS)}\r\n".encode()
 # LEDs as bright as they must be to be seen from 20 m.
 _BRIGHT = {"lights": Lights(level=2e5), "background": Background(level=10.0, gradient_y=-6.0)}
 DEFAULT = FilmPlan(scene=msgspec.structs.replace(DEFAULT_SCENE, **_BRIGHT), motion=Approach(frames=60))
-
-
-def add_parser(commands: Commands) -> None:
-    """Add the command ``simulate``."""
-    parser = commands.add_parser("simulate", help="render pictures of a dock, with the truth beside them")
-    add_options(parser, "simulate")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -19,12 +19,9 @@ import yaml
 from dockpose import Estimate
 from dockpose.app.errors import UserError, why
 from dockpose.app.experiment import record as files
-from dockpose.app.experiment.lock import NAME as LOCK
-from dockpose.app.experiment.lock import FolderLock, InUseError
-from dockpose.app.experiment.record import is_session
-from dockpose.app.experiment.row import Row, checked_edit, clean_text, estimate_values
-from dockpose.app.inputs.folder import below
-from dockpose.app.inputs.received import safe_name
+from dockpose.app.experiment.record import Row, checked_edit, clean_text, estimate_values, is_session
+from dockpose.app.inputs.protected import LOCK, FolderLock, InUseError
+from dockpose.app.inputs.received import below, safe_name
 from dockpose.app.resources import versions, with_versions
 from dockpose.files.durable_files import remove, remove_temporaries, sync_folder, write_whole
 from dockpose.files.yaml_file import FileError
@@ -41,7 +38,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
     """One session, held until it is closed, for several threads; ``notices`` are sentences on what was irregular."""
 
     def __init__(self, record: files.SessionRecord, lock: FolderLock) -> None:
-        self._record, self._held = record, lock
+        self._record, self._held, self.folder = record, lock, record.folder
         self._results = files.ResultsFile(record.folder, record.rows)
         self._busy = threading.RLock()
         self._closed = False
@@ -86,11 +83,6 @@ class Session(contextlib.AbstractContextManager["Session"]):
                 raise
 
     @property
-    def folder(self) -> Path:
-        """Where it is."""
-        return self._record.folder
-
-    @property
     def rows(self) -> tuple[Row, ...]:
         """All rows, in the order in which they were taken."""
         with self._busy:
@@ -99,7 +91,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
     @property
     def record(self) -> files.SessionRecord:
         """The session as it stands, for tables and reports."""
-        return files.SessionRecord(self._record.folder, self._record.info, self.rows)
+        return files.SessionRecord(self.folder, self._record.info, self.rows)
 
     def take(self, image: Any, estimate: Estimate, source: str, sha256: str | None = None, **fields: Any) -> Row:
         """Add a frame, with fields as :meth:`edit`. When this returns, the row and its picture are on the disk."""

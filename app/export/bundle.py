@@ -14,11 +14,8 @@ from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.drawing.montage import montage
 from dockpose.app.drawing.vector import picture_figure
 from dockpose.app.experiment import SessionRecord
-from dockpose.app.export.data import result_line, settings_yaml, to_csv, to_json, to_png
-from dockpose.app.export.plots import error_figure, histogram_figure, sequence_figure
-from dockpose.app.export.recordings.messages import pose_yaml
-from dockpose.app.export.report import picture_report, sequence_report, session_report
-from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table
+from dockpose.app.export import data, report
+from dockpose.app.export.recordings.ros import pose_yaml
 from dockpose.app.inputs.received import safe_name
 from dockpose.app.processing.analysis import Analysis, headline_of
 from dockpose.app.processing.background import Progress
@@ -49,33 +46,33 @@ def picture_files(
     """Return the files of one picture."""
     view, found, headline = analysis.view, analysis.estimate, headline_of(analysis.trust)
     files: Files = {
-        "annotated.png": lambda: to_png(annotate(view.image, found, layers=layers, headline=headline)),
+        "annotated.png": lambda: data.to_png(annotate(view.image, found, layers=layers, headline=headline)),
         **_figure_files("annotated", lambda: picture_figure(view.image, found, layers), "svg", "pdf"),
-        "picture.png": lambda: to_png(view.image),
-        "result.json": lambda: to_json(result_line(analysis, sha256)),
-        "result.csv": lambda: to_csv([result_line(analysis, sha256)]),
-        "settings.yaml": lambda: settings_yaml(analysis).encode(),
-        "report.html": lambda: picture_report(analysis, sha256).encode(),
+        "picture.png": lambda: data.to_png(view.image),
+        "result.json": lambda: data.to_json(data.result_line(analysis, sha256)),
+        "result.csv": lambda: data.to_csv([data.result_line(analysis, sha256)]),
+        "settings.yaml": lambda: data.settings_yaml(analysis).encode(),
+        "report.html": lambda: report.picture_report(analysis, sha256).encode(),
     }
     threshold = found.threshold
     if threshold is not None:
-        files |= _figure_files("histogram", lambda: histogram_figure(threshold), "png", "svg")
+        files |= _figure_files("histogram", lambda: report.histogram_figure(threshold), "png", "svg")
     if found.selected is not None:
         files["pose_ros.yaml"] = lambda: (pose_yaml(found, None) or "").encode()
     heard = progress or Progress(lambda share: None)
-    files["montage.png"] = lambda: to_png(montage(view.image, compare_view(view, heard), view.known_pose))
+    files["montage.png"] = lambda: data.to_png(montage(view.image, compare_view(view, heard), view.known_pose))
     return files
 
 
 def session_files(record: SessionRecord) -> Files:
     """Return report, tables and plots of a session, without its frames."""
     return {
-        "report.html": lambda: session_report(record).encode(),
-        "table.csv": lambda: csv_table(record.rows).encode(),
-        "table.md": lambda: markdown_table(record.rows).encode(),
-        "table.tex": lambda: latex_table(record.rows).encode(),
-        "table.html": lambda: html_table(record.rows).encode(),
-        **_figure_files("errors", lambda: error_figure(record.rows), "svg", "png", "pdf"),
+        "report.html": lambda: report.session_report(record).encode(),
+        "table.csv": lambda: data.csv_table(record.rows).encode(),
+        "table.md": lambda: data.markdown_table(record.rows).encode(),
+        "table.tex": lambda: data.latex_table(record.rows).encode(),
+        "table.html": lambda: data.html_table(record.rows).encode(),
+        **_figure_files("errors", lambda: report.error_figure(record.rows), "svg", "png", "pdf"),
     }
 
 
@@ -83,9 +80,9 @@ def sequence_files(path: Path) -> Files:
     """Return report, table and plot of a file of JSON lines. Raises FileError as :func:`read_lines` does."""
     lines = read_lines(path)
     return {
-        "report.html": lambda: sequence_report(path, lines).encode(),
-        "results.csv": lambda: to_csv(lines),
-        **_figure_files("poses", lambda: sequence_figure(lines), "svg", "png", "pdf"),
+        "report.html": lambda: report.sequence_report(path, lines).encode(),
+        "results.csv": lambda: data.to_csv(lines),
+        **_figure_files("poses", lambda: report.sequence_figure(lines), "svg", "png", "pdf"),
     }
 
 

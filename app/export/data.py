@@ -1,9 +1,13 @@
-"""Results of a picture as JSON and rows of a table, and its settings as YAML."""
+"""A picture's results as JSON, row and YAML; a session's table "estimated (measured)" as CSV, Markdown, LaTeX, HTML."""
 
 import csv
 import io
 import json
-from collections.abc import Iterable
+import math
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -11,8 +15,12 @@ import msgspec
 import numpy as np
 import yaml
 from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES, number
+from dockpose.app.experiment.record import POSE_COLUMNS, Row, csv_text
+from dockpose.app.export.parts import page
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.resources import with_versions
+from dockpose.app.resources import read_toml, with_versions
+from markupsafe import escape
 
 _CANDIDATE_COLUMNS = ("x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "probability", "rms_px")
 _TRACK_KEYS = ("probability", "age", "predicted", "lost")
@@ -34,6 +42,14 @@ CSV_COLUMNS = (
     "smoothed_probability",
     *(f"{name}_{column}" for name in _POSES for column in _TOTAL_COLUMNS),
 )
+CSV_HEAD = (
+    *("number", "time", "source", "status", "probability", "range_cm"),
+    *(f"{kind}{name}" for name in POSE_COLUMNS for kind in ("", "measured_", "error_")),
+    "notes",
+)
+_FORMULA = re.compile(r"^[=+\-@\t]")
+_LATEX_HEAD = ("No.", *(rf"${name}$ (cm)" for name in "xyz"), *(rf"$\theta_{name}$ ($^\circ$)" for name in "xy"))
+_GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)$")
 
 
 def result_line(analysis: Analysis, sha256: str | None = None) -> dict[str, Any]:
@@ -91,12 +107,12 @@ def settings_yaml(analysis: Analysis) -> str:
     view, found = analysis.view, analysis.estimate
     content: dict[str, Any] = {
         "source": view.source,
-        "settings": _plain(found.settings),
-        "dock": _plain(found.dock),
-        "camera": _plain(found.camera),
+        "settings": msgspec.to_builtins(found.settings),
+        "dock": msgspec.to_builtins(found.dock),
+        "camera": msgspec.to_builtins(found.camera),
     }
     if view.measured is not None:
-        content["measured"] = _plain(view.measured)
+        content["measured"] = msgspec.to_builtins(view.measured)
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
 
 
@@ -105,6 +121,132 @@ def to_png(picture: np.ndarray) -> bytes:
     return cv2.imencode(".png", picture)[1].tobytes()
 
 
-def _plain(value: Any) -> Any:
-    """Convert to the plain lists, dictionaries and numbers that YAML can hold."""
-    return msgspec.json.decode(msgspec.json.encode(value))
+def csv_table(rows: Sequence[Row]) -> str:
+    """Return a line per row, unknown values blank; what a spreadsheet would take for a formula gets an apostrophe."""
+    lines: list[Sequence[object]] = [CSV_HEAD]
+    for row in rows:
+        triples = zip(row.estimated, row.measured, row.errors, strict=True)
+        lines.append(
+            [row.number, row.time, _no_formula(row.source), row.status, row.probability, _rounded(row.range_cm)]
+            + [_rounded(value) for triple in triples for value in triple]
+            + [_no_formula(row.notes)]
+        )
+    return csv_text(lines)
+
+
+def markdown_table(rows: Sequence[Row]) -> str:
+    """Return a table in GitHub's Markdown."""
+    content = table(rows)
+    lines = [content.head, ["---:"] * (len(content.head) - 1) + ["---"]]
+    lines += [[_markdown(cell) for cell in cells] for cells in content.body]
+    lines += [[f"**{cell}**" if cell else "" for cell in cells] for cells in content.foot]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
+
+def latex_table(rows: Sequence[Row]) -> str:
+    """Return a ``longtable`` without the error columns; the document must load the package of that name."""
+    content = table(rows, with_errors=False)
+    head = " & ".join(rf"\textbf{{{name}}}" for name in (*_LATEX_HEAD, "Notes"))
+    lines = [
+        "% estimated (measured); needs \\usepackage{longtable}",
+        r"\begin{longtable}{rrrrrrp{0.2\textwidth}}",
+        rf"\hline {head} \\ \hline \endhead",
+        *(_latex_line(cells) for cells in content.body),
+        r"\hline",
+        *(_latex_line(cells) for cells in content.foot),
+        r"\hline",
+        r"\end{longtable}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def html_table(rows: Sequence[Row]) -> str:
+    """Return a complete page with the table."""
+    return page("table.html", table=table(rows)) + "\n"
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 6)
+
+
+def _no_formula(text: str) -> str:
+    return f"'{text}" if _FORMULA.match(text) else text
+
+
+def _markdown(text: str) -> str:
+    """Escape Markdown and HTML; a line break becomes <br>."""
+    is_number = re.fullmatch(rf"[+-]?[\d.]+( \([+-]?[\d.]+\))?|{MISSING}( \([+-]?[\d.]+\))?", text)
+    marked = text if is_number else re.sub(r"([\\`*_{}\[\]()#+!|~$-])", r"\\\1", text)
+    return str(escape(marked)).replace("\n", "<br>")
+
+
+def _latex_line(cells: Sequence[str]) -> str:
+    return " & ".join(to_latex(cell) for cell in cells) + r" \\"
+
+
+def to_latex(text: str) -> str:
+    """Return LaTeX that prints the text and does nothing else; letters without a font in plain LaTeX become "?"."""
+    return "".join(_character(character) for character in unicodedata.normalize("NFC", text))
+
+
+def _character(character: str) -> str:
+    commands = read_toml("latex.toml")
+    if character in commands["characters"]:
+        return commands["characters"][character]
+    if " " <= character <= "~":
+        return character
+    letter, *marks = unicodedata.normalize("NFD", character)
+    if letter.isascii() and letter.isalpha() and len(marks) == 1 and marks[0] in commands["accents"]:
+        dotless = rf"\{letter}" if letter in "ij" and marks[0] != "\N{COMBINING CEDILLA}" else letter
+        return f"{commands['accents'][marks[0]]}{{{dotless}}}"
+    match = _GREEK.match(unicodedata.name(character, ""))
+    if match is None:
+        return "?"
+    name = {"LAMDA": "lambda"}.get(match[2], match[2].lower())
+    command = name if match[1] == "SMALL" else name.capitalize()
+    return rf"$\{command}$" if name in read_toml("latex.toml")["greek"][match[1]].split() else "?"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Text for every cell: ``body`` has one row per frame, its number first and notes last, ``foot`` the summaries."""
+
+    head: tuple[str, ...]
+    body: tuple[tuple[str, ...], ...]
+    foot: tuple[tuple[str, ...], ...]
+
+
+def mean_and_rms(errors: Sequence[float]) -> tuple[float | None, float | None]:
+    """Mean and root mean square; None of no errors."""
+    if not errors:
+        return None, None
+    return math.fsum(errors) / len(errors), math.sqrt(math.fsum(error * error for error in errors) / len(errors))
+
+
+def table(rows: Sequence[Row], *, with_errors: bool = True) -> Table:
+    """Every number as people read it, with two decimals; ``with_errors`` adds five columns of them."""
+    errors = [f"Δ{name}" for name in QUANTITIES] if with_errors else []
+    # Summaries of errors stand below the columns of errors, if there are any.
+    foot = tuple((name, *[""] * len(errors), *cells, "") for name, cells in summaries(rows).items())
+    return Table(("No.", *QUANTITIES, *errors, "Notes"), tuple(_cells(row, with_errors) for row in rows), foot)
+
+
+def summaries(rows: Sequence[Row]) -> dict[str, tuple[str, ...]]:
+    """The cells of each summary, by its name: of how far the estimates are off that were measured too."""
+    columns = [[row.errors[index] for row in rows] for index in range(len(QUANTITIES))]
+    known = [[error for error in column if error is not None] for column in columns]
+    means, rms = zip(*map(mean_and_rms, known), strict=True)
+    counts = tuple(str(len(errors)) for errors in known)
+    return {"Compared": counts, "Mean error": _texts(means, signed=True), "RMS error": _texts(rms)}
+
+
+def _cells(row: Row, with_errors: bool) -> tuple[str, ...]:
+    pairs = [
+        f"{found} ({true})" if true != MISSING else found
+        for found, true in zip(_texts(row.estimated), _texts(row.measured), strict=True)
+    ]
+    return (str(row.number), *pairs, *(_texts(row.errors, signed=True) if with_errors else ()), row.notes)
+
+
+def _texts(values: Sequence[float | None], *, signed: bool = False) -> tuple[str, ...]:
+    return tuple(number(value, 2, signed=signed) for value in values)

@@ -1,4 +1,4 @@
-"""Reports on a picture, a sequence or a session: one HTML file each, which opens offline and prints well."""
+"""Reports on a picture, a sequence or a session, one HTML file each that opens offline and prints well; their plots."""
 
 import base64
 import hashlib
@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import cv2
 import numpy as np
 from dockpose import Estimate
+from dockpose.app.drawing import colours
 from dockpose.app.drawing.annotated import LAYERS, annotate
-from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.figures import to_svg
+from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE, POSE_NAMES
+from dockpose.app.drawing.figures import new_figure, to_svg
 from dockpose.app.drawing.numbers import (
     MISSING,
     QUANTITIES,
@@ -24,23 +25,24 @@ from dockpose.app.drawing.numbers import (
     status_words,
 )
 from dockpose.app.experiment import SessionRecord
-from dockpose.app.experiment.row import table
+from dockpose.app.experiment.record import Row
+from dockpose.app.export.data import table
 from dockpose.app.export.parts import page
-from dockpose.app.export.plots import chosen_of, error_figure, histogram_figure, sequence_figure
 from dockpose.app.export.words import why_this_one
-from dockpose.app.processing.analysis import Analysis, headline_of
-from dockpose.app.processing.replay import estimate_again
+from dockpose.app.processing.analysis import Analysis, estimate_again, headline_of
 from dockpose.app.resources import versions
 from dockpose.camera.image import decode, turned
 from dockpose.pose.known import pose_error
+from dockpose.thresholds import LEVELS, Threshold
 from markupsafe import Markup
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PICTURES, MOST_ROWS = 24, 500
-_WIDEST_PX = {1: 1600, MOST_PICTURES: 640}
+_WIDEST_PX, _WIDEST_OF_MANY_PX = 1600, 640
 Item = TypeVar("Item")
+_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (BLUE, "o"), (ORANGE, "s"))  # one for each of QUANTITIES
 
 
 def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
@@ -64,7 +66,7 @@ def picture_report(analysis: Analysis, sha256: str | None = None) -> str:
         **{"title": view.source, "kind": "picture", "note": " ".join(view.notes), "facts": facts, "plots": plots},
         groups=_groups(line) | {"Versions": versions()},
         tables=[_candidates_table(found)] if found.candidates else [],
-        pictures=[(view.source, _data_uri(picture, 1))],
+        pictures=[(view.source, _data_uri(picture, _WIDEST_PX))],
     )
 
 
@@ -84,7 +86,7 @@ def session_report(record: SessionRecord) -> str:
             line = record.line(row)
             groups = groups or _groups(line)
             image = record.picture(row)
-            pictures.append((f"{row.number}: {row.source}", _annotated_uri(image, line, MOST_PICTURES)))
+            pictures.append((f"{row.number}: {row.source}", _annotated_uri(image, line)))
         except ValueError:
             missing += 1
     note = _left_out(len(record.rows), MOST_PICTURES, "pictures")
@@ -111,7 +113,7 @@ def sequence_report(path: Path, lines: Sequence[dict[str, Any]]) -> str:
         image = _picture_of(line, path.parent)
         if image is not None:
             caption = f"{line['source']}, frame {line['frame']}"
-            pictures.append((caption, _annotated_uri(image, line, MOST_PICTURES)))
+            pictures.append((caption, _annotated_uri(image, line)))
     poses = {
         "title": "Chosen poses",
         "head": ("Frame", "Time (s)", *QUANTITIES, "likely (%)", "Track", "Source"),
@@ -185,12 +187,12 @@ def _picture_of(line: Mapping[str, Any], folder: Path) -> np.ndarray | None:
     return None
 
 
-def _annotated_uri(image: np.ndarray, line: dict[str, Any], pictures: int) -> str:
-    return _data_uri(annotate(image, estimate_again(image, line), layers=LAYERS), pictures)
+def _annotated_uri(image: np.ndarray, line: dict[str, Any]) -> str:
+    return _data_uri(annotate(image, estimate_again(image, line), layers=LAYERS), _WIDEST_OF_MANY_PX)
 
 
-def _data_uri(picture: np.ndarray, pictures: int) -> str:
-    scale = min(1.0, _WIDEST_PX[pictures] / picture.shape[1])
+def _data_uri(picture: np.ndarray, widest_px: int) -> str:
+    scale = min(1.0, widest_px / picture.shape[1])
     size = (max(1, round(scale * picture.shape[1])), max(1, round(scale * picture.shape[0])))
     scaled = picture if scale == 1 else cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
     data = cv2.imencode(".jpg", scaled, [cv2.IMWRITE_JPEG_QUALITY, 88])[1].tobytes()
@@ -212,3 +214,84 @@ def _spread(items: Sequence[Item], most: int) -> Iterable[Item]:
 
 def _left_out(number: int, most: int, what: str) -> str:
     return f"{most} of the {number} {what} are shown, evenly spread." if number > most else ""
+
+
+def histogram_figure(threshold: Threshold) -> "Figure":
+    """Return a plot of the pixels at each grey level, the threshold, the peaks, and the groups each level leaves."""
+    figure = new_figure(6.5, 3.0, layout="constrained")
+    axes = figure.add_subplot()
+    levels = np.arange(LEVELS)
+    axes.fill_between(levels, threshold.histogram + 1, 1, step="mid", color=colours.BARS_COLOUR, label="pixels + 1")
+    axes.set(yscale="log", xlim=(0, LEVELS - 1), xlabel="grey level (0 to 255)", ylabel="pixels + 1")
+    if threshold.level < LEVELS:
+        axes.axvline(
+            threshold.level, color=colours.THRESHOLD_COLOUR, label=f"level {threshold.level} ({threshold.method})"
+        )
+    peaks = [peak.level for peak in threshold.peaks]
+    if peaks:
+        axes.plot(peaks, threshold.histogram[peaks] + 1, "v", color=colours.PEAKS_COLOUR, label="peaks")
+    groups = np.where(threshold.groups_at_level < 0, np.nan, threshold.groups_at_level)
+    if np.isfinite(groups).any():
+        right = axes.twinx()
+        right.plot(levels, groups, "--", color=colours.GROUPS_COLOUR, drawstyle="steps-mid")
+        axes.plot([], [], "--", color=colours.GROUPS_COLOUR, label="groups (right)")
+        at_level = groups[threshold.level] if threshold.level < LEVELS else np.nan
+        right.set(ylabel="groups", ylim=(0, max(10.0, 2 * np.nan_to_num(at_level))))
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=4, fontsize=8, frameon=False)
+    return figure
+
+
+def error_figure(rows: Sequence[Row]) -> "Figure":
+    """Return a plot of estimated minus measured against range: position above, angles below."""
+    figure = new_figure(6.5, 4.8, layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    ranges = [np.nan if row.range_cm is None else row.range_cm / 100 for row in rows]
+    for axes, which in ((above, range(3)), (below, range(3, 5))):
+        for index in which:
+            errors = [np.nan if row.errors[index] is None else row.errors[index] for row in rows]
+            if np.isfinite(np.array(errors, dtype=float)).any():
+                colour, mark = _STYLES[index]
+                axes.plot(ranges, errors, mark, color=colour, markersize=4, label=QUANTITIES[index].split()[0])
+        axes.axhline(0, color="grey", lw=0.6)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=8)
+        else:
+            axes.text(0.5, 0.6, "nothing was measured", transform=axes.transAxes, ha="center")
+    above.set_ylabel("estimated − measured (cm)")
+    below.set(xlabel="range (m)", ylabel="estimated − measured (°)")
+    return figure
+
+
+def sequence_figure(lines: Sequence[dict[str, Any]]) -> "Figure":
+    """Return a plot of the chosen pose of each line of schema 1 over time, or over frames where times are unknown."""
+    times = [line.get("time_s") for line in lines]
+    timed = all(time is not None for time in times) and len(set(times)) == len(times)
+    across = np.array(times if timed else range(len(lines)), dtype=float)
+    poses = [chosen_of(line) for line in lines]
+    figure = new_figure(6.5, 6.4, layout="constrained")
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    for index in range(5):
+        colour, mark = _STYLES[index]
+        axes = top if index < 3 else middle
+        values = [np.nan if pose is None else pose[index] for pose in poses]
+        axes.plot(across, values, mark, color=colour, markersize=2.5, label=QUANTITIES[index].split()[0])
+    chances = [np.nan if pose is None or pose[5] is None else pose[5] for pose in poses]
+    bottom.plot(across, chances, "o", color=BLUE, markersize=2.5, label="of the chosen pose, from its frame alone")
+    tracked = [(line.get("track") or {}).get("probability") for line in lines]
+    if any(chance is not None for chance in tracked):
+        values = [np.nan if chance is None else chance for chance in tracked]
+        bottom.plot(across, values, "^", color=ORANGE, markersize=2.5, label="with earlier frames")
+    for axes, label in ((top, "position (cm)"), (middle, "attitude (°)"), (bottom, "probability")):
+        axes.set_ylabel(label)
+        axes.legend(fontsize=8)
+    bottom.set(ylim=(-0.05, 1.05), xlabel="time (s)" if timed else "frame")
+    return figure
+
+
+def chosen_of(line: Mapping[str, Any]) -> list[Any] | None:
+    """Return a line's chosen pose in the order and units of ``QUANTITIES``, then its probability; None without one."""
+    if line["selected"] is None:
+        return None
+    pose = line["candidates"][line["selected"]]
+    lengths = (100 * value for value in pose["position_m"])
+    return [*lengths, pose["theta_x_deg"], pose["theta_y_deg"], pose["probability"]]

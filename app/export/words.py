@@ -1,15 +1,28 @@
-"""Sentences about a result (what was found, why this pose, what to try), and about a calibration."""
+"""Sentences about a result (what was found, why this pose), a calibration, an error budget, and measured values."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
+import dockpose.app.drawing.numbers as numbers
+import msgspec
 import numpy as np
-from dockpose import Estimate
+from dockpose import Camera, Dock, Estimate
 from dockpose.app.drawing.colours import POSE_NAMES
-from dockpose.app.drawing.numbers import chance, count, level_words, number, percent, sigma_words, status_words
+from dockpose.app.drawing.numbers import MISSING, chance, count, number, percent, sigma_words
+from dockpose.app.errors import UserError
+from dockpose.app.experiment import Row, SessionRecord
 from dockpose.app.export.parts import sentences
 from dockpose.camera.calibrate import BoardView, Calibration
-from dockpose.camera.port_fit import FittedPort
+from dockpose.camera.sigma import CameraSigma, errors_of
+from dockpose.pose.circle import angles_of, rotation_from_angles
+from dockpose.pose.shared import diameter_share
+from dockpose.pose.tape import TAPE_M, Place, TapeFit, fit_tape
+from dockpose.study import budget as budgets
+from dockpose.study.budget import USUAL_NOISE_PX, Budget
 from dockpose.thresholds import METHODS
+from scipy.spatial.transform import Rotation
 
 _ADVICE = {
     "no_lights": "Try a lower level or a smaller minimum area, and check that no mask covers the dock.",
@@ -27,15 +40,29 @@ _WHY = {
 }
 _BY = {"hand": " (by hand)", "tracking": " (tracked)"}
 MEDIA = ("air", "water")
+_AXES = ("x", "y", "z")
 _USUAL = ("k1", "k2", "p1", "p2", "k3")
 _SURE_SHARE = 0.01  # of the focal length: a larger standard error is said to be large
+TILTS_DEG = (0.0, 10.0, 20.0, 40.0)
+_RANGES = 6
+_GOOD_SHARE, _SURE = 0.05, 0.95  # of the range, and the chance, from which on the page warns
+HEAD = (
+    "range (m)",
+    "tilt (°)",
+    "lights apart (px)",
+    "x, y (cm)",
+    "range ± (cm)",
+    "in all ± (cm)",
+    "angles ± (°)",
+    "told apart (%)",
+)
 
 
 def status_line(found: Estimate, *, with_sigma: bool = True) -> str:
     """Return lights, level, pose and time, as in 10 lights | HATS level 206 | pose A 97 %, 1.453 m ± 0.004 | 1.3 ms."""
     parts = [count(found.lights_on_ring or 0, "light")]
     if found.threshold is not None:
-        parts.append(f"{METHODS.short(found.threshold.method)} {level_words(found.threshold)}")
+        parts.append(f"{METHODS.short(found.threshold.method)} {numbers.level_words(found.threshold)}")
     parts += [_pose_words(found, with_sigma=with_sigma), f"{number(found.elapsed_ms)} ms"]
     return " | ".join(filter(None, parts))
 
@@ -63,7 +90,7 @@ def why_this_one(found: Estimate) -> str:
 def _pose_words(found: Estimate, *, with_sigma: bool) -> str:
     pose = found.selected
     if pose is None or found.choice is None:
-        return f"no pose ({status_words(found.status)})"
+        return f"no pose ({numbers.status_words(found.status)})"
     distance = f"{number(pose.position_m[2], 3)} m"
     sigma_m = None if pose.sigma_total_position_m is None else pose.sigma_total_position_m[2]
     if with_sigma and sigma_m is not None and math.isfinite(sigma_m):
@@ -76,16 +103,12 @@ def _pose_words(found: Estimate, *, with_sigma: bool) -> str:
 
 def camera_lines(done: Calibration, medium: str = "air", *, is_on_page: bool = False) -> list[str]:
     """Sentences on a calibration, the most important first."""
-    view_deg, numbers = tuple(np.degrees(done.camera.field_of_view_rad)), numbers_in_words(done)
+    view_deg = tuple(np.degrees(done.camera.field_of_view_rad))
     fixed = [term for term in done.fixed if term in _USUAL]
     freer = [rung for rung in done.rungs if set(rung.lens.terms) & set(fixed) and not rung.lens.fisheye]
     why = fixed, min((rung.held_out_px for rung in freer), default=np.nan)
-    return sentences("calibration.txt", "camera", done, medium, is_on_page, view_deg, numbers, _SURE_SHARE, *why)
-
-
-def port_lines(found: FittedPort) -> list[str]:
-    """Sentences on a port that was fitted, the most important first."""
-    return sentences("calibration.txt", "port", found, float(np.sqrt((found.errors_px**2).mean())))
+    words = numbers_in_words(done)
+    return sentences("calibration.txt", "camera", done, medium, is_on_page, view_deg, words, _SURE_SHARE, *why)
 
 
 def numbers_in_words(done: Calibration) -> str:
@@ -107,3 +130,132 @@ def outcome(view: BoardView) -> str:
     if view.error_px is None:
         return f"{view.corners} corners"
     return f"{view.error_px:.3f} px over {view.corners} corners"
+
+
+def usual_ranges_m(camera: Camera, dock: Dock) -> list[float]:
+    """Ranges from where the dock fills the picture to where its lights run together, to two digits."""
+    near, far = budgets.nearest_m(camera, dock), budgets.farthest_apart_m(camera, dock)
+    ranges = np.geomspace(near, max(far, 2 * near), _RANGES)
+    return [float(f"{range_m:.2g}") for range_m in ranges]
+
+
+def budget_cells(budget: Budget, simulated: Budget | None = None) -> list[str]:
+    """Return the cells of ``HEAD``; what came out of simulation stands in brackets."""
+    apart = f"{budget.apart_px:.0f}" + ("" if budget.lights_apart else " (merge)")
+    pairs = zip(_numbers(budget), _numbers(simulated) if simulated else [""] * 5, strict=True)
+    shown = [f"{one} ({other})" if other not in ("", MISSING) else one for one, other in pairs]
+    tilt = f"{budget.tilt_deg:g}" + ("" if budget.in_view else " (not all in view)")
+    return [f"{budget.range_m:g}", tilt, apart, *shown]
+
+
+def _numbers(budget: Budget) -> list[str]:
+    x, y, z = (100 * sigma for sigma in budget.sigma_position_m)
+    angle = math.degrees(max(budget.sigma_theta_rad))
+    told = None if budget.tells_apart is None else 100 * budget.tells_apart
+    total_m = budget.sigma_total_position_m
+    in_all = MISSING if total_m is None else _digits(100 * total_m[2])
+    return [_digits(max(x, y)), _digits(z), in_all, _digits(angle), number(told, 0)]
+
+
+def _digits(value: float) -> str:
+    """Two significant digits, and no more than hundredths."""
+    return number(value, 0 if value >= 10 else 1 if value >= 1 else 2)
+
+
+def budget_sentences(camera: Camera, dock: Dock, noise_px: float = USUAL_NOISE_PX) -> list[str]:
+    """Say whose budget it is, and up to where the dock's lights, its range and its attitude can be known."""
+    apart = budgets.farthest_apart_m(camera, dock)
+    good = budgets.farthest_within_m(camera, dock, _GOOD_SHARE, 20.0, noise_px)
+    told = {tilt: budgets.farthest_told_m(camera, dock, _SURE, tilt, noise_px) for tilt in (10.0, 20.0)}
+    return [
+        *sentences("budget.txt", "set_up", camera, dock, numbers.length_words(dock.diameter), noise_px),
+        *sentences("budget.txt", "reach", apart, good, _GOOD_SHARE, told, _SURE),
+    ]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A session's rows with a pose, what a tape's values make of them, and the last one's camera and dock."""
+
+    rows: Sequence[Row]
+    fit: TapeFit
+    camera: Camera
+    dock: Dock
+
+    @cached_property
+    def angles_off_deg(self) -> np.ndarray:
+        """Pitch and yaw in the tank less those measured, in degrees (N, 2); nan where they were not."""
+        return np.array([_angles_off(row, self.fit) for row in self.rows])
+
+    @property
+    def allowed(self) -> float:
+        """Share by which camera and dock file let ranges be off, as a standard error."""
+        names, errors = errors_of(self.camera)
+        at = names.index("fx") if "fx" in names else None
+        focal = 0.0 if at is None else math.sqrt(errors[at, at]) / self.camera.fx
+        return math.hypot(focal, diameter_share(self.dock))
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether ranges are off by more than camera and dock file allow."""
+        return self.fit.is_sure(self.fit.scale - 1, math.hypot(self.allowed, self.fit.scale_sigma))
+
+    @property
+    def corrected_dock(self) -> Dock:
+        """The dock with the diameter that the tape leads to."""
+        diameter_m, sigma_m = self.fit.scale * self.dock.diameter, self.fit.scale_sigma * self.dock.diameter
+        return msgspec.structs.replace(self.dock, diameter=diameter_m, diameter_sigma_m=sigma_m)
+
+    @property
+    def corrected_camera(self) -> Camera:
+        """The camera with the focal lengths that the tape leads to."""
+        fx, fy = self.camera.fx, self.camera.fy
+        known = self.camera.sigma or CameraSigma()
+        sigma = msgspec.structs.replace(known, fx=self.fit.scale_sigma * fx, fy=self.fit.scale_sigma * fy)
+        scale = self.fit.scale
+        return msgspec.structs.replace(self.camera, fx=scale * fx, fy=scale * fy, sigma=sigma, covariance=())
+
+    @property
+    def told(self) -> list[str]:
+        """What the differences mean, the gravest first."""
+        fit, slipped = self.fit, []
+        for index in fit.slipped:
+            off, sigma = np.abs(fit.residuals_m[index]), fit.sigmas_m[index]
+            worst = int(np.nanargmax(off / sigma))
+            slipped.append((self.rows[index].number, 100 * off[worst], off[worst] / sigma[worst]))
+        turns = zip(_AXES, np.degrees(fit.turn_rad), np.degrees(fit.turn_sigma_rad), strict=True)
+        return sentences("check.txt", "told", self, slipped, [turn for turn in turns if fit.is_sure(*turn[1:])])
+
+
+def check_session(record: SessionRecord, tape_m: float = TAPE_M) -> Checked:
+    """Compare a session's poses with its measured values; UserError where too few rows have both."""
+    rows = [row for row in record.rows if row.z_cm is not None]
+    try:
+        fit = fit_tape([_place(row) for row in rows], tape_m)
+    except ValueError as error:
+        raise UserError(f"{record.folder}: {error}") from error
+    line = record.line(rows[-1])
+    return Checked(rows, fit, msgspec.convert(line["camera"], Camera), msgspec.convert(line["dock"], Dock))
+
+
+def _place(row: Row) -> Place:
+    """A row in metres; nan for what was not measured."""
+
+    def metres(*names: str) -> np.ndarray:
+        return np.array([math.nan if (cm := getattr(row, name)) is None else cm / 100 for name in names])
+
+    sigmas = np.nan_to_num(metres(*(f"sigma_{axis}_cm" for axis in _AXES)))
+    measured = metres(*(f"measured_{axis}_cm" for axis in _AXES))
+    return Place(metres(*(f"{axis}_cm" for axis in _AXES)), sigmas, measured, float(metres("distance_cm")[0]))
+
+
+def _angles_off(row: Row, fit: TapeFit) -> tuple[float, float]:
+    assert row.theta_x_deg is not None
+    assert row.theta_y_deg is not None
+    normal = -rotation_from_angles(math.radians(row.theta_x_deg), math.radians(row.theta_y_deg))[:, 2]
+    found = np.degrees(angles_of(Rotation.from_rotvec(fit.turn_rad).apply(normal)))
+    true = (row.measured_theta_x_deg, row.measured_theta_y_deg)
+    off = [
+        math.nan if angle is None else math.remainder(one - angle, 360) for one, angle in zip(found, true, strict=True)
+    ]
+    return off[0], off[1]

@@ -12,9 +12,8 @@ from typing import Any
 import dockpose.sources as sources
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.folder import below, folders_below, pictures_in, videos_below
-from dockpose.app.inputs.pictures import Batch, expand
-from dockpose.app.inputs.sidecar import camera_and_dock, known, read_sidecar
+from dockpose.app.inputs.pictures import Batch, camera_and_dock, expand, known, read_sidecar
+from dockpose.app.inputs.received import below, folders_below, pictures_in, videos_below
 from dockpose.files.yaml_file import FileError
 from dockpose.simulate import Approach, ClosedLoop, FilmPlan, Hover, Scene, Sweep, load_sequence
 from dockpose.sources import Bag, Frames, Kind, Pictures, Simulated, SourceError, Tell, Wishes
@@ -219,7 +218,9 @@ def resolve(
     rotate_deg: int = 0,
 ) -> list[Batch | FrameSource | None]:
     """Pictures in a row make one Batch; with a rate a sequence, those typed one by one, or each folder or glob."""
-    groups = [(group, expand(group) if _is_pictures(group[0]) else []) for group in _groups(words, rate_hz)]
+    groups = [
+        (group, expand(group) if sources.kind_of(group[0]) in _OF_PICTURES else []) for group in _groups(words, rate_hz)
+    ]
     found: list[Batch | FrameSource | None] = []
     for group, paths in groups:
         try:
@@ -240,12 +241,8 @@ def _groups(words: Sequence[str], rate_hz: float | None) -> Iterator[list[str]]:
 
     def group_of(numbered: tuple[int, str]) -> int:
         number, source = numbered
-        goes_with_others = _is_pictures(source) if rate_hz is None else sources.kind_of(source) is Kind.PICTURE
-        return -1 if goes_with_others else number
+        go_together = _OF_PICTURES if rate_hz is None else (Kind.PICTURE,)
+        return -1 if sources.kind_of(source) in go_together else number
 
     for _, group in itertools.groupby(enumerate(words), group_of):
         yield [source for _, source in group]
-
-
-def _is_pictures(source: str) -> bool:
-    return sources.kind_of(source) in _OF_PICTURES

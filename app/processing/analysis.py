@@ -1,12 +1,14 @@
-"""One run of the pipeline for the page: a view in, an analysis out; and the trajectory over many frames."""
+"""One run of the pipeline: a view in, an analysis out; the trajectory over many frames; stored results again."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import msgspec
 import numpy as np
-from dockpose import Dock, Estimate, estimate
+from dockpose import Camera, Dock, Estimate, Settings, estimate
 from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
 from dockpose.app.state.scene import rendered
 from dockpose.app.state.trust import Trust, trust_in
@@ -17,6 +19,9 @@ from dockpose.tracking.tracker import Tracked
 MOST_POINTS = 20_000  # beyond which the oldest are dropped; a live source may run for hours
 COLUMNS = ("time_s", "x_m", "y_m", "z_m", "theta_x_deg", "theta_y_deg", "eccentricity", "probability", "lost")
 _NOMINAL_HZ = 10.0  # of frames without times
+ROUNDING = 1e-11  # relative, and absolute below 1
+_FROM_OUTSIDE = ("hand", "tracking")  # choices that a picture alone does not determine
+_COMPARED = ("status", "image", "threshold", "markers", "ellipse", "candidates", "selected", "selected_by")
 
 
 class Trajectory:
@@ -89,21 +94,19 @@ class Analysis:
         """How many lights form a ring where the dock's number finds none or fewer than there are; None for none."""
         found, lights = self.estimate, self.view.dock.lights
         seen, groups = found.lights_on_ring or 0, 0 if found.markers is None else len(found.markers)
-        is_found = found.status == "ok" and (seen >= groups or seen == lights)
-        return None if lights is None or is_found else _fitting_lights(self.view, seen if found.status == "ok" else 0)
+        is_ok, view = found.status == "ok", self.view
+        if lights is None or (is_ok and (seen >= groups or seen == lights)):
+            return None
+        free = estimate(view.image, view.camera, Dock(view.dock.diameter), view.settings)
+        if free.status != "ok" or free.ring is None or (free.lights_on_ring or 0) <= (seen if is_ok else 0):
+            return None
+        return None if free.ring.lights == lights else free.ring.lights
 
     @cached_property
     def trust(self) -> Trust:
         """How far the result can be trusted; in a sequence with the probability that the track gives."""
         tracked = None if self.tracked_frame is None else self.tracked_frame.tracked
         return trust_of(self.estimate, tracked, assumed=self.view.assumed, fitting_lights=self.fitting_lights)
-
-
-def _fitting_lights(view: View, more_than: int) -> int | None:
-    found = estimate(view.image, view.camera, Dock(view.dock.diameter), view.settings)
-    if found.status != "ok" or found.ring is None or (found.lights_on_ring or 0) <= more_than:
-        return None
-    return None if found.ring.lights == view.dock.lights else found.ring.lights
 
 
 def trust_of(found: Estimate, tracked: Tracked | None = None, **more: Any) -> Trust:
@@ -122,17 +125,19 @@ def analyse(view: View, last: Analysis | None = None) -> Analysis:
     view = rendered(view)
     like = last.estimate if last is not None and last.view.image is view.image else None
     found = estimate(view.image, view.camera, view.dock, view.settings, like=like)
-    return Analysis(view, found if view.by_hand is None else chosen_by_hand(found, view.by_hand))
+    return Analysis(view, chosen_by_hand(found, view.by_hand))
 
 
-def chosen_by_hand(found: Estimate, normal: tuple[float, float, float]) -> Estimate:
-    """Select the candidate whose normal is nearest to ``normal``."""
+def chosen_by_hand(found: Estimate, normal: tuple[float, float, float] | None) -> Estimate:
+    """Select the candidate whose normal is nearest to ``normal``, if there is one."""
     return select_pose(found, nearest_pose(found, normal), "hand", "which was chosen by hand")
 
 
-def nearest_pose(found: Estimate, normal: tuple[float, float, float]) -> int | None:
-    """Index of the candidate whose normal is nearest to ``normal``; None without candidates."""
-    return int(np.argmax([pose.normal @ np.array(normal) for pose in found.candidates])) if found.candidates else None
+def nearest_pose(found: Estimate, normal: tuple[float, float, float] | None) -> int | None:
+    """Index of the candidate whose normal is nearest to ``normal``; None without candidates, or without a normal."""
+    if normal is None or not found.candidates:
+        return None
+    return int(np.argmax([pose.normal @ np.array(normal) for pose in found.candidates]))
 
 
 def select_pose(found: Estimate, index: int | None, by: str, why: str = "") -> Estimate:
@@ -146,3 +151,48 @@ def select_pose(found: Estimate, index: int | None, by: str, why: str = "") -> E
             f"{100 * found.candidates[index].position_m[2]:.1f} cm ahead by pose {POSE_NAMES[index]}, {why}."
         )
     return replace(found, choice=replace(found.choice, selected=index, selected_by=by), message=message)
+
+
+def estimate_again(image: np.ndarray, line: dict[str, Any]) -> Estimate:
+    """Estimate as a line of schema 1 says, with its choice by hand or track. ValueError names what it lacks."""
+    parts = {}
+    for name, kind in (("camera", Camera), ("dock", Dock), ("settings", Settings)):
+        try:
+            parts[name] = msgspec.convert(line[name], kind)
+        except KeyError as error:
+            raise ValueError(f"has no {name}") from error
+        except msgspec.ValidationError as error:
+            raise ValueError(f"{name}: {error}") from error
+    found = estimate(image, **parts)
+    chosen_by = line.get("selected_by")
+    if chosen_by not in _FROM_OUTSIDE:
+        return found
+    try:
+        x, y, z = line["candidates"][line["selected"]]["normal"]
+        index = nearest_pose(found, (float(x), float(y), float(z)))
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise ValueError(f"says that a pose was chosen by {chosen_by}, but not which") from error
+    return select_pose(found, index, chosen_by)
+
+
+def differences(line: dict[str, Any], found: Estimate) -> list[tuple[str, Any, Any]]:
+    """Name, stored and new value of what differs by more than rounding; of lists of different length, the lengths."""
+    new = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
+    return [entry for name in _COMPARED if name in line for entry in _different(name, line[name], new.get(name))]
+
+
+def _different(name: str, stored: Any, new: Any) -> Iterator[tuple[str, Any, Any]]:
+    if isinstance(stored, dict) and isinstance(new, dict):
+        for key in stored:
+            yield from _different(f"{name}.{key}", stored[key], new.get(key))
+    elif isinstance(stored, list) and isinstance(new, list):
+        if len(stored) != len(new):
+            yield f"number of {name}", len(stored), len(new)
+            return
+        for index, (one, other) in enumerate(zip(stored, new, strict=True)):
+            yield from _different(f"{name}[{index}]", one, other)
+    elif isinstance(stored, float) and isinstance(new, float):
+        if not (stored == new or math.isclose(stored, new, rel_tol=ROUNDING, abs_tol=ROUNDING)):
+            yield name, stored, new
+    elif stored != new:
+        yield name, stored, new

@@ -56,7 +56,7 @@ def compare_view(view: View, progress: Progress) -> dict[str, Estimate]:
     for name in quick:
         median_ms = float(np.median([other[name].elapsed_ms for other in again]))
         found[name] = replace(found[name], elapsed_ms=median_ms)
-    return {name: _by_hand(one, view) for name, one in found.items()}
+    return {name: chosen_by_hand(one, view.by_hand) for name, one in found.items()}
 
 
 def same_comparison(one: View, other: View) -> bool:
@@ -106,15 +106,11 @@ def sweep_levels(
     errors = np.full((len(levels), len(CENTRES)), np.nan)
     for index, level in enumerate(progress.over(levels)):
         settings = msgspec.structs.replace(view.settings, method="fixed", level=level)
-        found = _by_hand(estimate(view.image, view.camera, view.dock, settings, fall_back=False), view)
+        found = estimate(view.image, view.camera, view.dock, settings, fall_back=False)
         if centre is not None:
-            errors[index] = centre_errors_px(found, centre)
+            errors[index] = centre_errors_px(chosen_by_hand(found, view.by_hand), centre)
         show(LevelSweep(np.asarray(levels[: index + 1]), errors[: index + 1].copy(), reference))
     return LevelSweep(np.asarray(levels), errors, reference)
-
-
-def _by_hand(found: Estimate, view: View) -> Estimate:
-    return found if view.by_hand is None else chosen_by_hand(found, view.by_hand)
 
 
 def _reference(view: View, present: Estimate) -> tuple[np.ndarray | None, str]:

@@ -21,7 +21,7 @@ from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import PictureFile
 from dockpose.app.inputs.sequences import FrameSource
 from dockpose.app.processing.following import AutoMasks, search_of
-from dockpose.sources import Frames
+from dockpose.sources import Frame, Frames
 from dockpose.tracking.search import BLOCK
 
 _LARGEST_CHUNK = 10 * BLOCK  # frames; a decoder starts at a key frame, often one in 250
@@ -34,6 +34,7 @@ _AHEAD = 2  # submitted chunks for each worker
 class Found:
     """The result of a frame; without an estimate ``told`` says why, and ``skipped`` how many frames that stands for."""
 
+    label: str  # in messages
     index: int
     time_s: float | None
     name: str
@@ -55,14 +56,6 @@ class SequenceWork:
     count: int  # of frames
     folder: str = field(default_factory=os.getcwd)
 
-    def belongs(self, index: int) -> tuple[Camera, Dock]:
-        """Camera and dock of a frame."""
-        return self.camera, self.dock
-
-    def label(self, found: Found) -> str:
-        """Name of a frame in messages."""
-        return f"{found.name} frame {found.index}"
-
     def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
         """Return what estimates frames ``start`` to ``stop`` (excluded) in order; ``before`` is the one before them."""
         return functools.partial(_estimate_frames, self, start, stop, before)
@@ -80,21 +73,15 @@ class PictureWork:
         """Number of pictures."""
         return len(self.files)
 
-    def belongs(self, index: int) -> tuple[Camera, Dock]:
-        """Camera and dock of a picture."""
-        return self.files[index].camera, self.files[index].dock
-
-    def label(self, found: Found) -> str:
-        """Name of a picture in messages."""
-        return found.name
-
     def chunk(self, start: int, stop: int, before: Found | None) -> Callable[[Settings], list[Found]]:
         """Return what estimates pictures ``start`` to ``stop`` (excluded) in order; ``before`` plays no part."""
         return functools.partial(_estimate_pictures, self.files[start:stop], self.folder, start)
 
 
-# Frames that can be estimated in any order, in chunks that can be sent to other processes.
-Work = SequenceWork | PictureWork
+def found_in(frame: Frame, name: str, found: Estimate) -> Found:
+    """What was found in a frame of a sequence of that name."""
+    label, taken_s = f"{name} frame {frame.index}", frame.time_unix_s
+    return Found(label, frame.index, frame.time_s, name, frame.sha256, found, time_unix_s=taken_s)
 
 
 def _estimate_frames(
@@ -112,7 +99,7 @@ def _estimate_frames(
         nonlocal skipped
         for text in told:
             text = _as_typed(text, [source.source, *map(str, source.paths[start:stop])], work.folder)
-            done.append(Found(index, None, source.source, None, None, text, frames.skipped - skipped))
+            done.append(Found(source.source, index, None, source.source, None, None, text, frames.skipped - skipped))
             skipped = frames.skipped
         told.clear()
 
@@ -120,7 +107,7 @@ def _estimate_frames(
         pass_on(frame.index)
         name = str(source.paths[frame.index]) if source.paths else source.source
         found = search.see(frame.image, frame.index, frame.time_s, settings)
-        done.append(Found(frame.index, frame.time_s, name, frame.sha256, found, time_unix_s=frame.time_unix_s))
+        done.append(found_in(frame, name, found))
     pass_on(stop - 1)
     return done
 
@@ -134,11 +121,10 @@ def _estimate_pictures(files: tuple[PictureFile, ...], folder: str, start: int, 
             found = estimate(picture.image, file.camera, file.dock, settings)
         except ValueError as error:
             text = _as_typed(str(error), [name], folder)
-            done.append(Found(index, None, name, None, None, text if name in text else f"{name}: {text}", 1))
+            done.append(Found(name, index, None, name, None, None, text if name in text else f"{name}: {text}", 1))
         else:
-            done.append(
-                Found(index, None, name, picture.sha256, found, time_unix_s=picture.time_unix_s, tag=picture.tag)
-            )
+            taken = {"time_unix_s": picture.time_unix_s, "tag": picture.tag}
+            done.append(Found(name, index, None, name, picture.sha256, found, **taken))
     return done
 
 
@@ -170,7 +156,9 @@ def workers(jobs: int, scheduler: str | None) -> Iterator[tuple[Executor, int]]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings) -> Iterator[Found]:
+def split(
+    work: SequenceWork | PictureWork, executor: Executor, count: int, auto_masks: AutoMasks, settings: Settings
+) -> Iterator[Found]:
     """Yield the results in order, of ``count`` chunks at once; ``auto_masks`` learns and changes the settings."""
     size = min(_LARGEST_CHUNK, BLOCK * math.ceil(work.count / (_CHUNKS_EACH * count * BLOCK)))
     waiting: deque[Future[list[Found]]] = deque()
@@ -183,12 +171,12 @@ def split(work: Work, executor: Executor, count: int, auto_masks: AutoMasks, set
                 start = stop
             for one in waiting.popleft().result():
                 if (found := one.estimate) is not None:
-                    wanted = auto_masks.settings_for((found.height, found.width), *work.belongs(one.index))
+                    wanted = auto_masks.settings_for((found.height, found.width), found.camera, found.dock)
                     if found.settings != wanted:
                         _cancel(waiting)
                         settings, start = wanted, one.index
                         break
-                    auto_masks.see(found, work.label(one))
+                    auto_masks.see(found, one.label)
                     last = one
                 yield one
     finally:

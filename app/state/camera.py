@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.app.inputs.received import read_sent, written
-from dockpose.app.inputs.sidecar import save_dock
 from dockpose.app.state.in_force import with_own_camera
 from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera
 from dockpose.camera.files import load_camera, save_camera

@@ -10,8 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError
-from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
-from dockpose.app.inputs.sidecar import Sidecar, read_sidecar
+from dockpose.app.inputs.pictures import Sidecar, load_sample, read_sidecar, sample_names, sample_path
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.tank import Tank
 from dockpose.camera.image import ImageError, decode, orientation_of, orientation_sentence, read_picture_file, turned

@@ -7,8 +7,8 @@ from typing import Any
 
 import viser
 from dockpose.app.inputs.sequences import FrameSource, choices, choose, sent
+from dockpose.app.processing.background import FramePlayer
 from dockpose.app.processing.following import FrameFollower
-from dockpose.app.processing.player import FramePlayer
 from dockpose.app.state.scene import scene_of
 from dockpose.app.web.notifications import attempt
 

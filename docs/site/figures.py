@@ -136,7 +136,7 @@ def port() -> Figure:
 
 
 def _beside(name: str) -> tuple[Camera, Dock]:
-    from dockpose.app.inputs.sidecar import load_dock
+    from dockpose.app.inputs.pictures import load_dock
     from dockpose.simulate import load_scene
 
     path = ROOT / "sample_images" / f"{name}.yaml"

@@ -7,6 +7,7 @@ from unittest.mock import MagicMock
 import pytest
 from dockpose.app import cli
 from dockpose.app.errors import UserError
+from dockpose.app.resources import read_toml
 from dockpose.app.state import parameters
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import DEFAULT_SCENE, scene_of, with_scene
@@ -18,12 +19,6 @@ COMMAND = '''
 """``dockpose hello``: greet somebody."""
 
 
-def add_parser(commands):
-    parser = commands.add_parser("hello", help="greet somebody")
-    parser.add_argument("name")
-    parser.set_defaults(run=run)
-
-
 def run(arguments):
     print(f"Hello, {arguments.name}!")
     return 0
@@ -32,7 +27,7 @@ def run(arguments):
 
 @pytest.fixture
 def command(tmp_path, monkeypatch):
-    """One new file, and a line in ``cli.py``."""
+    """One new file, a line in ``cli.py``, and two in ``static/options.toml``."""
     path = tmp_path / "hello.py"
     path.write_text(COMMAND)
     spec = importlib.util.spec_from_file_location("hello", path)
@@ -40,7 +35,10 @@ def command(tmp_path, monkeypatch):
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    monkeypatch.setitem(cli.COMMANDS, "hello", module)
+    monkeypatch.setitem(cli.COMMANDS, "hello", (module.run, {}))
+    options = read_toml("options.toml")
+    monkeypatch.setitem(options["commands"], "hello", {"help": "greet somebody", "options": ["hello"]})
+    monkeypatch.setitem(options, "hello", {"name": {"help": "whom"}})
 
 
 def test_a_command_is_run_listed_and_refuses(command, capsys):

@@ -4,8 +4,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from dockpose.app.export.parts import Part
-from dockpose.app.export.reproduction.report import make_part
+from dockpose.app.export.parts import Part, make_part
 
 FIGURES = tuple(f"figure_{number}" for number in (3, 5, 6, 7, 8, 14, 15, 16)) + ("literal_hats",)
 MOST_S, MOST_BYTES = 150.0, 2_000_000

@@ -4,7 +4,7 @@ import time
 from multiprocessing import Pool
 from pathlib import Path
 
-from dockpose.app.export.reproduction.report import make_part
+from dockpose.app.export.parts import make_part
 
 KEYS = ("table_1", "error_budget", "figure_17", "table_2", "table_3", "table_4")
 SEED = 2016

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
-from dockpose.app.inputs.sidecar import camera_and_dock
+from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.camera.board import Board
 from dockpose.camera.calibrate import calibrate
 from dockpose.camera.sigma import errors_of, moved

@@ -21,7 +21,7 @@ import pytest
 from dockpose import Camera, Dock, Settings, estimate
 from dockpose.app.cli import main
 from dockpose.app.export.recording import record
-from dockpose.app.inputs.sidecar import save_dock
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.app.processing.parallel import search_of
 from dockpose.simulate import Approach, FilmPlan, Scene, film
 from dockpose.simulate.optics.water import preset

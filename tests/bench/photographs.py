@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from dockpose import Camera, Dock, estimate
-from dockpose.app.inputs.sidecar import camera_and_dock
+from dockpose.app.inputs.pictures import camera_and_dock
 from dockpose.camera.files import load_camera
 from dockpose.camera.image import read
 

@@ -7,7 +7,7 @@ import msgspec
 import pandas
 import pytest
 from dockpose.app.experiment import Session, session
-from dockpose.app.experiment.row import row_to_csv
+from dockpose.app.experiment.record import COLUMNS, csv_text
 from dockpose.app.state.changes import with_measured
 from dockpose.app.web.panels.experiment.panel import ALL, NEXT_FRAME, NO_SESSION, WHAT
 
@@ -29,8 +29,7 @@ def root(tmp_path_factory):
         msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png", measured_z_cm=first.z_cm - n)
         for n in range(1, ROWS + 1)
     ]
-    results = folder / LONG / "results.csv"
-    results.write_text(results.read_text().splitlines()[0] + "\n" + "".join(map(row_to_csv, rows)))
+    (folder / LONG / "results.csv").write_text(csv_text([COLUMNS, *map(msgspec.structs.astuple, rows)]))
     for row in rows[1:]:
         for ending in (".png", ".json"):
             shutil.copy(folder / LONG / f"frames/0001{ending}", folder / LONG / f"{row.file[:-4]}{ending}")

@@ -7,8 +7,7 @@ import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.app.experiment import Session
 from dockpose.app.export.video import VideoFile
-from dockpose.app.inputs.pictures import sample_path
-from dockpose.app.inputs.sidecar import save_dock
+from dockpose.app.inputs.pictures import sample_path, save_dock
 from dockpose.camera.files import save_camera
 from dockpose.camera.image import read
 

@@ -15,19 +15,19 @@ COMMANDS = commands()
 # Commands that are read by the parser and not run here, and why. The first that matches counts.
 NOT_RUN = {
     r"(git|cd|python3|pip|\.venv/bin/pip) ": "installs the program; make newcomer does",
-    r"eval ": "changes the shell that runs it; tests/app/commands/machine/test_completion.py does",
+    r"eval ": "changes the shell that runs it; tests/app/test_cli.py does",
     r"\.venv/bin/dockpose ": "needs the installed program; make newcomer has it, and the same command runs as dockpose",
     r"docker ": "needs Docker; tests/test_docker.py and tests/bench/bench_docker.py take its steps without it",
     r"make ": "makes environments, or takes minutes; the target is there",
-    r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/machine/test_serve.py does",
+    r"dockpose( serve .*| --.*)?$": "serves until it is stopped; tests/app/commands/test_serve.py does",
     r"dockpose ros ": "needs a running ROS; tests/app/commands/test_ros.py has modules that stand for it",
     r"dockpose estimate (rtsp:|0 )": "needs a camera or a stream; tests/pipeline/sources has them over the loopback",
     r".* --jobs 4": "starts processes, which takes ten seconds; tests/app/processing/test_parallel.py does",
     r"dockpose simulate --out approach": "renders a hundred pictures, half a minute",
-    r"dockpose (reproduce|study) ": "takes minutes; tests/app/commands/paper has parts of it",
-    r"dockpose calibrate ": "looks for boards for a minute; tests/app/commands/calibration does",
-    r"dockpose learn-dock ": "needs sixty frames from all sides; tests/app/commands/calibration does",
-    r".* --rerun ": "takes seconds to load Rerun; tests/app/export/recordings does",
+    r"dockpose (reproduce|study) ": "takes minutes; tests/app/commands/test_paper.py has parts of it",
+    r"dockpose calibrate ": "looks for boards for a minute; tests/app/commands/test_calibration.py does",
+    r"dockpose learn-dock ": "needs sixty frames from all sides; tests/app/commands/test_calibration.py does",
+    r".* --rerun ": "takes seconds to load Rerun; tests/app/export/test_recordings.py does",
 }
 OURS = [(name, words) for name, words in COMMANDS if words.startswith(("dockpose", ".venv/bin/dockpose"))]
 

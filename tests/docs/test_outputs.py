@@ -6,9 +6,9 @@ import re
 import pytest
 from dockpose import Tracker, estimate
 from dockpose.app.commands.compare import to_line
-from dockpose.app.experiment.row import COLUMNS
+from dockpose.app.experiment.record import COLUMNS
 from dockpose.app.export.data import CSV_COLUMNS
-from dockpose.app.export.recordings.messages import TOPICS
+from dockpose.app.export.recordings.ros import TOPICS
 from dockpose.app.inputs.pictures import load_sample, sample_path
 from dockpose.camera.image import read
 from dockpose.estimate import SCHEMA

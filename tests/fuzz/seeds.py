@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Settings, estimate
 from dockpose.app.experiment.session import Session
-from dockpose.app.inputs.sidecar import save_dock
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.app.state.preferences import Remembered, settings_file
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.state.view import open_source

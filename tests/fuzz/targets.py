@@ -15,7 +15,7 @@ from dockpose.app.experiment.record import read_session
 from dockpose.app.export.bundle import read_lines
 from dockpose.app.export.data import to_csv
 from dockpose.app.export.report import sequence_report
-from dockpose.app.inputs.sidecar import load_dock, read_sidecar
+from dockpose.app.inputs.pictures import load_dock, read_sidecar
 from dockpose.app.state.preferences import Memory, with_settings_file
 from dockpose.app.state.tank import Tank, Tanks
 from dockpose.app.state.view import open_source

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import cv2
 import dockpose.app.export.bundle
-import dockpose.app.export.reproduction.report as reproduction
+import dockpose.app.export.parts as reproduction
 import dockpose.app.export.study.report  # noqa: F401
 import dockpose.app.processing.study as study
 import mcap.writer  # noqa: F401

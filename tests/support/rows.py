@@ -4,7 +4,7 @@ from typing import Any
 
 import msgspec
 from dockpose.app.experiment import Row
-from dockpose.app.experiment.row import MEASURED_COLUMNS
+from dockpose.app.experiment.record import MEASURED_COLUMNS
 from dockpose.pose.known import KnownPose
 
 ROW = Row(

@@ -12,7 +12,7 @@ import pandas
 import yaml
 from dockpose import estimate
 from dockpose.app.experiment import Session
-from dockpose.app.experiment.row import row_to_csv
+from dockpose.app.experiment.record import COLUMNS, csv_text
 from dockpose.simulate import render
 from PIL import Image
 
@@ -27,14 +27,14 @@ def long_session(folder: Path, rows: int) -> Path:
     """Make a session of so many rows, of one picture, each with an attitude that was measured."""
     with Session.create(folder) as session:
         first = session.take(PICTURE, FOUND, "tank", notes="as measured, by hand")
-    results = folder / "results.csv"
-    lines = [results.read_text().splitlines()[0] + "\n"]
+    lines = [COLUMNS]
     for n in range(1, rows + 1):
         measured = {"measured_z_cm": 100 + n / 100, "measured_theta_y_deg": n / 100}
-        lines.append(row_to_csv(msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png", **measured)))
+        row = msgspec.structs.replace(first, number=n, file=f"frames/{n:04d}.png", **measured)
+        lines.append(msgspec.structs.astuple(row))
         for ending in (".png", ".json") if n > 1 else ():
             shutil.copy(folder / f"frames/0001{ending}", folder / f"frames/{n:04d}{ending}")
-    results.write_text("".join(lines))
+    (folder / "results.csv").write_text(csv_text(lines))
     return folder
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from dockpose.app.drawing.colours import ELLIPSE_COLOUR, LIGHT_COLOUR, POSE_COLOURS, rgb
 from dockpose.app.errors import UserError, unwritable, writing
-from dockpose.app.export.recordings.messages import Seen, jpeg
+from dockpose.app.export.recordings.ros import Seen, jpeg
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
 from dockpose.files.durable_files import GrowingFile

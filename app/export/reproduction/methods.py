@@ -130,21 +130,20 @@ def _share(successes: np.ndarray) -> Share:
 
 def share_rows(tally: rivals.Tally, rows: Mapping[str, str]) -> Rows:
     """Head and shares of each method in per cent with their intervals; ``rows`` has the methods' names in words."""
-    return [(*_head("method"), "plain half", "hard half"), *(_shares(tally, *names) for names in rows.items())]
+    table: list[list[Cell]] = [[*_head("method"), "plain half", "hard half"]]
+    for method, title in rows.items():
+        row: list[Cell] = [title]
+        for column in _COLUMNS:
+            of = getattr(tally, column).get(method)
+            row += [None] * 3 if of is None else _in_per_cent(_share(of))
+        of = tally.right.get(method)
+        row += [None if of is None else 100 * float(of[tally.is_hard == hard].mean()) for hard in (False, True)]
+        table.append(row)
+    return table
 
 
 def _head(first: str) -> list[str]:
     return [first, *(cell for _, column, _ in _COLUMNS.values() for cell in (column, "from", "to"))]
-
-
-def _shares(tally: rivals.Tally, method: str, title: str) -> list[Cell]:
-    row: list[Cell] = [title]
-    for column in _COLUMNS:
-        of = getattr(tally, column).get(method)
-        row += [None] * 3 if of is None else _in_per_cent(_share(of))
-    of = tally.right.get(method)
-    halves = (None, None) if of is None else (100 * float(of[tally.is_hard == hard].mean()) for hard in (False, True))
-    return [*row, *halves]
 
 
 def _in_per_cent(one: Share | Difference) -> list[float]:

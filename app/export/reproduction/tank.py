@@ -41,10 +41,11 @@ def table_part(name: str, rows: list[Row]) -> Part:
     ours, pictures = np.nanmean(errors, axis=(0, 1)), errors.shape[0] * errors.shape[1]
     missed = int(np.isnan(errors[..., 0]).sum())
     ratio = table.mean_errors / ours
+    values, off = _values_and_errors(table, rows, ours)
     return Part.of(
         f"table_{name}",
         {},
-        {"main": _values(table, rows), "errors": _errors(table, rows, ours), "pictures": _pictures(table, rows)},
+        {"main": values, "errors": off, "pictures": _pictures(table, rows)},
         like="tank",
         **{"name": name, "table": table, "poses": len(rows), "ours": ours, "missed": missed},
         draws=DRAWS,
@@ -81,28 +82,17 @@ def _rounded(name: str, errors: np.ndarray) -> list[Cell]:
     return [name, *np.round(errors, 4).tolist()]
 
 
-def _who(table: Table, rows: list[Row], number: int) -> dict[str, np.ndarray]:
-    """The estimates (5,) of one pose; of ours the first picture's."""
-    found = {"paper": table.estimated[number], "ours": rows[number].ours[0]}
-    if table.epnp is not None:
-        found |= {"paper's EPnP": table.epnp[number], "our EPnP": rows[number].epnp[0]}
-    return found
-
-
-def _values(table: Table, rows: list[Row]) -> Rows:
+def _values_and_errors(table: Table, rows: list[Row], ours: np.ndarray) -> tuple[Rows, Rows]:
+    """Each pose's estimates, of ours the first picture's; and how far they are off, also on average."""
     lines: list[list[Cell]] = [["pose", *COLUMNS]]
-    for number, measured in enumerate(table.measured):
+    errors = lines.copy()
+    for number, (measured, row) in enumerate(zip(table.measured, rows, strict=True)):
         lines.append([f"{number + 1} measured", *measured.tolist()])
-        who = _who(table, rows, number)
+        who = {"paper": table.estimated[number], "ours": row.ours[0]}
+        if table.epnp is not None:
+            who |= {"paper's EPnP": table.epnp[number], "our EPnP": row.epnp[0]}
         lines += [[f"{number + 1} {name}", *np.round(values, 2).tolist()] for name, values in who.items()]
-    return lines
-
-
-def _errors(table: Table, rows: list[Row], ours: np.ndarray) -> Rows:
-    lines: list[list[Cell]] = [["pose", *COLUMNS]]
-    for number, measured in enumerate(table.measured):
-        who = _who(table, rows, number)
-        lines += [_rounded(f"{number + 1} {name}", values - measured) for name, values in who.items()]
+        errors += [_rounded(f"{number + 1} {name}", values - measured) for name, values in who.items()]
     means = {"mean absolute: paper": table.mean_errors, f"mean absolute: ours, {DRAWS} pictures a pose": ours}
     if table.epnp is not None:
         epnp = _absolute(table, [row.epnp for row in rows])
@@ -111,7 +101,7 @@ def _errors(table: Table, rows: list[Row], ours: np.ndarray) -> Rows:
             "mean absolute: our EPnP, all pictures": np.nanmean(epnp, axis=(0, 1)),
             "median absolute: our EPnP": np.nanmedian(epnp, axis=(0, 1)),
         }
-    return [*lines, *(_rounded(name, errors) for name, errors in means.items())]
+    return lines, [*errors, *(_rounded(name, values) for name, values in means.items())]
 
 
 def _pictures(table: Table, rows: list[Row]) -> Rows:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import viser
-from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
 from dockpose.app.inputs.pictures import sample_names
+from dockpose.app.inputs.received import below, folders_below, pictures_in, step
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.view import View, with_file, with_sample, with_upload

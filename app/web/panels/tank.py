@@ -6,7 +6,7 @@ from itertools import zip_longest
 
 import viser
 from dockpose import Camera, Dock
-from dockpose.app.export.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
+from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state.chips import Chip, chips
 from dockpose.app.state.in_force import with_tank, with_these_as_mine

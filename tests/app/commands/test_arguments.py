@@ -1,5 +1,12 @@
+"""What several commands are given: lengths, cameras, and where events go."""
+
+import logging
+import re
+
 import pytest
-from dockpose.app.commands.arguments import metres
+from dockpose.app.cli import COMMANDS, _parser, main
+from dockpose.app.commands.arguments import logged, metres, without_secrets
+from dockpose.app.commands.console import say
 from dockpose.app.errors import UserError
 
 
@@ -40,3 +47,77 @@ def test_a_large_bare_diameter_is_asked_about(command, refusal, tmp_path):
 @pytest.mark.parametrize("command", ["estimate", "serve"])
 def test_what_no_camera_can_be_asked_for_is_refused(command, words, sentence, refusal):
     assert sentence in refusal(command, *words)
+
+
+LINE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (DEBUG|INFO|WARNING|ERROR) dockpose(\.\w+)*: .+")
+
+
+def parsed(*words):
+    return _parser().parse_args(["doctor", *words])
+
+
+def test_events_are_one_line_each_without_secrets(tmp_path):
+    path = tmp_path / "events.log"
+    with logged(parsed("--log-file", str(path))):
+        say("the page is at http://127.0.0.1:8080/?token=5ecret&view=1")
+        logging.getLogger("dockpose.app.web").warning("lost rtsp://diver:5ecret@tank/front\n\x1b[2J")
+        logging.getLogger("dockpose").debug("not wanted")
+        try:
+            raise ValueError("a\nb")
+        except ValueError:
+            logging.getLogger("dockpose").exception("refused: Cookie: dockpose=5ecret")
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 3
+    assert all(LINE.fullmatch(line) for line in lines)
+    assert "5ecret" not in "".join(lines)
+    assert "rtsp://***@tank/front\\n\\x1b[2J" in lines[1]
+    logging.getLogger("dockpose").info("after the command")
+    assert len(path.read_text(encoding="utf-8").splitlines()) == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "left"),
+    [
+        ("/?token=abc", "/?token=***"),
+        ("?a=1&view_token=abc&b=2", "?a=1&view_token=***&b=2"),
+        ("rtsp://me:word@host:554/x", "rtsp://***@host:554/x"),
+        ("http://host/a@b", "http://host/a@b"),
+        ("the key is wrong", "the key is wrong"),
+    ],
+)
+def test_what_counts_as_secret(text, left):
+    assert without_secrets(text) == left
+
+
+def test_level_decides_and_standard_error_hears_nothing_twice(capsys):
+    with logged(parsed("--log-level", "warning")):
+        say("said")
+        logging.getLogger("dockpose").info("too low")
+        logging.getLogger("dockpose").warning("an event")
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "dockpose: said"
+    assert [line.partition("WARNING ")[2] for line in lines[1:]] == ["dockpose: an event"]
+
+
+def test_without_the_options_nothing_is_written(capsys):
+    with logged(parsed()):
+        logging.getLogger("dockpose").error("an event")
+    assert capsys.readouterr() == ("", "")
+
+
+def test_every_command_has_them_and_tells_how_it_ended(tmp_path, capsys):
+    for command in COMMANDS:
+        with pytest.raises(SystemExit):
+            main([command, "--help"])
+        assert "--log-file" in capsys.readouterr().out, command
+    path = tmp_path / "events.log"
+    assert main(["export", "nowhere.png", "--out", str(tmp_path / "x.csv"), "--log-file", str(path)]) == 2
+    told = [line.split(" ", 1)[1] for line in path.read_text(encoding="utf-8").splitlines()]
+    assert told[0].startswith("INFO dockpose: export begins")
+    assert told[1].startswith("ERROR dockpose: nowhere.png")
+    assert told[2] == "INFO dockpose: export ends with status 2"
+
+
+def test_log_that_cannot_be_written_is_told(tmp_path, capsys):
+    assert main(["estimate", "plain", "--log-file", str(tmp_path / "none" / "x.log")]) == 2
+    assert capsys.readouterr().err.startswith("dockpose: --log-file ")

@@ -8,7 +8,7 @@ import pytest
 from dockpose import Dock, estimate
 from dockpose.app.cli import main
 from dockpose.app.experiment import Session
-from dockpose.app.inputs.sidecar import load_dock
+from dockpose.app.inputs.pictures import load_dock
 from dockpose.camera.files import load_camera
 from dockpose.simulate import Pose, render
 

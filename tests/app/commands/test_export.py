@@ -8,7 +8,7 @@ import pandas
 import pytest
 from dockpose import Settings, estimate
 from dockpose.app.cli import main
-from dockpose.app.commands.replay import replay_session
+from dockpose.app.commands.estimate import replay_session
 from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.experiment import Session

@@ -4,11 +4,11 @@ import sys
 
 import msgspec
 import pytest
-from dockpose import Dock
+from dockpose import Dock, Settings
 from dockpose.app.cli import main
 from dockpose.app.commands.ros import NodeLogic, logic_of, make_node
-from dockpose.app.export.recordings.messages import TOPICS
-from dockpose.app.inputs.sidecar import save_dock
+from dockpose.app.export.recordings.ros import TOPICS
+from dockpose.app.inputs.pictures import save_dock
 from dockpose.simulate import render
 from dockpose.simulate.parts import Text
 
@@ -27,7 +27,7 @@ def told():
 
 @pytest.fixture
 def logic(told):
-    return NodeLogic(told.append, DOCK)
+    return NodeLogic(told.append, DOCK, Settings(), None, "/camera/image_raw")
 
 
 def status_of(messages):
@@ -96,7 +96,7 @@ def test_a_picture_without_a_stamp_has_the_time_at_which_it_came(logic, told):
 
 
 def test_a_camera_file_has_precedence_and_a_camera_of_another_shape_is_told(told):
-    logic = NodeLogic(told.append, DOCK, camera=CAMERA)
+    logic = NodeLogic(told.append, DOCK, Settings(), CAMERA, "/camera/image_raw")
     logic.take_camera_info(bags.camera_info((99.0, 0, 1, 0, 99.0, 1, 0, 0, 1), (640, 480)))
     assert len(logic.take_image(bags.image(PICTURE, "mono8"), 0.0)) == len(TOPICS)
     messages = logic.take_image(bags.image(PICTURE[:, :480].copy(), "mono8"), 0.0)
@@ -106,7 +106,7 @@ def test_a_camera_file_has_precedence_and_a_camera_of_another_shape_is_told(told
 
 
 def test_compressed_pictures_have_their_camera_beside_the_others():
-    logic = NodeLogic(print, DOCK, image_topic="/left/image_raw/compressed")
+    logic = NodeLogic(print, DOCK, Settings(), None, "/left/image_raw/compressed")
     assert (logic.is_compressed, logic.info_topic) == (True, "/left/camera_info")
     logic.take_camera_info(INFO)
     assert len(logic.take_image(bags.compressed(PICTURE, "png"), 0.0)) == len(TOPICS)

@@ -15,8 +15,8 @@ from dockpose import Camera, Dock, estimate
 from dockpose.app.drawing.annotated import LAYERS, annotate
 from dockpose.app.drawing.figures import to_pdf, to_png, to_svg
 from dockpose.app.drawing.vector import picture_figure
-from dockpose.app.export.plots import histogram_figure
-from dockpose.app.export.recordings.messages import covariance, pose_yaml
+from dockpose.app.export.recordings.ros import covariance, pose_yaml
+from dockpose.app.export.report import histogram_figure
 from dockpose.estimate.geometry import scale_bar
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.solve import find_poses

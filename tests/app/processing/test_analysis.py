@@ -1,13 +1,20 @@
-"""The course over the frames: what is noted, thinned and drawn."""
+"""The course over the frames: what is noted, thinned and drawn; and stored results that are estimated again."""
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 from dockpose import Camera, Dock, Estimate, Settings, Track, Tracked
-from dockpose.app.processing.analysis import COLUMNS, MOST_POINTS, Trajectory
+from dockpose.app.processing.analysis import COLUMNS, MOST_POINTS, Trajectory, analyse, differences, estimate_again
+from dockpose.app.processing.following import chosen_by_track
+from dockpose.app.state.view import open_source
 from dockpose.pose.circle import CirclePose
+from dockpose.simulate import Pose, Scene, render
 from dockpose.sources import Frame
+from dockpose.tracking.tracker import Tracker
+
+from tests.support.scenes import DOCK
 
 CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
 BLANK = np.zeros((2, 2), np.uint8)
@@ -63,3 +70,23 @@ def test_oldest_frames_go():
         trajectory.note(frame(index), LOST)
     assert len(trajectory) == MOST_POINTS
     assert trajectory.table(MOST_POINTS)[0, 0] == pytest.approx(0.5)  # frame 5 at ten a second
+
+
+def test_what_the_frames_before_chose_is_chosen_again():
+    tracker, chosen_by = Tracker(CAMERA, DOCK, use_region=False), set()
+    for index in range(6):
+        pose = Pose(position_m=(0.05, 0.02, 6.0 - 0.3 * index), theta_x_deg=4.0, theta_y_deg=-5.0)
+        image = render(Scene(camera=CAMERA, dock=DOCK, pose=pose, seed=index))[0]
+        line = msgspec.json.decode(msgspec.json.encode(chosen_by_track(tracker.see(image, 0.1 * index)).to_dict()))
+        assert differences(line, estimate_again(image, line)) == []
+        chosen_by.add(line["selected_by"])
+    assert "tracking" in chosen_by
+
+
+def test_rounding_is_no_difference():
+    view = open_source(None, None, None)
+    found = analyse(view).estimate
+    for change, names in ((1e-13, []), (1e-6, ["candidates[0].position_m[2]"])):
+        line = msgspec.json.decode(msgspec.json.encode(found.to_dict()))
+        line["candidates"][0]["position_m"][2] += change
+        assert [name for name, *_ in differences(line, found)] == names

@@ -86,20 +86,6 @@ def test_a_scheduler_that_does_not_answer_is_told(tank, monkeypatch, capsys):
     assert "no Dask scheduler answers" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--jobs", "0"], "--jobs is 0"),
-        (["--rate", "nan"], "--rate is nan"),
-        (["--rate", "-1"], "--rate is -1"),
-    ],
-)
-def test_bad_arguments_end_with_2(tank, monkeypatch, capsys, arguments, message):
-    monkeypatch.chdir(tank)
-    assert main(["estimate", "film.avi", *arguments]) == 2
-    assert message in capsys.readouterr().err
-
-
 def begin_a_result(sign):
     """Send the length of a result and its first byte, as where a worker is ended while it sends."""
     results = sys._getframe(1).f_locals["result_queue"]

@@ -7,7 +7,7 @@ from html import escape
 import viser
 from dockpose.app.experiment import Row, Session
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
-from dockpose.app.export.tape import Checked, check_session
+from dockpose.app.export.words import Checked, check_session
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import viser
-from dockpose.app.drawing.numbers import status_words
+from dockpose.app.drawing.numbers import QUANTITIES, status_words
 from dockpose.app.experiment import Row
-from dockpose.app.experiment.row import EDITABLE, MEASURED_COLUMNS, QUANTITIES, summaries, table
+from dockpose.app.experiment.record import EDITABLE, MEASURED_COLUMNS
+from dockpose.app.export.data import summaries, table
 from dockpose.app.resources import read_toml
 from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 from dockpose.app.web.html import SMALL

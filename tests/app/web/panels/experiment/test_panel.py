@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 import viser
 from dockpose.app.experiment.session import SessionFolder
-from dockpose.app.inputs.pictures import sample_path
+from dockpose.app.inputs.pictures import load_dock, sample_path
 from dockpose.app.inputs.received import read_sent
-from dockpose.app.inputs.sidecar import load_dock
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.view import open_source

@@ -9,8 +9,16 @@ import numpy as np
 import pandas
 import pytest
 from dockpose.app.experiment import Row
-from dockpose.app.experiment.row import mean_and_rms, summaries, table
-from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table, to_latex
+from dockpose.app.export.data import (
+    csv_table,
+    html_table,
+    latex_table,
+    markdown_table,
+    mean_and_rms,
+    summaries,
+    table,
+    to_latex,
+)
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.panels.experiment.rows import (
     BLANK,

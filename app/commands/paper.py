@@ -1,36 +1,33 @@
-"""``dockpose budget``: which errors a camera and a dock allow, by range and tilt."""
+"""Tables and figures for papers: which errors a camera and a dock allow, the paper's results, the study of methods."""
 
 import argparse
 import contextlib
 import csv
 import itertools
 import math
+import os
 from collections.abc import Sequence
 
 from dockpose import Camera, Dock
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of
-from dockpose.app.commands.console import EXIT_ALL_READ, put_rich
+from dockpose.app.commands.arguments import camera_of, check_least, dock_of
+from dockpose.app.commands.console import EXIT_ALL_READ, FrameProgress, put_rich, say, status_of
 from dockpose.app.commands.output import Lines, open_lines
 from dockpose.app.errors import UserError, blaming
-from dockpose.app.export.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
-from dockpose.app.export.parts import sentences
+from dockpose.app.export.parts import PARTS, reproduce, sentences
+from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
+from dockpose.app.processing.study import Study
 from dockpose.study.budget import USUAL_NOISE_PX, Budget, budget, simulated_budget
 from rich import box
 from rich.table import Table
 
 _COLUMNS = ("sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_theta_x_deg", "sigma_theta_y_deg", "told_apart")
 _TOTAL_COLUMNS = tuple(name.replace("sigma", "sigma_total") for name in _COLUMNS[:5])
+_TILTS = ",".join(f"{tilt:g}" for tilt in TILTS_DEG)
+KNOWN = {"jobs": {"default": os.cpu_count() or 1}, "noise": {"default": USUAL_NOISE_PX}}
+KNOWN["words"] = {"tilts": _TILTS, "parts": ", ".join(PARTS)}
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``budget``."""
-    parser = commands.add_parser("budget", help="say which errors to expect of a camera and a dock, by range and tilt")
-    tilts = ",".join(f"{tilt:g}" for tilt in TILTS_DEG)
-    add_options(parser, "budget", words={"tilts": tilts}, noise={"default": USUAL_NOISE_PX})
-    parser.set_defaults(dock=None)  # the budget is of lights that are evenly spaced
-
-
-def run(arguments: argparse.Namespace) -> int:
+def run_budget(arguments: argparse.Namespace) -> int:
     """Run ``dockpose budget``; returns the exit status."""
     camera, dock = camera_of(arguments), dock_of(arguments)
     assert camera is not None
@@ -81,3 +78,31 @@ def _numbers(option: str, text: str | None) -> list[float]:
         return [] if text is None else [float(word) for word in text.split(",")]
     except ValueError as error:
         raise UserError(f"{option} {text} must be numbers with commas between them") from error
+
+
+def run_reproduce(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose reproduce``; returns the exit status."""
+    check_least(arguments, seed=0, jobs=1)
+    total = len(set(arguments.only)) or len(PARTS)
+    with FrameProgress("reproduce", total=total, unit="parts") as progress:
+        reproduce(arguments.out, arguments.seed, arguments.jobs, arguments.only, lambda key: progress.step(name=key))
+    say(f"the report is {arguments.out / 'index.html'}")
+    return EXIT_ALL_READ
+
+
+def run_study(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose study``; returns the exit status."""
+    check_least(arguments, scenes=1, seed=0, jobs=1)
+    study = Study(arguments.out, arguments.scenes, arguments.seed)
+    try:
+        with FrameProgress("study", total=arguments.scenes, unit="scenes") as progress:
+            study.run(arguments.jobs, arguments.scheduler, progress.reach)
+    except KeyboardInterrupt as stopped:
+        kept = f"{study.done} of {study.scenes} scenes are kept in {study.folder}"
+        say(f"stopped; {kept}, and the same command goes on from there")
+        return status_of(stopped)
+    # Matplotlib takes a while to load, which the other commands need not wait for.
+    from dockpose.app.export.study.report import write_report
+
+    say(f"the page is {write_report(study.folder)}")
+    return EXIT_ALL_READ

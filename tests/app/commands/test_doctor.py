@@ -6,8 +6,8 @@ from importlib.metadata import PackageNotFoundError
 import cv2
 import pytest
 from dockpose.app.cli import main
-from dockpose.app.commands.machine import doctor
-from dockpose.app.commands.machine.doctor import BROKEN, OK, WARNING, Finding
+from dockpose.app.commands import doctor
+from dockpose.app.commands.doctor import BROKEN, OK, WARNING, Finding
 
 
 @pytest.fixture

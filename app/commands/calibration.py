@@ -1,4 +1,4 @@
-"""``dockpose calibrate``: pictures, a video or a live view of a board in, a camera file out."""
+"""What is measured once: a camera file from a board's pictures or video, a dock file from a video of the dock."""
 
 import argparse
 import re
@@ -7,12 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from dockpose.app.commands.arguments import Commands, add_options
+from dockpose.app.commands.arguments import camera_of, dock_of
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, FrameProgress, kept_at_stop, put, say
 from dockpose.app.errors import UserError, blaming, check_place, writing
-from dockpose.app.export.words import MEDIA, camera_lines, outcome, port_lines
-from dockpose.app.inputs.pictures import expand
-from dockpose.app.processing.calibration import Looked, gather
+from dockpose.app.export.parts import sentences
+from dockpose.app.export.words import MEDIA, camera_lines, outcome
+from dockpose.app.inputs.pictures import expand, known, save_dock
+from dockpose.app.inputs.sequences import typed
+from dockpose.app.processing.calibration import Looked, dock_views, gather
 from dockpose.camera.board import Board
 from dockpose.camera.calibrate import LENS_CHOICES, UNREADABLE, BoardView, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage
@@ -20,22 +22,19 @@ from dockpose.camera.files import FORMATS, load_camera, save_camera
 from dockpose.camera.fitting import CalibrationError
 from dockpose.camera.image import orientation_sentence, to_grey, to_levels
 from dockpose.camera.port_fit import fit_port
-from dockpose.sources import Kind, kind_of, open_frames
+from dockpose.pose.learned.learning import LearnedDock, LearningError, learn_dock
+from dockpose.pose.learned.views import DockView
+from dockpose.sources import Kind, kind_of, list_pictures, open_frames
 from dockpose.sources.pictures import read_tagged
 
 _OF_FRAMES = (Kind.PAGES, Kind.VIDEO, Kind.CAMERA, Kind.STREAM)
+_RULE = "light   outwards mm     along mm        off plane mm"
+KNOWN = {"lens": {"choices": LENS_CHOICES}, "in": {"choices": MEDIA}, "format": {"choices": FORMATS}}
 
 
-def add_parser(commands: Commands) -> None:
-    """Add the command ``calibrate``."""
-    parser = commands.add_parser("calibrate", help="make a camera file from pictures or a video of a chessboard")
-    choices = {"lens": LENS_CHOICES, "in": MEDIA, "format": FORMATS}
-    add_options(parser, "calibrate", **{name: {"choices": each} for name, each in choices.items()})
-
-
-def run(arguments: argparse.Namespace) -> int:
+def run_calibrate(arguments: argparse.Namespace) -> int:
     """Run ``dockpose calibrate``; returns the exit status. A line a picture and the outcome go to standard output."""
-    board, typed = _board(arguments), " ".join(arguments.sources)
+    board = _board(arguments)
     check_place(arguments.out, "--out", is_new=True)
     if arguments.camera is not None:
         return _run_port(arguments, board)
@@ -44,12 +43,11 @@ def run(arguments: argparse.Namespace) -> int:
         done = calibrate_gathered(gathering, arguments.lens)
     except CalibrationError as error:
         seen = "" if looked is None else f" ({looked.in_words(len(gathering.sightings))})"
-        raise UserError(f"{typed}: {error}{seen}") from error
+        raise UserError(f"{' '.join(arguments.sources)}: {error}{seen}") from error
     with writing(f"--out {arguments.out}"):
         save_camera(done.camera, arguments.out, arguments.format)
     about = camera_lines(done, arguments.medium)
-    put(*report(done.views, looked, len(done.views), about), f"The camera is in {arguments.out}.")
-    return _status(done.views)
+    return _tell(done.views, looked, len(done.views), [*about, f"The camera is in {arguments.out}."])
 
 
 def _run_port(arguments: argparse.Namespace, board: Board) -> int:
@@ -71,22 +69,16 @@ def _run_port(arguments: argparse.Namespace, board: Board) -> int:
         save_camera(found.camera, arguments.out)
     errors = {each.name: error for each, error in zip(gathering.sightings, found.errors_px.tolist(), strict=True)}
     views = [replace(view, error_px=errors.get(name)) for name, view in gathering.views.items()]
-    put(*report(views, looked, len(errors), port_lines(found)), f"The camera with its port is in {arguments.out}.")
-    return _status(views)
+    about = sentences("calibration.txt", "port", found, float(np.sqrt((found.errors_px**2).mean())))
+    return _tell(views, looked, len(errors), [*about, f"The camera with its port is in {arguments.out}."])
 
 
-def _status(views: Sequence[BoardView]) -> int:
-    return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in views) else EXIT_ALL_READ
-
-
-def report(views: Sequence[BoardView], looked: Looked | None, used: int, about: Sequence[str]) -> Iterator[str]:
-    """Lines that tell what became of each picture, and then about the camera."""
+def _tell(views: Sequence[BoardView], looked: Looked | None, used: int, about: Sequence[str]) -> int:
+    """Print what became of each picture, and then about the camera; returns the exit status."""
     width = max(len(view.name) for view in views)
-    for view in views:
-        yield f"{view.name:{width}}  {outcome(view)}"
-    if looked is not None:
-        yield f"{looked.in_words(used)}."
-    yield from about
+    frames = [] if looked is None else [f"{looked.in_words(used)}."]
+    put(*(f"{view.name:{width}}  {outcome(view)}" for view in views), *frames, *about)
+    return EXIT_SOME_UNREADABLE if any(view.dropped == UNREADABLE for view in views) else EXIT_ALL_READ
 
 
 def gathered(sources: Sequence[str], board: Board) -> tuple[Gathering, Looked | None]:
@@ -142,3 +134,40 @@ def _pictures(paths: Sequence[Path]) -> Iterator[tuple[str, np.ndarray | None]]:
             told.add(tag)
             say(orientation_sentence(tag, str(path)))
         yield path.name, to_levels(to_grey(image))[0]
+
+
+def run_learn_dock(arguments: argparse.Namespace) -> int:
+    """Run ``dockpose learn-dock``; returns the exit status. The lights' offsets go to standard output."""
+    check_place(arguments.out, "--out", is_new=True)
+    kind = kind_of(arguments.source)
+    paths = list_pictures(arguments.source) if kind in (Kind.PICTURE, Kind.FOLDER, Kind.GLOB) else ()
+    source = typed(arguments.source, camera_of(arguments), dock_of(arguments), paths)
+    camera, dock = known(source.name, source.camera, source.dock)
+    views: list[DockView] = []
+    with FrameProgress(arguments.source) as progress, source.open(progress.tell, grey=True) as frames:
+        progress.total = frames.count
+        with kept_at_stop():
+            for view in dock_views(frames, camera, dock, lambda found: progress.step(frames.dropped)):
+                views.append(view)
+        all_read = not (frames.skipped or frames.is_cut_short)
+    try:
+        learned = learn_dock(views, camera, dock, fit_focal=arguments.fit_focal)
+    except LearningError as error:
+        raise UserError(f"{arguments.source}: {error}") from error
+    with writing(f"--out {arguments.out}"):
+        save_dock(learned.dock, arguments.out, learned.camera if arguments.fit_focal else None)
+    uses = f"The dock is in {arguments.out}; estimate --dock {arguments.out} uses it."
+    put(*_dock_report(learned, len(views)), uses)
+    return EXIT_ALL_READ if all_read else EXIT_SOME_UNREADABLE
+
+
+def _dock_report(learned: LearnedDock, views: int) -> Iterator[str]:
+    """Lines that tell how far each light is off its place, with one sigma."""
+    yield _RULE
+    angles = learned.dock.light_angles_rad()
+    offsets, sigmas = 1000 * np.array(learned.dock.offsets_m), 1000 * learned.sigmas_m
+    for light, angle in enumerate(angles.tolist()):
+        turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        own, sigma = turn @ offsets[light], np.sqrt(turn**2 @ sigmas[light] ** 2)
+        yield f"{light:5}  " + "  ".join(f"{each:6.2f} ± {error:4.2f} " for each, error in zip(own, sigma, strict=True))
+    yield from sentences("learned_dock.txt", "learned", learned, views, float(np.linalg.norm(offsets, axis=1).max()))

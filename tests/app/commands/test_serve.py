@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 from dockpose.app.cli import main
-from dockpose.app.commands.machine import serve as command
+from dockpose.app.commands import serve as command
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import SourcePanel

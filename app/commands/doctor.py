@@ -22,7 +22,6 @@ import numpy as np
 from av.codec import Codec
 from av.error import FFmpegError
 from dockpose import Settings, estimate
-from dockpose.app.commands.arguments import Commands, add_options
 from dockpose.app.commands.console import EXIT_ALL_READ, put
 from dockpose.app.commands.output import open_lines, write_line
 from dockpose.app.export.video import VideoFile
@@ -65,12 +64,6 @@ class Finding:
     state: str
     text: str
     more: dict[str, Any] = field(default_factory=dict)
-
-
-def add_parser(commands: Commands) -> None:
-    """Add the command ``doctor``."""
-    parser = commands.add_parser("doctor", help="check the installation, for a report of a fault")
-    add_options(parser, "json")
 
 
 def run(arguments: argparse.Namespace) -> int:

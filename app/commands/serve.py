@@ -5,26 +5,19 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from dockpose.app.commands.arguments import Commands, add_options, camera_of, dock_of, wishes_of
+from dockpose.app.commands.arguments import camera_of, dock_of, warned, wishes_of
 from dockpose.app.commands.console import EXIT_ALL_READ, Terminated, say
-from dockpose.app.commands.logging_options import warned
 from dockpose.app.errors import UserError
 from dockpose.app.web.server.options import DEFAULT_PORT, SESSIONS_FOLDER, Options
 
 if TYPE_CHECKING:
     from dockpose.app.web.app import App
 
+KNOWN = {"port": {"default": DEFAULT_PORT}, "sessions": {"default": SESSIONS_FOLDER}}
 _OPEN_WARNING = (
     "it listens on {host}, so every machine of that network can reach this page. Who has the address with its token "
     "can steer it and see its pictures; the connection is not encrypted. docs/sharing.md shows a proxy with TLS."
 )
-
-
-def add_parser(commands: Commands) -> None:
-    """Add the command ``serve``."""
-    parser = commands.add_parser("serve", help="open the page in the browser (this is what dockpose alone does)")
-    add_options(parser, "serve_source", "camera_and_dock", "topic", "wishes")
-    add_options(parser, "serve", port={"default": DEFAULT_PORT}, sessions={"default": SESSIONS_FOLDER})
 
 
 def run(arguments: argparse.Namespace) -> int:

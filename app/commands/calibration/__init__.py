@@ -1,1 +1,0 @@
-"""What is measured once, before the estimates: the camera, from pictures of a board, and the dock's lights."""

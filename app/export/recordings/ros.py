@@ -1,0 +1,242 @@
+"""What was found in a frame as ROS 2 messages, also in an MCAP file, and a pose in YAML for ``ros2 topic pub``."""
+
+import contextlib
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+import cv2
+import numpy as np
+import yaml
+from dockpose import Estimate
+from dockpose.app.errors import UserError, unwritable, writing
+from dockpose.app.state.trust import Trust
+from dockpose.files.durable_files import GrowingFile
+from dockpose.pose.circle import UNKNOWN_ANGLE_RAD2, UNKNOWN_LENGTH_M2, CirclePose
+from dockpose.tracking import Track
+
+FRAME_ID, DOCK_FRAME_ID = "camera_optical_frame", "dock"
+_POSE, _TF = "geometry_msgs/msg/PoseWithCovarianceStamped", "tf2_msgs/msg/TFMessage"
+_PICTURE, _DIAGNOSTICS = "sensor_msgs/msg/CompressedImage", "diagnostic_msgs/msg/DiagnosticArray"
+# The type of what is on each topic.
+TOPICS = {
+    "/diagnostics": _DIAGNOSTICS,
+    "/dock/pose_a": _POSE,
+    "/dock/pose_b": _POSE,
+    "/dock/pose": _POSE,
+    "/tf": _TF,
+    "/dock/image/compressed": _PICTURE,
+}
+_LEVELS = {"green": 0, "amber": 1, "red": 2}  # OK, WARN, ERROR of diagnostic_msgs/DiagnosticStatus
+_JPEG_QUALITY = 90
+ENDING = ".mcap"
+# So little is kept back that a frame with its picture is on the disk at once.
+_CHUNK_BYTES = 16 * 1024
+_PERIOD_S = 0.1  # between frames of which no time is known
+_FIRST_S = 1.0  # stamp of the first frame where the time of day is not known; a stamp of 0 stands for none
+_WITHOUT_DAY = "seconds since the first frame, plus 1; the source does not know the time of day"
+
+Message = tuple[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A frame and what was found in it."""
+
+    source: str  # name of the source
+    frame: int  # number of the frame
+    found: Estimate  # with the pose selected that was chosen in the end
+    trust: Trust  # how far to trust it
+    track: Track | None = None  # state of the track
+    picture: np.ndarray | None = None  # (H, W, 3): the annotated picture
+    original: np.ndarray | None = None  # (H, W): the picture itself
+    clock: str = "time of day"  # what the time stamps are
+
+
+def messages_of(seen: Seen, time_s: float, frame_id: str = FRAME_ID) -> list[Message]:
+    """Return all messages about a frame, each with its topic, which is one of ``TOPICS``."""
+    head = header(time_s, frame_id)
+    messages: list[Message] = [("/diagnostics", {"header": head} | _diagnostics(seen))]
+    if seen.found.status == "ok":
+        for topic, pose in zip(("/dock/pose_a", "/dock/pose_b"), seen.found.candidates, strict=False):
+            messages.append((topic, pose_message(pose, head)))
+    chosen = seen.found.selected if seen.track is None or not seen.track.predicted else None
+    if chosen is None:
+        return messages
+    position, rotation = _place(chosen)
+    transform = {"child_frame_id": DOCK_FRAME_ID, "transform": {"translation": position, "rotation": rotation}}
+    messages += [("/dock/pose", pose_message(chosen, head)), ("/tf", {"transforms": [{"header": head} | transform]})]
+    if seen.picture is not None:
+        messages.append(("/dock/image/compressed", {"header": head, "format": "jpeg", "data": jpeg(seen.picture)}))
+    return messages
+
+
+def pose_message(pose: CirclePose, head: dict[str, Any]) -> dict[str, Any]:
+    """Return a pose as fields, rotated by Ry(theta_y) Rx(theta_x); a roll not seen varies by a full turn."""
+    position, rotation = _place(pose)
+    placed = {"pose": {"position": position, "orientation": rotation}, "covariance": covariance(pose).ravel().tolist()}
+    return {"header": head, "pose": placed}
+
+
+def _place(pose: CirclePose) -> tuple[dict[str, float], dict[str, float]]:
+    """Where the dock's frame lies in the camera's, and its quaternion."""
+    turn = zip("xyzw", pose.quaternion_xyzw, strict=True)
+    return dict(zip("xyz", pose.position_m.tolist(), strict=True)), dict(turn)
+
+
+def _diagnostics(seen: Seen) -> dict[str, Any]:
+    """How a frame was judged: OK, WARN or ERROR as the traffic light says, a sentence, and the numbers."""
+    found, track, trust = seen.found, seen.track, seen.trust
+    pose = found.selected
+    alone, total = (None, None) if pose is None else (pose.sigma_position_m, pose.sigma_total_position_m)
+    values: dict[str, Any] = {
+        "status": found.status,
+        "trust": trust.colour,
+        "frame": seen.frame,
+        "stamps": seen.clock,
+        "pose": None if found.choice is None else "AB"[found.choice.selected],
+        "selected_by": None if found.choice is None else found.choice.selected_by,
+        "probability": None if pose is None else pose.probability,
+        "detection": found.detection,
+        "sigma_z_m": None if alone is None else alone[2],  # of this picture by itself
+        "sigma_total_z_m": None if total is None else total[2],  # and with what all pictures share
+        "lights_on_ring": found.lights_on_ring,
+        "level": None if found.threshold is None else found.threshold.level,
+    }
+    if track is not None:
+        values |= {f"track_{name}": getattr(track, name) for name in ("probability", "age", "predicted", "lost")}
+    texts = [{"key": key, "value": _as_text(value)} for key, value in values.items()]
+    return status_of(_LEVELS[trust.colour], f"{found.message} {trust.sentence}", seen.source, texts)
+
+
+def status_of(level: int, message: str, source: str, values: Sequence[dict[str, str]] = ()) -> dict[str, Any]:
+    """The one status of a DiagnosticArray, without its header."""
+    status = {"level": level, "name": "dockpose: dock", "message": message}
+    return {"status": [status | {"hardware_id": source, "values": list(values)}]}
+
+
+def jpeg(picture: np.ndarray) -> bytes:
+    """A picture (H, W, 3), BGR of 8 bits, as a JPEG file."""
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()
+
+
+def _as_text(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, float) and math.isfinite(value) else str(value)
+
+
+def header(time_s: float, frame_id: str) -> dict[str, Any]:
+    """Return a message's header; ``time_s`` is in seconds since 1970."""
+    nanoseconds = round(1e9 * time_s)
+    return {"stamp": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}, "frame_id": frame_id}
+
+
+def pose_yaml(found: Estimate, time_s: float | None, frame_id: str = FRAME_ID) -> str | None:
+    """Return the chosen pose's message as YAML, None without one; without a ``time_s`` since 1970 the stamp is 0."""
+    if found.selected is None:
+        return None
+    message = pose_message(found.selected, header(time_s or 0.0, frame_id))
+    unknown = "# When the picture was taken is not known: the stamp is 0.\n" if time_s is None else ""
+    return unknown + yaml.safe_dump(message, sort_keys=False, default_flow_style=None)
+
+
+def covariance(pose: CirclePose) -> np.ndarray:
+    """Return the total covariance (6, 6) in m² and rad²; where it is unknown, that of knowing nothing."""
+    found, unknown = pose.covariance_total, [UNKNOWN_LENGTH_M2] * 3 + [UNKNOWN_ANGLE_RAD2] * 3
+    return np.diag(unknown) if found is None else found
+
+
+class PoseFile:
+    """An MCAP file with the poses of each frame; killed, it leaves what readers without an index read."""
+
+    def __init__(self, path: Path, source: str, tell: Callable[[str], None]) -> None:
+        try:
+            from mcap.writer import Writer
+            from rosbags.typesys import Stores, get_typestore
+        except ImportError as error:
+            raise UserError(f"--out {path}: needs the packages that write bags: pip install 'dockpose[ros]'") from error
+        self._path, self._source, self._tell = path, source, tell
+        with writing(path):
+            self._file = GrowingFile(path)
+        self._store = get_typestore(Stores.ROS2_HUMBLE)
+        # What is called here as a file needs no more than a file's write, tell and flush.
+        self._writer = Writer(cast("BinaryIO", self._file), chunk_size=_CHUNK_BYTES)
+        with self._writing():
+            self._writer.start(profile="ros2", library=f"dockpose {version('dockpose')}")
+        self._channels: dict[str, int] = {}
+        for topic, kind in TOPICS.items():
+            definition = self._store.generate_msgdef(kind, ros_version=2)[0].encode()
+            schema = self._writer.register_schema(kind, "ros2msg", definition)
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
+        self._is_open = True
+        self._begin_s: float | None = None  # of the clock of the stamps, at the frames' time 0
+        self._clock = ""
+        self._count = 0
+
+    def write(self, seen: Seen, time_s: float | None, time_unix_s: float | None) -> None:
+        """Add a frame."""
+        stamp_s = self._stamp_s(time_s, time_unix_s)
+        with self._writing():
+            for topic, fields in messages_of(replace(seen, clock=self._clock), stamp_s):
+                data = bytes(self._store.serialize_cdr(built(self._store, TOPICS[topic], fields), TOPICS[topic]))
+                time_ns = round(1e9 * stamp_s)
+                self._writer.add_message(self._channels[topic], time_ns, data, time_ns, self._count)
+            self._file.mark()
+        self._count += 1
+
+    def close(self) -> None:
+        """Finish the file."""
+        if self._is_open:
+            with self._writing():
+                self._writer.finish()
+                self._file.close()
+            self._is_open = False
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Raise UserError where the file cannot be written, of which the frames until then stay."""
+        try:
+            yield
+        except OSError as error:
+            self._is_open = False
+            raise unwritable(self._path, error, kept=self._file.cut()) from error
+
+    def _stamp_s(self, time_s: float | None, time_unix_s: float | None) -> float:
+        """Time of a frame by one clock for all of them."""
+        since_s = _PERIOD_S * self._count if time_s is None else time_s
+        if self._begin_s is None:
+            self._begin_s = _FIRST_S - since_s if time_unix_s is None else time_unix_s - since_s
+            self._clock = _WITHOUT_DAY if time_unix_s is None else "time of day"
+            if time_unix_s is None:
+                self._tell(f"{self._source}: time stamps in {self._path} are {_WITHOUT_DAY}")
+            self._writer.add_metadata("dockpose", {"source": self._source, "stamps": self._clock})
+        if time_unix_s is not None and self._clock != _WITHOUT_DAY:
+            return time_unix_s
+        return self._begin_s + since_s
+
+
+def built(store: Any, kind: str, fields: dict[str, Any]) -> Any:
+    """Build a message."""
+    values = {}
+    for name, described in store.fielddefs[kind][1]:
+        values[name] = _value(store, described, fields[name])
+    return store.types[kind](**values)
+
+
+def _value(store: Any, described: Any, value: Any) -> Any:
+    """A field's value, by how the store describes it."""
+    sort, about = described
+    if sort.name == "BASE":
+        return value
+    if sort.name == "NAME":
+        return built(store, about, value)
+    (inner, what), _ = about
+    if inner.name == "NAME":
+        return [built(store, what, one) for one in value]
+    return np.frombuffer(value, np.uint8) if isinstance(value, bytes) else np.array(value, float)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import viser
 from dockpose import Camera, Dock
-from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.inputs.received import UploadStore
 from dockpose.app.inputs.sequences import FrameSource, given, is_sequence, of_size
 from dockpose.app.processing.analysis import Analysis, analyse
@@ -21,17 +20,17 @@ from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
 from dockpose.app.web.live import LivePage
-from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_refusal
+from dockpose.app.web.notifications import Colour, Notifications
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
 from dockpose.app.web.server.looks import Looks, UpdatePacing
-from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
+from dockpose.app.web.server.options import DEFAULTS, Options
 from dockpose.app.web.server.start import open_server, reachable_hosts, silence, token_for
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.app.web.server.viser_private import icons_from_one_archive
-from dockpose.app.web.widgets import Choices, Parts
+from dockpose.app.web.widgets import Choices
 from dockpose.sources import Frame
 
 LOOPBACK = "127.0.0.1"
@@ -51,24 +50,23 @@ class App(contextlib.AbstractContextManager["App"]):
         sequence: FrameSource | None,
         beside: Path | None,
     ) -> None:
-        self._server = server
-        self._guard = guard
+        self.server, self._guard = server, guard
+        self.options, self.beside = options, beside  # the folder of the picture given at the start
         self._notices = Notifications()
-        self._kept = UploadStore()
-        self._uploads = Uploads(options.upload_limit_bytes, self._kept.make_room)
-        self._memory, self._history = memory, History()
-        self._view = view
-        self._lock, self._choices = threading.RLock(), Choices()
-        self._scene = Scene3D(server)
-        self._shown = view
-        self._sequence = SequenceController(self, sequence, options.folder)
+        self.kept = UploadStore()
+        self._uploads = Uploads(options.upload_limit_bytes, self.kept.make_room)
+        self.memory, self.history, self.tanks = memory, History(), Tanks(options.remember_in)
+        self._view = self._shown = view
+        self._lock, self.choices = threading.RLock(), Choices()
+        self.scene = Scene3D(server)
+        self.sequence = SequenceController(self, sequence, options.folder)
         self._newest: Analysis | None = None
         self._is_warm = False
         self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
-        self._pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self._sequence.is_playing)
-        self._live, self._closing = LivePage(), contextlib.ExitStack()
+        self._pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self.sequence.is_playing)
+        self.live, self.closing = LivePage(), contextlib.ExitStack()  # which stops whatever runs
         with icons_from_one_archive():
-            self._layout = Layout(self._parts(options, beside))
+            self._layout = Layout(self)  # pyright: ignore[reportArgumentType]
         self._panels = self._layout.panels
         self._load(view)
         self._current: Analysis | None = None
@@ -109,7 +107,7 @@ class App(contextlib.AbstractContextManager["App"]):
         server = open_server(host, port, guard)
         app = cls(server, guard, view, memory, options, sequence, beside)
         try:
-            app._sequence.open_given()
+            app.sequence.open_given()
         except ValueError:
             app.stop()
             raise
@@ -118,7 +116,7 @@ class App(contextlib.AbstractContextManager["App"]):
     @property
     def port(self) -> int:
         """The port it listens on."""
-        return self._server.get_port()
+        return self.server.get_port()
 
     @property
     def address(self) -> str:
@@ -128,7 +126,7 @@ class App(contextlib.AbstractContextManager["App"]):
     def addresses(self, *, for_viewers: bool = False) -> list[str]:
         """Addresses to open in a browser: on this machine first, then, where it listens to them, on others."""
         token = self._guard.view_token if for_viewers else self._guard.token
-        return [f"http://{host}:{self.port}/?token={token}" for host in reachable_hosts(self._server.get_host())]
+        return [f"http://{host}:{self.port}/?token={token}" for host in reachable_hosts(self.server.get_host())]
 
     @property
     def view(self) -> View:
@@ -144,13 +142,13 @@ class App(contextlib.AbstractContextManager["App"]):
 
     def stop(self) -> None:
         """End the worker and the server."""
-        self._sequence.close()
-        self._closing.close()
+        self.sequence.close()
+        self.closing.close()
         self._worker.close()
         self._scene_worker.close()
-        self._memory.write()
+        self.memory.write()
         with silence():
-            self._server.stop()
+            self.server.stop()
 
     def __exit__(self, *_: object) -> None:
         self.stop()
@@ -160,28 +158,28 @@ class App(contextlib.AbstractContextManager["App"]):
     ) -> None:
         """Apply a function to the view and have the result worked on; where it refuses, say so and keep the view."""
         with self._lock:
-            before, choice = self._view, self._choices.put_back()
+            before, choice = self._view, self.choices.put_back()
 
             def apply() -> None:
                 self._view = function(before)
 
-            is_done = attempt(apply, self.notify, self.fail, client)
-            self._choices.taken(choice)
+            is_done = self.attempt(apply, client)
+            self.choices.taken(choice)
             after = self._view = kept(before, self._view)
             if reload or not is_done:
                 self._load(after)
             if after is not before:
-                self._history.note(before, after)
-                if not (self._sequence.is_playing and after.list_name == "sequence"):  # else the next frame has it
+                self.history.note(before, after)
+                if not (self.sequence.is_playing and after.list_name == "sequence"):  # else the next frame has it
                     self._worker.submit(after)
         if before.list_name == "sequence" != after.list_name:
-            self._sequence.close()
+            self.sequence.close()
         self._tell_notes(before, after, client)
 
     def _load(self, view: View) -> None:
         for panel in self._panels:
             panel.load(view)
-        self._choices.put_back()
+        self.choices.put_back()
 
     def _tell_notes(self, before: View, after: View, client: viser.ClientHandle | None) -> None:
         for note in after.notes:
@@ -196,7 +194,7 @@ class App(contextlib.AbstractContextManager["App"]):
     def on_sequence(self, name: str | None) -> None:
         """Show that another sequence was opened, or none."""
         self._newest = None
-        self._history.forget()
+        self.history.forget()
         self._layout.sequence.reset(name)
 
     def on_rest(self) -> None:
@@ -204,33 +202,11 @@ class App(contextlib.AbstractContextManager["App"]):
         if self._newest is not None:
             self._worker.submit(None)
 
-    def _parts(self, options: Options, beside: Path | None) -> Parts:
-        return Parts(
-            server=self._server,
-            live=self._live,
-            closing=self._closing,
-            change=self.change,
-            choices=self._choices,
-            fail=self.fail,
-            undo=lambda client: self.change(self._history.undo, client, reload=True),
-            redo=lambda client: self.change(self._history.redo, client, reload=True),
-            uploads=self._kept,
-            root=options.folder,
-            beside=beside,
-            memory=self._memory,
-            tanks=Tanks(options.remember_in),
-            sequence=self._sequence,
-            scene=self._scene,
-            notify=self.notify,
-            sessions=SessionFolder(options.sessions),
-            recordings=options.sessions.with_name(RECORDINGS_FOLDER),
-        )
-
     def _welcome(self, client: viser.ClientHandle) -> None:
         LOG.info("browser %d opened the page", client.client_id)
         client.scene.set_global_visibility(True)  # only now: all else on its page would wait for the first drawing
         self._looks.heed(client)
-        self._layout.strip.count_browsers(len(self._server.get_clients()))
+        self._layout.strip.count_browsers(len(self.server.get_clients()))
         uploads = self._uploads.attach(client)
         with self._greeting:  # viser takes buttons for one browser at a time into a folder
             for panel in self._panels:
@@ -242,7 +218,7 @@ class App(contextlib.AbstractContextManager["App"]):
         self._uploads.detach(client)
         self._notices.forget(client)
         self._layout.settings.forget(client)
-        self._layout.strip.count_browsers(len(self._server.get_clients()))
+        self._layout.strip.count_browsers(len(self.server.get_clients()))
 
     def _work(self, job: View | Frame | None) -> None:
         """Work on a view, on a frame, or show all of the newest frame."""
@@ -264,7 +240,7 @@ class App(contextlib.AbstractContextManager["App"]):
 
     def _work_on_frame(self, frame: Frame) -> None:
         with self._lock:
-            follower, before = self._sequence.follower, self._view
+            follower, before = self.sequence.follower, self._view
             if follower is None:  # closed meanwhile
                 return
             view = self._view = follower.view_of(before, frame)
@@ -281,21 +257,21 @@ class App(contextlib.AbstractContextManager["App"]):
         self._shown, self._current = analysis.view, analysis
         is_frame = analysis.tracked_frame is not None
         is_hidden = is_frame and self._pacing.hides_scene()
-        with self._live.held, self._server.atomic() if is_frame else contextlib.nullcontext():
-            self._live.put(hidesScene=is_hidden)
+        with self.live.held, self.server.atomic() if is_frame else contextlib.nullcontext():
+            self.live.put(hidesScene=is_hidden)
             for panel in self._panels:
                 panel.show(analysis)
             if is_frame and not is_hidden:
                 self._draw(analysis)
         if is_frame:
-            self._server.flush()
+            self.server.flush()
         else:
             self._scene_worker.submit(analysis)  # the 3D scene follows when it has rested
 
     def _draw(self, analysis: Analysis) -> None:
         with self._drawing:
             if analysis is self._current:
-                self._scene.show(analysis)
+                self.scene.show(analysis)
 
     def _go_back(self, refused: View, error: ValueError) -> None:
         """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""
@@ -304,14 +280,30 @@ class App(contextlib.AbstractContextManager["App"]):
                 return
             self._view = self._shown
             self._load(self._shown)
-        tell_refusal(error, self.notify, None)
+        self.refuse(error, None)
 
     def fail(self, error: Exception) -> None:
         """Report an unexpected error in the terminal and in all browsers."""
         LOG.error("%s: %s", type(error).__name__, error)
         self.notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
 
+    def attempt(self, act: Callable[[], object], client: viser.ClientHandle | None) -> bool:
+        """Do what a person asked for; False if it failed, after saying so."""
+        try:
+            act()
+        except ValueError as error:
+            self.refuse(error, client)
+            return False
+        except Exception as error:
+            self.fail(error)
+            return False
+        return True
+
+    def refuse(self, error: ValueError, client: viser.ClientHandle | None) -> None:
+        """Say why something cannot be done."""
+        self.notify("That did not work", str(error), "red", client)
+
     def notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
         """Show a notification in one browser, or in all."""
-        for one in [client] if client is not None else self._server.get_clients().values():
+        for one in [client] if client is not None else self.server.get_clients().values():
             self._notices.show(title, sentence, colour, one)

@@ -20,7 +20,7 @@ from dockpose.app.web.panels.simulator import SimulatorPanel
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.panels.tank import BudgetPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
-from dockpose.app.web.widgets import Act, Panel, Parts
+from dockpose.app.web.widgets import Act, App, Panel
 
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 
@@ -28,14 +28,14 @@ PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
 class Layout:
     """Builds the panels; ``panels`` lists them in the order in which they show a result, most urgent first."""
 
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
+    def __init__(self, app: App) -> None:
+        self._app = app
         self.panels: list[Panel] = []
-        self._add_pictures(parts.server.gui)
-        self._add_controls(parts.server.gui)
+        self._add_pictures(app.server.gui)
+        self._add_controls(app.server.gui)
 
     def _add_controls(self, gui: viser.GuiApi) -> None:
-        parts, tabs = self._parts, gui.add_tab_group()
+        app, tabs = self._app, gui.add_tab_group()
 
         @contextmanager
         def tab(title: str, section: str) -> Iterator[None]:
@@ -45,44 +45,44 @@ class Layout:
                 gui.add_html(help_link(section), order=1e9)
 
         with tab("Pictures", "pictures"):
-            source = SourcePanel(parts)
+            source = SourcePanel(app)
         with tab("Tank", "tank"):
-            tank = TanksPanel(parts), CameraPanel(parts), CalibrationPanel(parts), BudgetPanel(parts)
+            tank = TanksPanel(app), CameraPanel(app), CalibrationPanel(app), BudgetPanel(app)
         with tab("Detect", "detect"):
-            detect = DetectPanel(parts)
+            detect = DetectPanel(app)
             with gui.add_folder("Which of the two poses", expand_by_default=False):
-                pose = PosePanel(parts)
+                pose = PosePanel(app)
                 gui.add_html(help_link("pose"))
         with tab("Simulate", "simulate"):
-            simulator = SimulatorPanel(parts)
+            simulator = SimulatorPanel(app)
         with tab("Play", "play"):
-            self.sequence = SequencePanel(parts)
+            self.sequence = SequencePanel(app)
         with tab("Log", "log"):
-            self.experiment = ExperimentPanel(parts)
+            self.experiment = ExperimentPanel(app)
         with tab("Export", "export"):
-            self.export = ExportPanel(parts)
+            self.export = ExportPanel(app)
         acts: dict[str, Act] = {
-            "undo": parts.undo,
-            "redo": parts.redo,
+            "undo": lambda client: app.change(app.history.undo, client, reload=True),
+            "redo": lambda client: app.change(app.history.redo, client, reload=True),
             "next": lambda client: source.turn(1, client),
             "previous": lambda client: source.turn(-1, client),
             "play": lambda client: self.sequence.toggle(),
         }
         with tabs.add_tab("Settings"):
-            self.settings = SettingsPanel(parts, acts)
-        viewpoint = ViewpointPanel(parts)
+            self.settings = SettingsPanel(app, acts)
+        viewpoint = ViewpointPanel(app)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels += [self.sequence, detect, pose, parts.live, source, simulator, *tank]
+        self.panels += [self.sequence, detect, pose, app.live, source, simulator, *tank]
         self.panels += [self.settings, self.experiment, self.export, viewpoint, self.chips, self.compare]
 
     def _add_pictures(self, gui: viser.GuiApi) -> None:
-        parts, left = self._parts, gui.add_panel()
+        app, left = self._app, gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            parts.live.begin(parts)
-            self.strip = StripPanel(parts)
-            parts.live.place("status", status_html)
-            self.chips = ChipsPanel(parts)
+            app.live.begin(app)
+            self.strip = StripPanel(app)
+            app.live.place("status", status_html)
+            self.chips = ChipsPanel(app)
             wished: Acts = {
                 wish_to("take"): lambda wish, client: self.experiment.take(client),
                 wish_to("zip"): lambda wish, client: self.export.save_all(client),
@@ -96,9 +96,9 @@ class Layout:
             gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')
             shown = gui.add_tab_group()
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
-                self.panels.append(PicturePanel(parts))
+                self.panels.append(PicturePanel(app))
             with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
-                self.compare = ComparePanel(parts)
-            parts.live.place("candidates", table_html)
+                self.compare = ComparePanel(app)
+            app.live.place("candidates", table_html)
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

@@ -2,7 +2,6 @@
 
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -12,9 +11,6 @@ Colour = Literal["red", "yellow", "green"]
 SHOWN_S = 12.0
 _RUSH_S = 2.0
 _MOST_SENTENCES = 6
-
-# Title, sentence, colour, and the browser to tell; None tells all.
-Notify = Callable[[str, str, Colour, viser.ClientHandle | None], None]
 
 
 @dataclass
@@ -49,26 +45,6 @@ class Notifications:
         """Forget a browser that left."""
         with self._lock:
             self._last.pop(client.client_id, None)
-
-
-def attempt(
-    act: Callable[[], object], notify: Notify, fail: Callable[[Exception], None], client: viser.ClientHandle | None
-) -> bool:
-    """Do what a person asked for; False if it failed, after saying so by a ValueError's sentence or by ``fail``."""
-    try:
-        act()
-    except ValueError as error:
-        tell_refusal(error, notify, client)
-        return False
-    except Exception as error:
-        fail(error)
-        return False
-    return True
-
-
-def tell_refusal(error: ValueError, notify: Notify, client: viser.ClientHandle | None) -> None:
-    """Say why something cannot be done."""
-    notify("That did not work", str(error), "red", client)
 
 
 def together(sentences: list[str]) -> str:

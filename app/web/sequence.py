@@ -10,7 +10,6 @@ from dockpose.app.inputs.sequences import FrameSource, choices, choose, sent
 from dockpose.app.processing.following import FrameFollower
 from dockpose.app.processing.player import FramePlayer
 from dockpose.app.state.scene import scene_of
-from dockpose.app.web.notifications import attempt
 
 NONE_CHOSEN = "(none)"
 
@@ -91,7 +90,7 @@ class SequenceController:
         self._stage.notify("About the sequence", sentence, "yellow", None)
 
     def _try(self, resolving: Callable[[], FrameSource], client: viser.ClientHandle) -> None:
-        if not attempt(lambda: self.open(resolving()), self._stage.notify, self._stage.fail, client):
+        if not self._stage.attempt(lambda: self.open(resolving()), client):
             self._stage.on_sequence(self.name)
 
     def _show_error(self, error: Exception) -> None:

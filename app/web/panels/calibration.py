@@ -24,7 +24,7 @@ from dockpose.app.state.camera import camera_file
 from dockpose.app.state.in_force import with_own_camera
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, table
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
+from dockpose.app.web.widgets import App, BackgroundWork, Panel
 from dockpose.camera.board import Board, Sighting
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage, coverage_of
@@ -54,20 +54,20 @@ class CalibrationPanel(Panel):
 
     table = "calibration"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._lock = threading.RLock()
         self._gathering = Gathering(Board(10, 7, 0.024), distinct=True)
         self._dropped: dict[str, Sighting] = {}
         self._done: Calibration | None = None
         self._count = itertools.count(1)
-        self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, parts.fail)
-        parts.closing.callback(self._worker.close)
+        self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, app.fail)
+        app.closing.callback(self._worker.close)
         area = self.gui.add_folder("Calibrate the camera", expand_by_default=False)
         with area:
             self._add_controls()
             busy = "Another piece of work is running; wait, or stop it."
-            self._work = BackgroundWork(parts, "Do not go on with it.", busy)
+            self._work = BackgroundWork(app, "Do not go on with it.", busy)
         self.add_upload(area, "add", self._take, _UPLOADS)
 
     def show(self, analysis: Analysis) -> None:
@@ -144,7 +144,7 @@ class CalibrationPanel(Panel):
         if Path(name).suffix.lower() in VIDEO_ENDINGS:
             self._work.start(lambda progress: self._take_video(data, name, client), client)
         else:
-            self.parts.attempt(lambda: self._look(decode(data, name), name, thorough=True), client)
+            self.app.attempt(lambda: self._look(decode(data, name), name, thorough=True), client)
 
     def _take_video(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
         with tempfile.TemporaryDirectory(prefix="dockpose-") as folder:
@@ -154,7 +154,7 @@ class CalibrationPanel(Panel):
                 gathering = self._ready()
             with Video(str(path), None, grey=True) as video:
                 looked = gather(video, gathering, self._show_progress, f"{name} ")
-        self.parts.notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
+        self.app.notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
 
     def _show_progress(self, looked: Looked, covered: Coverage | None) -> None:
         if covered is not None:

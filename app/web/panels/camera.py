@@ -10,7 +10,7 @@ from dockpose.app.state import camera as optics
 from dockpose.app.state.changes import MAX_LIGHTS, angles_text, dropped_sentence, with_angles, with_lights
 from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, put
 from dockpose.app.state.view import View
-from dockpose.app.web.widgets import Panel, Parts, on_person, return_when_idle
+from dockpose.app.web.widgets import App, Panel, on_person, return_when_idle
 from dockpose.camera.files import FORMATS
 from dockpose.camera.tone import TONES
 
@@ -35,13 +35,13 @@ class CameraPanel(Panel):
 
     table = "camera"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         with self.gui.add_folder("Dock"):
             self._add_dock()
         area = self.gui.add_folder("Camera")
         with area:
-            parts.live.place("field-of-view", field_of_view_html, order=2)
+            app.live.place("field-of-view", field_of_view_html, order=2)
             with self.gui.add_folder("Focal length and image centre", expand_by_default=False, order=3):
                 self.add_sliders(LENS, {name: partial(self._with_focal, name) for name in ("fx", "fy")})
                 self._lock = self.add("checkbox", "lock", self.changing(self._with_lock))

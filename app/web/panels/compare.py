@@ -21,7 +21,7 @@ from dockpose.app.web.charts import SweepChart
 from dockpose.app.web.html import help_link, small
 from dockpose.app.web.live import data_html
 from dockpose.app.web.panels.view import runs
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
+from dockpose.app.web.widgets import App, BackgroundWork, Panel
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
@@ -104,13 +104,13 @@ class ComparePanel(Panel):
 
     table = "compare"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._compared: View | None = None
         self._swept: View | None = None
         self._state: dict[str, Any] = {}
         look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        gui, self._task = self.gui, BackgroundWork(parts, "Stop the work.")
+        gui, self._task = self.gui, BackgroundWork(app, "Stop the work.")
         gui.add_html(f'<dockpose-compare style="{look}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Every fixed level", expand_by_default=False):

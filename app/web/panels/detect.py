@@ -9,7 +9,7 @@ from dockpose.app.state.changes import mask_labels, with_centroid, with_mask, wi
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL
-from dockpose.app.web.widgets import Panel, Parts, Slider
+from dockpose.app.web.widgets import App, Panel, Slider
 from dockpose.thresholds import LEVELS, METHODS
 
 NO_MASK = "(no mask)"
@@ -53,21 +53,21 @@ class DetectPanel(Panel):
 
     table = "detect"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._labels = {METHODS.title(method): method for method in METHODS}
         self._method = self.add(
             "dropdown", "method", self.changing(self._with_method, reload=False), options=tuple(self._labels)
         )
-        self._level = Slider(parts, DETECTION["level"], self._with_fixed_level)
-        self._min_area = Slider(parts, DETECTION["min_area_px"])
+        self._level = Slider(app, DETECTION["level"], self._with_fixed_level)
+        self._min_area = Slider(app, DETECTION["min_area_px"])
         self._centroid = self.add(
             "dropdown",
             "centroid",
             self.changing(lambda view: with_centroid(view, _CENTROIDS.get(self._centroid.value)), reload=False),
             options=tuple(_CENTROIDS),
         )
-        parts.live.place("detect", lambda analysis: detect_html(analysis.estimate))
+        app.live.place("detect", lambda analysis: detect_html(analysis.estimate))
         with self.gui.add_folder("Masks: parts not looked at", expand_by_default=False):
             corner, size = self.add("vector2", "corner"), self.add("vector2", "size")
             self.add("button", "add", self.changing(lambda view: with_mask(view, *corner.value, *size.value)))

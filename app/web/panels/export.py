@@ -13,7 +13,7 @@ from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
 from dockpose.app.web.server.viser_private import page_of_scene
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
+from dockpose.app.web.widgets import App, BackgroundWork, Panel
 
 _SAID = read_toml("controls.toml")["export"]
 WHAT, LAYER_WORDS = _SAID["files"], _SAID["layers"]
@@ -29,14 +29,14 @@ class ExportPanel(Panel):
 
     table = "export"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self.gui.add_html(small(_WORDS))
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self.add("button", "save", self._save)
         self._montage = self.add("checkbox", "montage")
         self.add("button", "save_all", self.save_all)
-        self._saver = BackgroundWork(parts)
+        self._saver = BackgroundWork(app)
         with self.gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
             self._layers = {name: self.gui.add_checkbox(**LAYER_WORDS[name], initial_value=True) for name in LAYERS}
 
@@ -73,14 +73,14 @@ class ExportPanel(Panel):
                 files["view_3d.png"] = lambda: seen
             except UserError as error:
                 del files["view_3d.png"]
-                self.parts.notify("The ZIP file lacks a picture", str(error), "yellow", client)
+                self.app.notify("The ZIP file lacks a picture", str(error), "yellow", client)
             return to_zip(files, progress)
 
         self._saver.save(client, bundle_name(analysis.view.source), make)
 
     def _files(self, analysis: Analysis, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
         files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256, progress=progress)
-        server = self.parts.server
+        server = self.app.server
         saved = {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: page_of_scene(server).encode()}
         return files | saved
 

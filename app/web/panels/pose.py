@@ -14,7 +14,7 @@ from dockpose.app.state.changes import MEASURED_LIMITS, with_measured, with_pose
 from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
 from dockpose.app.state.view import View
 from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
-from dockpose.app.web.widgets import Panel, Parts
+from dockpose.app.web.widgets import App, Panel
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
 from dockpose.pose.pnp import peer_poses
@@ -124,12 +124,12 @@ class PosePanel(Panel):
 
     table = "pose"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
-        parts.live.place("pose", lambda analysis: details_html(analysis.estimate))
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        app.live.place("pose", lambda analysis: details_html(analysis.estimate))
         with_named = self.changing(lambda view: with_pose_by_hand(view, self._named(use.value)), reload=False)
         use = self.add("button_group", "use", with_named, options=(PROGRAM, POSE_A, POSE_B))
-        parts.live.place("peers", lambda analysis: peers_html(analysis.estimate))
+        app.live.place("peers", lambda analysis: peers_html(analysis.estimate))
         with_measured = self.changing(self._with_measured, reload=False)
         self._compare = self.add("checkbox", "compare", with_measured)
         hints = read_toml("controls.toml")["measured"]
@@ -137,8 +137,8 @@ class PosePanel(Panel):
         for name in MEASURED_LIMITS:
             hint = hints["place" if "cm" in name else "turn"]
             self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
-            parts.choices.on_update(self._measured[name], with_measured)
-        parts.live.place("errors", both_errors_html)
+            app.choices.on_update(self._measured[name], with_measured)
+        app.live.place("errors", both_errors_html)
 
     def load(self, view: View) -> None:
         """Set the measured pose."""

@@ -9,7 +9,7 @@ from dockpose.app.web.html import help_anchor, help_link
 from dockpose.app.web.server.pages import help_body
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.server.viser_private import Modal
-from dockpose.app.web.widgets import Act, Panel, Parts, on_person
+from dockpose.app.web.widgets import Act, App, Panel, on_person
 
 
 class SettingsPanel(Panel):
@@ -17,9 +17,9 @@ class SettingsPanel(Panel):
 
     table = "settings"
 
-    def __init__(self, parts: Parts, acts: Mapping[str, Act]) -> None:
-        super().__init__(parts)
-        self._memory = parts.memory
+    def __init__(self, app: App, acts: Mapping[str, Act]) -> None:
+        super().__init__(app)
+        self._memory = app.memory
         self._cards: dict[int, Modal] = {}
         area = self.gui.add_folder(None)
         with area:

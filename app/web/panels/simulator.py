@@ -8,7 +8,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.state import scene as scenes
 from dockpose.app.state.parameters import SCENE_DISTURBANCES, SCENE_POSE, SCENE_WATER
 from dockpose.app.state.view import View
-from dockpose.app.web.widgets import Panel, Parts
+from dockpose.app.web.widgets import App, Panel
 from dockpose.files.yaml_file import to_yaml
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
@@ -21,8 +21,8 @@ class SimulatorPanel(Panel):
 
     table = "simulator"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         area, shown = self.gui.add_folder(None), partial(self.changing, reload=False)
         with area:
             with self.gui.add_folder("Pose of the dock"):

@@ -12,7 +12,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import Act, Panel, Parts, offer
+from dockpose.app.web.widgets import Act, App, Panel, offer
 
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
@@ -25,18 +25,18 @@ class SourcePanel(Panel):
 
     table = "source"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
-        self._kept, self._sequence = parts.uploads, parts.sequence
-        self._roots = {"folder": parts.root, "beside": parts.beside}
-        area, is_there = self.gui.add_folder(None), parts.root is not None
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        self._kept, self._sequence, root = app.kept, app.sequence, app.options.folder
+        self._roots = {"folder": root, "beside": app.beside}
+        area, is_there = self.gui.add_folder(None), root is not None
         with area:
             samples, none = (*sample_names(), OWN_PICTURE), (NONE_CHOSEN,)
             self._sample = self.add("dropdown", "sample", self._opening("samples"), options=samples)
             self._words = self.gui.add_html("", order=3.1)
             self._uploaded = self.add("dropdown", "uploaded", self._opening("uploads"), options=none)
             self._forget = self.add("button", "forget", self._forget_uploads)
-            folders = "." if parts.root is None else folders_below(parts.root)
+            folders = "." if root is None else folders_below(root)
             with_folder = self.changing(self._with_folder, reload=False)
             self._folder = self.add("dropdown", "folder", with_folder, options=tuple(folders), visible=is_there)
             self._file = self.add("dropdown", "file", self._opening("folder"), options=none, visible=is_there)
@@ -88,7 +88,7 @@ class SourcePanel(Panel):
         """Forget all that was sent; a sample takes the place of what is shown of it."""
         sentence = forgotten_sentence(len(self._kept.names()), self._kept.kept_bytes)
         self._kept.make_room(0)
-        self.parts.memory.forget_picture()
+        self.app.memory.forget_picture()
         client.add_notification("Uploads forgotten", sentence, color="green")
         return with_sample(view, sample_names()[0]) if view.list_name == "uploads" or self._sequence.is_sent else view
 

@@ -14,7 +14,7 @@ from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, small, table
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Panel, Parts, offer, on_person
+from dockpose.app.web.widgets import App, Panel, offer, on_person
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
@@ -25,8 +25,8 @@ _MOST_CHIPS = 8
 class ChipsPanel(Panel):
     """A button for each chip."""
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._buttons = [self.gui.add_button("", visible=False, color="gray") for _ in range(_MOST_CHIPS)]
         self._chips: list[Chip] = []
         for index, button in enumerate(self._buttons):
@@ -50,8 +50,8 @@ class BudgetPanel(Panel):
 
     table = "tank"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._shown: tuple[Camera, Dock] | None = None
         with self.gui.add_folder("Error budget", expand_by_default=False):
             self.add("button", "budget", lambda client: self._fill())
@@ -85,9 +85,9 @@ class TanksPanel(Panel):
 
     table = "tank"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
-        self._tanks = parts.tanks
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        self._tanks = app.tanks
         with self.gui.add_folder("My tank"):
             self._choice = self.add("dropdown", "choice", self._choose, options=(NOT_SAVED, *self._tanks.names()))
             self._name = self.add("text", "name")
@@ -100,7 +100,7 @@ class TanksPanel(Panel):
     def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
         """Tell a new browser where the saved tanks cannot be read."""
         if self._tanks.trouble:
-            self.parts.notify("About the saved tanks", self._tanks.trouble, "yellow", client)
+            self.app.notify("About the saved tanks", self._tanks.trouble, "yellow", client)
 
     def load(self, view: View) -> None:
         """Show which saved tank is My tank, and what can be done with it."""
@@ -128,7 +128,7 @@ class TanksPanel(Panel):
 
     def _saved(self, view: View) -> View:
         tank = self._tanks.save(view.tank, str(self._name.value))
-        self.parts.notify("Saved", tank_words(tank), "green", None)
+        self.app.notify("Saved", tank_words(tank), "green", None)
         return with_tank(view, tank)
 
     def _forgotten(self, view: View) -> View:

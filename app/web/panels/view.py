@@ -16,7 +16,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.web.live import Acts, WishBox, data_html, wish_to
-from dockpose.app.web.widgets import Change, Panel, Parts
+from dockpose.app.web.widgets import App, Change, Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
@@ -45,8 +45,8 @@ _COLOURS = {
 class PicturePanel(Panel):
     """The picture with its histogram."""
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
         self._is_exact = False
@@ -61,18 +61,18 @@ class PicturePanel(Panel):
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
         last, self.analysis = self.analysis, analysis
-        image, is_playing = analysis.view.image, self.parts.sequence.is_playing
+        image, is_playing = analysis.view.image, self.app.sequence.is_playing
         if image is not self._sent or not (self._is_exact or is_playing):
             self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)
             self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))
         if last is None or not _has_same_lights(last.estimate, analysis.estimate):
             self._lights = lights_numbers(analysis.estimate)
         numbers = self._lights | pose_numbers(analysis)
-        self.parts.live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
+        self.app.live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
         histogram = self._numbers.of(analysis, is_playing=is_playing)
         if histogram is not None and histogram != self._histogram:
             self._histogram = histogram
-            self.parts.live.put(histogram=histogram | {"serial": next(self._serials)})
+            self.app.live.put(histogram=histogram | {"serial": next(self._serials)})
         if last is not None and _histogram_of(last) != _histogram_of(analysis):
             self._show_methods(False)
 

@@ -218,7 +218,7 @@ def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
         shown = weakref.ref(app.view.image)
         app.change(lambda view: source._without_uploads(view, Mock()), reload=True)
         assert app.wait_until_idle(60)
-        assert app._kept.kept_bytes == 0
+        assert app.kept.kept_bytes == 0
         assert not source._forget.visible
         gc.collect()
         assert shown() is None

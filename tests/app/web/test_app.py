@@ -66,7 +66,7 @@ def test_unknown_host_is_named():
 
 
 def test_no_browser_can_open_a_tunnel_or_upload_to_a_shared_control(app):
-    handlers = app._server._websock_server._incoming_handlers
+    handlers = app.server._websock_server._incoming_handlers
     assert not handlers.get(messages.ShareUrlRequest)
     assert not handlers.get(messages.FileTransferStartUpload)
     assert not handlers.get(messages.FileTransferPart)
@@ -76,7 +76,7 @@ def test_change_is_worked_on(app):
     app.change(lambda view: put(view, "diameter_cm", 60))
     assert app.wait_until_idle(120)
     assert app.view.dock.diameter == pytest.approx(0.6)
-    assert app._scene.extent.high[2] > 2
+    assert app.scene.extent.high[2] > 2
 
 
 def test_refused_change_keeps_the_view(app):
@@ -97,13 +97,13 @@ def test_what_is_set_while_another_act_ends_is_not_lost(app, label, value, seen)
     assert app.wait_until_idle(60)
     with Visitor(app.address) as visitor:
         assert visitor.until(lambda visitor: label in visitor.ids)
-        handle = control(app._server.gui, visitor.ids[label])
+        handle = control(app.server.gui, visitor.ids[label])
         with app._lock:  # another act has begun
             visitor.set(label, value)
             assert visitor.until(lambda visitor: handle.value == value)
             app._load(app._view)  # and ends by setting all controls
         assert visitor.until(lambda visitor: seen(app.view))
-        assert visitor.until(lambda visitor: not app._choices._open)
+        assert visitor.until(lambda visitor: not app.choices._open)
         assert handle.value == value
 
 
@@ -111,7 +111,7 @@ def test_what_the_program_sets_between_a_value_and_its_callback_does_not_replace
     label = "Min. area (px)"
     with Visitor(app.address) as visitor:
         assert visitor.until(lambda visitor: label in visitor.ids)
-        handle = control(app._server.gui, visitor.ids[label])
+        handle = control(app.server.gui, visitor.ids[label])
         tell = handle._impl.sync_cb
 
         def tell_and_set(client_id, updates):
@@ -121,7 +121,7 @@ def test_what_the_program_sets_between_a_value_and_its_callback_does_not_replace
         handle._impl.sync_cb = tell_and_set
         visitor.set(label, 60)
         assert visitor.until(lambda visitor: app.view.settings.min_area_px == 60)
-        assert visitor.until(lambda visitor: not app._choices._open)
+        assert visitor.until(lambda visitor: not app.choices._open)
         assert handle.value == 60
 
 
@@ -132,7 +132,7 @@ def test_a_choice_that_has_just_been_replaced_is_not_put_back(app):
     with Visitor(app.address) as visitor:
         assert visitor.until(lambda visitor: label in visitor.ids)
         key = visitor.ids[label]
-        handle = control(app._server.gui, key)
+        handle = control(app.server.gui, key)
 
         class Interrupted:
             """A control that is set by a person whenever a thread of the program asks for its value."""
@@ -148,10 +148,10 @@ def test_a_choice_that_has_just_been_replaced_is_not_put_back(app):
             def value(self, value):
                 handle.value = value
 
-        app._choices._open[key] = key, Interrupted(), 50
-        app._choices.put_back()
+        app.choices._open[key] = key, Interrupted(), 50
+        app.choices.put_back()
         assert visitor.until(lambda visitor: app.view.settings.min_area_px == 60)
-        assert visitor.until(lambda visitor: not app._choices._open)
+        assert visitor.until(lambda visitor: not app.choices._open)
         assert handle.value == 60
 
 
@@ -163,7 +163,7 @@ def test_what_is_refused_is_not_put_back(app):
         assert visitor.until(lambda visitor: app.view.measured is not None)
         visitor.set(label, "4 apples")
         assert visitor.until(lambda visitor: visitor.notices)
-        assert visitor.until(lambda visitor: not app._choices._open)
+        assert visitor.until(lambda visitor: not app.choices._open)
         assert visitor.values[visitor.ids[label]] != "4 apples"
 
 
@@ -193,4 +193,4 @@ def test_error_in_a_panel_is_told_and_the_next_view_is_worked_on(app, monkeypatc
     monkeypatch.undo()
     app.change(lambda view: put(view, "diameter_cm", 60))
     assert app.wait_until_idle(120)
-    assert app._scene.extent.high[2] > 2
+    assert app.scene.extent.high[2] > 2

@@ -51,23 +51,23 @@ def app():
 
 def played(app, monkeypatch):
     """What was found in each frame, and what was sent while a course was played."""
-    app._sequence.choose("simulated sweep", None)
-    player, found = app._sequence.player, {}
+    app.sequence.choose("simulated sweep", None)
+    player, found = app.sequence.player, {}
     while player.index < 0 or not app.wait_until_idle(120):
         time.sleep(0.01)
-    read = app._sequence.follower.read
+    read = app.sequence.follower.read
 
     def noted(view, frame):
         analysis = found[frame.index] = read(view, frame)
         return analysis
 
-    monkeypatch.setattr(app._sequence.follower, "read", noted)
-    sent = Sent(app._server, monkeypatch)
-    app._sequence.play(True)
+    monkeypatch.setattr(app.sequence.follower, "read", noted)
+    sent = Sent(app.server, monkeypatch)
+    app.sequence.play(True)
     while player.index < FRAMES:
         time.sleep(0.01)  # or this loop takes the time of the player's
         assert app.wait_until_idle(120)
-    app._sequence.play(False)
+    app.sequence.play(False)
     assert app.wait_until_idle(120)
     return found, sent
 
@@ -154,4 +154,4 @@ def test_browser_that_draws_slowly_sees_no_3d_scene_while_playing_and_the_right_
     newest = found[app._newest.tracked_frame.frame.index].estimate
     np.testing.assert_allclose(position, newest.candidates[0].position_m, rtol=1e-6)
     assert f"frame {app._newest.tracked_frame.frame.index + 1} of" in app.view.source
-    assert app._scene._poses[0].frame.visible
+    assert app.scene._poses[0].frame.visible

@@ -6,6 +6,7 @@ from html import escape
 
 import viser
 from dockpose.app.experiment import Row, Session
+from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
 from dockpose.app.export.tape import Checked, check_session
 from dockpose.app.processing.analysis import Analysis
@@ -16,7 +17,7 @@ from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.html import small
 from dockpose.app.web.panels.experiment import rows as log_rows
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, on_person
+from dockpose.app.web.widgets import App, BackgroundWork, Panel, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
 WHAT = read_toml("controls.toml")["log"]["files"]
@@ -27,9 +28,9 @@ class ExperimentPanel(Panel):
 
     table = "log"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
-        self._sessions = parts.sessions
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        self._sessions = SessionFolder(app.options.sessions)
         self._lock = threading.RLock()
         self._session: Session | None = None
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
@@ -81,8 +82,8 @@ class ExperimentPanel(Panel):
             name: self.add("button", f"save_{name}", self.trying(partial(self._save_corrected, name)))
             for name in ("dock", "camera")
         }
-        self.parts.closing.callback(self._close_session)
-        self._saver = BackgroundWork(self.parts)
+        self.app.closing.callback(self._close_session)
+        self._saver = BackgroundWork(self.app)
 
     def _close_session(self) -> None:
         with self._lock:
@@ -110,7 +111,7 @@ class ExperimentPanel(Panel):
                 raise
             self._replace(session, "" if session is None else "Reopened.")
         for sentence in () if session is None else session.notices:
-            self.parts.notify("About the session", sentence, "yellow", client)
+            self.app.notify("About the session", sentence, "yellow", client)
 
     def _start_new(self, client: viser.ClientHandle) -> Session:
         with self._lock:
@@ -142,7 +143,7 @@ class ExperimentPanel(Panel):
                 self._next_texts = log_rows.texts_of_pose(self._known_pose)
             if session is self._session:
                 self._show_rows(said)
-        self.parts.notify("Taken", said, "green", client)
+        self.app.notify("Taken", said, "green", client)
 
     def _choose_row(self, client: viser.ClientHandle) -> None:
         with self._lock:
@@ -167,7 +168,7 @@ class ExperimentPanel(Panel):
             row = self._session.edit(self._chosen_row, **log_rows.values_of(self._fields.texts))
             said = f"Row {row.number} is on disk as changed."
             self._show_rows(said)
-        self.parts.notify("Saved", said, "green", client)
+        self.app.notify("Saved", said, "green", client)
 
     def _turn_page(self, client: viser.ClientHandle) -> None:
         with self._lock:

@@ -9,7 +9,7 @@ from dockpose.app.processing.analysis import COLUMNS, Analysis, TrackedFrame, Tr
 from dockpose.app.web.panels.play.live import LiveControls
 from dockpose.app.web.sequence import NONE_CHOSEN
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Panel, Parts
+from dockpose.app.web.widgets import App, Panel
 from dockpose.sources import Frames
 
 SURE = 0.999  # beyond it no more digits are shown
@@ -25,9 +25,9 @@ class SequencePanel(Panel):
 
     table = "sequence"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
-        self._controller = parts.sequence
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        self._controller = app.sequence
         self._courses = itertools.count(1)
         self._course, self._newest = 0, None
         options = NONE_CHOSEN, *self._controller.names()
@@ -39,8 +39,8 @@ class SequencePanel(Panel):
             "dropdown", "speed", lambda client: self.set_speed(self._speed.value), options=tuple(SPEEDS)
         )
         self.gui.add_html('<dockpose-course id="sequence"></dockpose-course>')
-        self._camera = LiveControls(parts)
-        parts.live.put(timeline=self._numbers())
+        self._camera = LiveControls(app)
+        app.live.put(timeline=self._numbers())
         self._show_choice(None)
 
     def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
@@ -89,7 +89,7 @@ class SequencePanel(Panel):
             return
         self._newest = analysis.tracked_frame
         self._camera.show(analysis)
-        self.parts.live.put(timeline=self._numbers())
+        self.app.live.put(timeline=self._numbers())
         if not self._controller.is_playing:
             self._tell_whole()
 
@@ -105,15 +105,15 @@ class SequencePanel(Panel):
 
     def _tell_now(self) -> None:
         """Send what changed without a new frame, as that it plays."""
-        with self.parts.live.held:
-            self.parts.live.put(timeline=self._numbers())
-            self.parts.live.send()
+        with self.app.live.held:
+            self.app.live.put(timeline=self._numbers())
+            self.app.live.send()
 
     def _tell_whole(self) -> None:
         """Send the course as a whole, so that no browser lacks a part of it."""
         points = [] if self._newest is None else course_points(self._newest.trajectory)
         step = math.ceil(len(points) / _MOST_POINTS) or 1
-        self.parts.live.send_aside("course", {"course": self._course, "points": points[::step]})
+        self.app.live.send_aside("course", {"course": self._course, "points": points[::step]})
 
     def _numbers(self) -> dict[str, Any]:
         player, newest = self._controller.player, self._newest

@@ -63,7 +63,7 @@ def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors, mon
 
 def test_a_control_that_one_browser_alone_is_shown_takes_its_values(app, visitors):
     one, other = visitors
-    client = app._server.get_clients()[min(app._server.get_clients())]
+    client = app.server.get_clients()[min(app.server.get_clients())]
     box = client.gui.add_checkbox("Only here", False)
     mine = one if one.until(lambda page: "Only here" in page.ids, 1) else other
     mine.set("Only here", True)
@@ -92,11 +92,9 @@ def test_malformed_messages_close_nothing_and_make_few_lines(app, visitors, capl
 def test_what_cannot_be_sent_is_told_to_whoever_queues_it(app, visitors):
     """As a value that the program itself worked out wrongly."""
     one, other = visitors
-    handle = app._server.gui._gui_input_handle_from_uuid[one.ids[LABEL]]
+    handle = app.server.gui._gui_input_handle_from_uuid[one.ids[LABEL]]
     with pytest.raises(ValueError, match="GuiUpdateMessage cannot be sent"):
-        app._server.gui._websock_interface.queue_message(
-            messages.GuiUpdateMessage(handle._impl.uuid, {"value": 10**20})
-        )
+        app.server.gui._websock_interface.queue_message(messages.GuiUpdateMessage(handle._impl.uuid, {"value": 10**20}))
     one.set(LABEL, 42)
     assert other.until(lambda page: page.values[page.ids[LABEL]] == 42)
 

@@ -67,8 +67,8 @@ def test_a_picture_arrives_and_is_forgotten_here(app, page):
     start(page, "../mine.png", len(content), 2, "t")
     part(page, content[half:], "t", 1)
     part(page, content[:half], "t", 0)
-    until(lambda: app._kept.names() == ["mine.png"])
-    assert app._kept.get("mine.png") == content
+    until(lambda: app.kept.names() == ["mine.png"])
+    assert app.kept.get("mine.png") == content
     until(lambda: held(app) == 0)
 
 

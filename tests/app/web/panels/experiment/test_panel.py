@@ -1,25 +1,26 @@
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 import viser
-from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.inputs.sidecar import load_dock
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.view import open_source
-from dockpose.app.web.notifications import attempt
+from dockpose.app.web.app import App
 from dockpose.app.web.panels.experiment.panel import ExperimentPanel
 from dockpose.app.web.panels.experiment.rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
+from dockpose.app.web.server.options import Options
 from dockpose.app.web.server.start import silence
-from dockpose.app.web.widgets import Choices, Parts
+from dockpose.app.web.widgets import Choices
 from dockpose.camera.files import load_camera
 
 from tests.support.rows import changed
@@ -68,13 +69,11 @@ def panel(tmp_path):
     def notify(title, sentence, colour, client):
         told.append((title, sentence))
 
-    def attempt_(act, client):
-        return attempt(act, notify, lambda error: told.append(("failed", error)), client)
-
     with ExitStack() as closing:
-        parts = SimpleNamespace(sessions=SessionFolder(tmp_path), notify=notify, attempt=attempt_, choices=Choices())
-        parts.server, parts.change, parts.closing = server, None, closing
-        made = ExperimentPanel(cast("Parts", parts))
+        app: Any = SimpleNamespace(options=Options(sessions=tmp_path), notify=notify, choices=Choices())
+        app.server, app.change, app.closing = server, None, closing
+        app.attempt, app.refuse = partial(App.attempt, app), partial(App.refuse, app)
+        made = ExperimentPanel(app)
         yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=tmp_path)
     with silence():
         server.stop()

@@ -9,7 +9,6 @@ import pytest
 from dockpose import Dock
 from dockpose.app.export.recording import Recording
 from dockpose.app.web.app import App
-from dockpose.app.web.notifications import attempt
 from dockpose.app.web.panels.play.live import recording_path, recording_words
 from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
 from dockpose.simulate import render
@@ -50,7 +49,7 @@ def test_what_the_camera_took_is_shown_and_can_be_changed(app):
 
 def test_a_recording_is_begun_counted_and_finished(app, tmp_path):
     live = controls(app)
-    until(lambda: app._sequence.player.index > 2)
+    until(lambda: app.sequence.player.index > 2)
     assert live._record.visible
     assert not live._stop.visible
     live.record()
@@ -73,22 +72,23 @@ def test_closing_the_camera_finishes_the_recording_and_hides_the_controls(app, t
     live = controls(app)
     live.record()
     until(lambda: live._recording.frames > 5)
-    app._sequence.close()
+    app.sequence.close()
     (path,) = (tmp_path / RECORDINGS_FOLDER).iterdir()
     with open_frames(str(path)) as frames:
         assert len(list(frames)) > 5
     assert not any(control.visible for control in (live._record, live._stop, live._ask, live._words))
 
 
-def test_a_folder_that_cannot_be_made_is_said_and_the_camera_goes_on(app, tmp_path):
+def test_a_folder_that_cannot_be_made_is_said_and_the_camera_goes_on(app, tmp_path, monkeypatch):
     (tmp_path / RECORDINGS_FOLDER).write_text("a file in its place")
     told = []
     live = controls(app)
-    attempt(live.record, lambda title, sentence, colour, client: told.append(sentence), app.fail, None)
+    monkeypatch.setattr(app, "notify", lambda title, sentence, colour, client: told.append(sentence))
+    app.attempt(live.record, None)
     assert len(told) == 1
     assert "cannot be made" in told[0]
-    index = app._sequence.player.index
-    until(lambda: app._sequence.player.index > index + 2)
+    index = app.sequence.player.index
+    until(lambda: app.sequence.player.index > index + 2)
 
 
 def test_names_of_recordings_are_never_taken_twice(tmp_path):
@@ -122,4 +122,4 @@ def test_a_stream_or_nothing_has_no_camera_to_ask(tmp_path):
 
 
 def test_the_page_asks_for_the_size_of_the_tank_that_is_known(app):
-    assert app._sequence.player.frames.wishes.width == 320
+    assert app.sequence.player.frames.wishes.width == 320

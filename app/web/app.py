@@ -13,7 +13,7 @@ from dockpose.app.inputs.received import UploadStore
 from dockpose.app.inputs.sequences import FrameSource, given, is_sequence, of_size
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.background import LatestWorker
-from dockpose.app.state.in_force import kept
+from dockpose.app.state.camera import kept
 from dockpose.app.state.preferences import Memory, with_last_settings
 from dockpose.app.state.tank import Tanks
 from dockpose.app.state.undo import History
@@ -21,8 +21,8 @@ from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Colour, Notifications
+from dockpose.app.web.panels.play import SequenceController
 from dockpose.app.web.scene.scene import Scene3D
-from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
 from dockpose.app.web.server.looks import Looks, UpdatePacing

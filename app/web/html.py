@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES
 from dockpose.app.drawing.numbers import MISSING, number, parts_words, percent, pose_cells, pose_sigmas, sigma_words
-from dockpose.app.state.measured import MeasuredPose
+from dockpose.app.state.view import MeasuredPose
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 

@@ -7,18 +7,15 @@ import viser
 from dockpose.app.web.html import help_link
 from dockpose.app.web.live import Acts, WishBox, wish_to
 from dockpose.app.web.panels.calibration import CalibrationPanel
-from dockpose.app.web.panels.camera import CameraPanel
 from dockpose.app.web.panels.compare import ComparePanel
-from dockpose.app.web.panels.detect import DetectPanel
-from dockpose.app.web.panels.experiment.panel import ExperimentPanel
+from dockpose.app.web.panels.detect import DetectPanel, PosePanel
+from dockpose.app.web.panels.experiment import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, status_html, table_html
-from dockpose.app.web.panels.play.sequence import SequencePanel
-from dockpose.app.web.panels.pose import PosePanel
+from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel
-from dockpose.app.web.panels.simulator import SimulatorPanel
-from dockpose.app.web.panels.source import SourcePanel
-from dockpose.app.web.panels.tank import BudgetPanel, ChipsPanel, TanksPanel
+from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
+from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
 from dockpose.app.web.widgets import Act, App, Panel
 

@@ -4,7 +4,7 @@ import statistics
 from pathlib import Path
 
 from dockpose.app.web.app import App
-from dockpose.app.web.panels.experiment.panel import NO_SESSION
+from dockpose.app.web.panels.experiment import NO_SESSION
 from dockpose.app.web.server.options import Options
 
 from tests.browser.conftest import Page

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.state.parameters import put
-from dockpose.app.web.panels.play.sequence import NONE_CHOSEN
+from dockpose.app.web.panels.play import NONE_CHOSEN
 
 from tests.browser.conftest import visit
 from tests.support import bags

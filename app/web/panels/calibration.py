@@ -20,8 +20,7 @@ from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
 from dockpose.app.processing.calibration import Looked, gather
-from dockpose.app.state.camera import camera_file
-from dockpose.app.state.in_force import with_own_camera
+from dockpose.app.state.camera import camera_file, with_own_camera
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, table
 from dockpose.app.web.widgets import App, BackgroundWork, Panel

@@ -10,7 +10,7 @@ import numpy as np
 import viser
 from dockpose import Estimate
 from dockpose.app.drawing import colours
-from dockpose.app.drawing.montage import around_ring, kept_pixels
+from dockpose.app.drawing.annotated import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress

@@ -1,15 +1,34 @@
-"""Settings of the detection: the threshold method, its level, the smallest group, and masks."""
+"""The tab Detect: method, level, smallest group, masks; and both candidates in full, and why this one."""
 
+import math
 from html import escape
 from typing import Any
 
 from dockpose import Estimate
+from dockpose.app.drawing import numbers
+from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES
+from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.changes import mask_labels, with_centroid, with_mask, with_method, without_mask, without_masks
+from dockpose.app.resources import read_toml
+from dockpose.app.state.changes import (
+    MEASURED_LIMITS,
+    mask_labels,
+    with_centroid,
+    with_mask,
+    with_measured,
+    with_method,
+    with_pose_by_hand,
+    without_mask,
+    without_masks,
+)
 from dockpose.app.state.parameters import DETECTION
-from dockpose.app.state.view import View
-from dockpose.app.web.html import SMALL
+from dockpose.app.state.view import MeasuredPose, View, number_text, typed_number
+from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
 from dockpose.app.web.widgets import App, Panel, Slider
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose, pose_error
+from dockpose.pose.pnp import peer_poses
 from dockpose.thresholds import LEVELS, METHODS
 
 NO_MASK = "(no mask)"
@@ -103,3 +122,149 @@ class DetectPanel(Panel):
         changed = with_method(view, "fixed", value)
         self._method.value = METHODS.title("fixed")
         return changed
+
+
+PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
+
+
+def details_html(found: Estimate) -> str:
+    """Both candidates, a column each, with one-sigma; then the ellipse, and why this one was chosen."""
+    if not found.candidates:
+        return f'<div style="{SMALL}">{escape(found.message)}</div>'
+    columns = [pose_name(index, pose is found.selected) for index, pose in enumerate(found.candidates)]
+    described = [_described(pose) for pose in found.candidates]
+    rows = list(map(row, described[0], zip(*map(dict.values, described), strict=True)))
+    return (
+        table("pose-details", columns, rows, "±: one-sigma; twice that to either side holds the truth 19 times in 20.")
+        + f'<div style="{SMALL}">{escape(_ellipse_words(found))}<br><b>{escape(why_this_one(found))}</b></div>'
+    )
+
+
+def coloured_peers(found: Estimate) -> dict[str, CirclePose | str]:
+    """Pose by each method that needs to identify the lights; empty if their colours do not."""
+    choice, markers, ring = found.choice, found.markers, found.ring
+    if not found.dock.colours or choice is None or choice.lights is None or markers is None or ring is None:
+        return {}
+    return peer_poses(markers.points_px[ring.on_ring], choice.lights, found.camera, found.dock)
+
+
+def peers_html(found: Estimate) -> str:
+    """EPnP and its peers on coloured lights; empty where the dock has none."""
+    if not found.dock.colours:
+        return ""
+    rows = []
+    for name, pose in coloured_peers(found).items():
+        if isinstance(pose, str):
+            rows.append(wide_row(f"{escape(name)}: {escape(pose)}", 7))
+        else:
+            cells = result_cells(pose)
+            rows.append(row(escape(name), [*cells[:5], cells[6]]))
+    if not rows:
+        rows.append(wide_row("The colours do not tell which light is which.", 7))
+    return table("peers", (*QUANTITIES, "error (px)"), rows, "Point by point, since the lights' colours name them.")
+
+
+def errors_html(found: Estimate, known: KnownPose | MeasuredPose | None, name: str) -> str:
+    """How far both candidates and the peers are from a known or measured pose; empty where there is none."""
+    if known is None:
+        return ""
+    rows = []
+    for index, pose in enumerate(found.candidates):
+        is_chosen = pose is found.selected
+        rows.append(row(pose_name(index, is_chosen), error_cells(pose, known), bold=is_chosen))
+    for peer, pose in coloured_peers(found).items():
+        if not isinstance(pose, str):
+            rows.append(row(escape(peer), error_cells(pose, known)))
+    words = ""
+    error = pose_error(found.selected, known.pose if isinstance(known, MeasuredPose) else known)
+    if error is not None:
+        words = f"The chosen pose is {escape(str(error))}."
+    if not rows:
+        rows.append(wide_row("No pose to compare.", 6))
+    return table(f"errors-{name}", QUANTITIES, rows, f"Estimated minus {name}. {words}")
+
+
+def both_errors_html(analysis: Analysis) -> str:
+    """How far the poses are from the truth and from the measured pose, where they are known."""
+    found, view = analysis.estimate, analysis.view
+    return errors_html(found, view.truth, "truth") + errors_html(found, view.measured, "measured")
+
+
+def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
+    """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees; a dash where not known."""
+    known_values = known.values if isinstance(known, MeasuredPose) else numbers.pose_values(known)
+    pairs = zip(numbers.pose_values(pose), known_values, strict=True)
+    errors = [None if true is None else found - true for found, true in pairs]
+    turns = [None if turn is None else (turn + 180) % 360 - 180 for turn in errors[3:]]
+    return [numbers.number(value, signed=True) for value in (*errors[:3], *turns)]
+
+
+def _described(pose: CirclePose) -> dict[str, str]:
+    sigmas = map(numbers.sigma_words, numbers.pose_sigmas(pose))
+    cells = {
+        name: value if sigma == MISSING else f"{value} ± {sigma}"
+        for name, value, sigma in zip(QUANTITIES, numbers.pose_cells(pose, 2), sigmas, strict=True)
+    }
+    return cells | {
+        "roll (°)": numbers.number(None if pose.roll_rad is None else math.degrees(pose.roll_rad)),
+        "dock centre (px)": f"{pose.centre_px[0]:.1f}, {pose.centre_px[1]:.1f}",
+        "likely (%)": numbers.percent(pose.probability),
+        "reprojection error (px)": numbers.number(pose.rms_px, 3),
+    }
+
+
+def _ellipse_words(found: Estimate) -> str:
+    ellipse = found.ellipse
+    if ellipse is None:
+        return ""
+    (x, y), (major, minor) = ellipse.centre_px, ellipse.semi_axes_px
+    return (
+        f"Ellipse: centre {x:.1f}, {y:.1f} px; semi-axes {major:.1f} and {minor:.1f} px; eccentricity "
+        f"{ellipse.eccentricity:.3f} (0 is a circle); lights off it by {ellipse.rms_px:.2f} px."
+    )
+
+
+class PosePanel(Panel):
+    """Tables, three buttons to overrule the choice, and five numbers of a measured pose."""
+
+    table = "pose"
+
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        app.live.place("pose", lambda analysis: details_html(analysis.estimate))
+        with_named = self.changing(lambda view: with_pose_by_hand(view, self._named(use.value)), reload=False)
+        use = self.add("button_group", "use", with_named, options=(PROGRAM, POSE_A, POSE_B))
+        app.live.place("peers", lambda analysis: peers_html(analysis.estimate))
+        with_measured = self.changing(self._with_measured, reload=False)
+        self._compare = self.add("checkbox", "compare", with_measured)
+        hints = read_toml("controls.toml")["measured"]
+        self._measured = {}  # of text, for a number's box cannot be blank
+        for name in MEASURED_LIMITS:
+            hint = hints["place" if "cm" in name else "turn"]
+            self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
+            app.choices.on_update(self._measured[name], with_measured)
+        app.live.place("errors", both_errors_html)
+
+    def load(self, view: View) -> None:
+        """Set the measured pose."""
+        measured = view.measured
+        self._compare.value = measured is not None
+        values = (None,) * len(self._measured) if measured is None else measured.values
+        for box, value in zip(self._measured.values(), values, strict=True):
+            box.visible, box.value = measured is not None, number_text(value)
+
+    def _named(self, name: str) -> CirclePose | None:
+        candidates = () if self.analysis is None else self.analysis.estimate.candidates
+        return next((pose for letter, pose in zip(POSE_NAMES, candidates, strict=False) if letter == name), None)
+
+    def _with_measured(self, view: View) -> View:
+        for box in self._measured.values():
+            box.visible = bool(self._compare.value)
+        if not self._compare.value:
+            for box in self._measured.values():
+                box.value = ""
+            return with_measured(view, None)
+        texts = {name: str(box.value) for name, box in self._measured.items()}
+        return with_measured(
+            view, {name: typed_number(f"Measured {name}", text, is_finished=False) for name, text in texts.items()}
+        )

@@ -6,7 +6,7 @@ from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES, deviation_words, parts_words, place_words
 from dockpose.app.export.words import advice, status_line
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.in_force import in_force_words
+from dockpose.app.state.camera import in_force_words
 from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, table, wide_row

@@ -1,12 +1,162 @@
+import cv2
+import numpy as np
 import pytest
-from dockpose import Camera
+from dockpose import Camera, Dock
 from dockpose.app.state import camera as optics
 from dockpose.app.state import view as state
-from dockpose.app.state.camera import with_camera_file, with_given_values, with_port
-from dockpose.app.state.changes import with_lights
+from dockpose.app.state.camera import (
+    camera_file,
+    in_force_words,
+    is_in_force,
+    kept,
+    origin,
+    with_camera_file,
+    with_default_values,
+    with_given_values,
+    with_my_tank,
+    with_port,
+    with_tank,
+    with_these_as_mine,
+)
+from dockpose.app.state.changes import chips, with_lights
 from dockpose.app.state.parameters import put
-from dockpose.camera.files import FORMATS
+from dockpose.app.state.scene import with_scene
+from dockpose.app.state.tank import Tank
+from dockpose.app.state.view import open_source, with_file, with_first_frame, with_frame, with_sample, with_upload
+from dockpose.camera.files import FORMATS, save_camera
 from dockpose.camera.port import SEA_WATER, FlatPort
+
+CAMERA = Camera(812.0, 812.0, 319.5, 239.5, 640, 480)
+MINE = Tank("Pool A", CAMERA, Dock(0.45, 8), knows_diameter=True)
+PICTURE = cv2.imencode(".png", np.full((480, 640), 20, np.uint8))[1].tobytes()
+SQUARE = cv2.imencode(".png", np.full((300, 300), 20, np.uint8))[1].tobytes()
+
+
+@pytest.fixture
+def sample():
+    return open_source(None, None, None, MINE)
+
+
+@pytest.fixture
+def own(sample):
+    return with_upload(sample, PICTURE, "a.png")
+
+
+def do(view, change, *arguments):
+    """As the page changes a view."""
+    return kept(view, change(view, *arguments))
+
+
+def fx_of(tank):
+    assert tank.camera is not None
+    return tank.camera.fx
+
+
+def test_a_look_at_a_sample_never_touches_my_tank(own):
+    for name in ("plain", "tilted", "flat_port"):
+        look = do(own, with_sample, name)
+        assert (look.tank, look.camera_of, look.dock_of) == (MINE, "picture", "picture")
+        look = do(do(look, put, "fx", 555), put, "diameter_cm", 99)
+        assert (look.camera.fx, look.tank) == (555, MINE)
+        look = do(look, with_scene, look.scene)
+        assert look.tank == MINE
+        back = with_upload(look, PICTURE, "b.png")
+        assert (back.camera, back.dock, is_in_force(back)) == (CAMERA, MINE.dock, True)
+
+
+def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
+    changed = do(do(own, put, "fx", 900), put, "diameter_cm", 50)
+    assert (fx_of(changed.tank), changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
+    back = do(changed, with_given_values)
+    assert (back.tank, back.camera) == (MINE, CAMERA)
+
+
+def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goes(sample):
+    view = with_upload(open_source(None, None, None), SQUARE, "a.png")
+    assert (view.camera_of, "60 degrees was assumed" in view.notes[0]) == ("guess", True)
+    typed = do(view, put, "fx", 333)
+    assert (typed.camera_of, typed.notes, fx_of(typed.tank)) == ("tank", (), 333)
+    other = with_upload(sample, SQUARE, "a.png")  # My tank's camera is for another shape
+    assert (other.camera_of, other.tank, other.dock) == ("guess", MINE, MINE.dock)
+
+
+def test_defaults_are_an_assumption_that_my_tank_survives(own):
+    view = do(own, with_default_values)
+    assert (view.tank, view.camera_of, view.dock_of) == (MINE, "guess", "guess")
+    assert in_force_words(view) == "In use here: an assumed camera and dock."
+    back = do(view, with_my_tank)
+    assert (back.camera, back.dock, in_force_words(back)) == (CAMERA, MINE.dock, "")
+
+
+def test_camera_file_is_the_operators_whatever_is_looked_at(sample):
+    loaded = do(sample, with_camera_file, camera_file(Camera(600, 600, 319.5, 239.5, 640, 480), "dockpose"), "c.yaml")
+    assert (loaded.camera.fx, fx_of(loaded.tank), loaded.tank.dock) == (600, 600, MINE.dock)
+    assert in_force_words(loaded) == "In use here: My tank's camera and the dock of the sample."
+
+
+def test_picture_with_a_yaml_beside_it_says_which_it_uses(sample, tmp_path):
+    (tmp_path / "dive.png").write_bytes(PICTURE)
+    other = Camera(500, 500, 319.5, 239.5, 640, 480)
+    save_camera(other, tmp_path / "dive.yaml", "dockpose")
+    view = with_file(sample, tmp_path / "dive.png", "dive.png")
+    assert (view.camera, view.dock, view.tank) == (other, MINE.dock, MINE)
+    assert in_force_words(view) == "In use here: the camera of dive.yaml and My tank's dock."
+    assert do(view, with_my_tank).camera == CAMERA
+
+
+def test_origin_of_what_a_picture_brings(sample):
+    assert origin(sample) == "the sample"
+    assert in_force_words(sample) == "In use here: camera and dock of the sample."
+    assert in_force_words(do(sample, put, "fx", 600)).endswith("of the sample, changed by hand.")
+    assert origin(with_scene(sample, sample.scene)) == "the simulated scene"
+    assert origin(with_first_frame(sample, sample.image, "x", None, None)) == "the sequence"
+
+
+def test_sequence_is_seen_with_my_tank_unless_it_brings_its_own(sample):
+    first = with_first_frame(sample, sample.image, "frame 1", None, None)
+    assert (first.camera, first.camera_of, first.dock) == (CAMERA, "tank", MINE.dock)
+    later = with_frame(do(first, put, "fx", 900), sample.image, "frame 2")
+    assert (later.camera.fx, later.camera_of) == (900, "tank")
+    brought = with_first_frame(sample, sample.image, "frame 1", Camera(1, 1, 1, 1, 640, 480), None)
+    assert (brought.camera_of, brought.dock_of, brought.tank) == ("picture", "tank", MINE)
+    assert with_frame(brought, sample.image, "frame 2").camera_of == "picture"
+
+
+def test_another_tank_is_in_force_on_own_pictures_only(sample, own):
+    other = Tank("Pool B", Camera(700, 700, 319.5, 239.5, 640, 480), Dock(0.3, 12))
+    assert do(own, with_tank, other).camera == other.camera
+    look = do(sample, with_tank, other)
+    assert (look.tank, look.camera) == (other, sample.camera)
+
+
+def test_what_is_in_force_can_be_made_my_tank_but_no_assumption(sample):
+    mine = do(sample, with_these_as_mine)
+    assert (mine.tank.camera, mine.tank.dock, is_in_force(mine)) == (sample.camera, sample.dock, True)
+    guess = with_these_as_mine(with_upload(open_source(None, None, None), SQUARE, "a.png"))
+    assert (guess.tank.camera, guess.camera_of) == (None, "guess")
+
+
+def test_camera_and_dock_given_at_the_start_are_my_tank_s():
+    view = open_source(None, CAMERA, Dock(0.2, 6), MINE)
+    assert (view.tank.camera, view.tank.dock, is_in_force(view)) == (CAMERA, Dock(0.2, 6), True)
+
+
+def test_diameter_is_assumed_until_somebody_gives_it():
+    view = with_upload(open_source(None, CAMERA, None), PICTURE, "a.png")
+    assert (view.assumed, view.dock.diameter) == (("dock",), 0.3)
+    with_eight = do(view, with_lights, 8)
+    assert (with_eight.assumed, with_eight.tank.dock.lights) == (("dock",), 8)  # which do not say how large the ring is
+    assert do(view, put, "diameter_cm", 45).assumed == ()
+    assert do(do(view, put, "diameter_cm", 45), put, "diameter_cm", 30).assumed == ()
+    (offer,) = [chip for chip in chips(view) if "assumed" in chip.label]
+    entered = do(view, offer.press)
+    assert (entered.assumed, entered.dock) == ((), view.dock)
+    assert with_upload(entered, PICTURE, "b.png").assumed == ()
+    assert not [chip for chip in chips(entered) if "assumed" in chip.label]
+
+
+def test_camera_and_dock_that_a_picture_brings_are_not_assumed(sample):
+    assert sample.assumed == ()
 
 
 def test_port_is_put_on_set_and_taken_off(view):

@@ -9,7 +9,7 @@ from dockpose.app.state import scene as scenes
 from dockpose.app.state import view as state
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_missing, with_psf, with_scene, with_text, with_water
-from dockpose.app.web.panels.simulator import scene_bytes
+from dockpose.app.web.panels.source import scene_bytes
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import PRESETS

@@ -5,12 +5,15 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
 from dockpose.app.state import view as state
-from dockpose.app.state.in_force import with_these_as_mine
+from dockpose.app.state.camera import with_these_as_mine
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_scene
+from dockpose.app.state.view import MeasuredPose, number_text, typed_number
 from dockpose.camera.image import ImageError
+from dockpose.pose.known import KnownPose
 
 
 def png(width, height):
@@ -117,3 +120,29 @@ def test_the_checksum_is_that_of_the_bytes_that_were_opened(view, tmp_path):
 def test_simulated_pictures_and_frames_have_no_checksum(view):
     assert with_scene(view, view.scene).sha256 is None
     assert state.with_frame(view, view.image, "dive.mp4, frame 1").sha256 is None
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("", None), (" ", None), ("0", 0), (" 1,5 ", 1.5), ("−4", -4), ("-.5", -0.5), ("007", 7)]
+)
+def test_blank_is_never_zero_and_zero_never_blank(text, number):
+    assert typed_number("z", text) == number
+    assert number is None or typed_number("z", number_text(number)) == number
+
+
+@pytest.mark.parametrize("text", ["T", "1t", "-", "1e400", "nan", "1 2", "1.2.3"])
+def test_what_is_no_number_is_refused_by_name(text):
+    with pytest.raises(UserError, match=r"^Measured z is .*it must be a number"):
+        typed_number("Measured z", text)
+
+
+@pytest.mark.parametrize("text", ["-", "−", ".", "-,"])
+def test_number_that_is_still_typed_is_blank(text):
+    assert typed_number("z", text, is_finished=False) is None
+
+
+def test_only_a_whole_pose_is_one():
+    assert MeasuredPose(1, 2, 3, 4, 5).pose == KnownPose((0.01, 0.02, 0.03), 4, 5)
+    for missing in MeasuredPose.__struct_fields__:
+        values = dict.fromkeys(MeasuredPose.__struct_fields__, 1.0) | {missing: None}
+        assert MeasuredPose(**values).pose is None

@@ -12,7 +12,7 @@ import dockpose
 import dockpose.app
 import pytest
 from dockpose.app.web.app import App
-from dockpose.app.web.panels.camera import CameraPanel
+from dockpose.app.web.panels.tank import CameraPanel
 
 OURS = tuple(str(Path(package.__file__ or "").resolve().parent) for package in (dockpose, dockpose.app))
 BEFORE = 1097  # calls when the lights were searched for with each move, and sentences painted that had not changed

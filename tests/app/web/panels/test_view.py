@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from dockpose.app.drawing.montage import kept_pixels
+from dockpose.app.drawing.annotated import kept_pixels
 from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_mask, with_method

@@ -234,7 +234,7 @@ def test_what_a_viewer_sends_changes_nothing(tmp_path):
         with urlopen(address, timeout=60) as answer:
             cookie = answer.headers["Set-Cookie"].split(";")[0]
             assert 'data-role="view"' in answer.read().decode()
-        handles = running._server.gui._gui_input_handle_from_uuid.values()
+        handles = running.server.gui._gui_input_handle_from_uuid.values()
         level = next(handle for handle in handles if getattr(handle, "label", "") == "Min. area (px)")
         before = level.value
         for sent, value in ((cookie, 55), (cookie_of(running), 66)):
@@ -289,7 +289,7 @@ def test_each_browser_has_the_colours_of_its_system_and_viewers_slow_nobody_down
             assert one.was_dark == [True]  # once: what all are sent may come later than what one is
         for one in (plain, odd):
             assert one.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
-        assert plain.until(lambda _: len(shared._server.get_clients()) == 4, 60)
+        assert plain.until(lambda _: len(shared.server.get_clients()) == 4, 60)
         assert len(shared._looks.slow) == 1
         assert (plain.is_dark, odd.is_dark) == (False, False)
         for said in ("idB", "idC", "", "id"):  # its system is light now; other browsers stay as they are

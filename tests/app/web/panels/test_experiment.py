@@ -13,11 +13,10 @@ from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.inputs.sidecar import load_dock
 from dockpose.app.processing.analysis import Analysis, analyse
-from dockpose.app.state.measured import MeasuredPose
-from dockpose.app.state.view import open_source
+from dockpose.app.state.view import MeasuredPose, open_source
 from dockpose.app.web.app import App
-from dockpose.app.web.panels.experiment.panel import ExperimentPanel
-from dockpose.app.web.panels.experiment.rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
+from dockpose.app.web.panels.experiment import ExperimentPanel
+from dockpose.app.web.panels.experiment_rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.options import Options
 from dockpose.app.web.server.start import silence
 from dockpose.app.web.widgets import Choices

@@ -11,7 +11,7 @@ from dockpose.app.drawing.numbers import status_words
 from dockpose.app.experiment import Row
 from dockpose.app.experiment.row import EDITABLE, MEASURED_COLUMNS, QUANTITIES, summaries, table
 from dockpose.app.resources import read_toml
-from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
+from dockpose.app.state.view import MeasuredPose, number_text, typed_number
 from dockpose.app.web.html import SMALL
 from dockpose.app.web.html import table as html_table
 

@@ -13,10 +13,10 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import camera_file, dock_file
-from dockpose.app.state.measured import MeasuredPose
+from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.html import small
-from dockpose.app.web.panels.experiment import rows as log_rows
+from dockpose.app.web.panels import experiment_rows as log_rows
 from dockpose.app.web.widgets import App, BackgroundWork, Panel, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"

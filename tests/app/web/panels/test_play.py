@@ -1,17 +1,22 @@
-"""That all of the page shows the same frame, by what is sent to the browsers."""
+"""That all of the page shows the same frame, by what is sent to the browsers; and what is sent of a course."""
 
 import base64
 import contextlib
 import json
 import re
 import time
+from dataclasses import replace
 from html import unescape
 
 import cv2
 import numpy as np
 import pytest
 from dockpose.app.drawing.numbers import pose_cells
+from dockpose.app.processing.analysis import Trajectory
 from dockpose.app.web.app import App
+from dockpose.app.web.panels.play import course_points
+
+from tests.app.processing.test_analysis import LOST, frame, seen
 
 FRAMES = 12
 
@@ -155,3 +160,15 @@ def test_browser_that_draws_slowly_sees_no_3d_scene_while_playing_and_the_right_
     np.testing.assert_allclose(position, newest.candidates[0].position_m, rtol=1e-6)
     assert f"frame {app._newest.tracked_frame.frame.index + 1} of" in app.view.source
     assert app.scene._poses[0].frame.visible
+
+
+def test_points_of_a_course_tell_what_was_seen_predicted_or_lost():
+    trajectory = Trajectory()
+    guessed = seen(0.1, 0.8)
+    predicted = replace(guessed, track=replace(guessed.track, predicted=True))
+    for index, tracked in ((0, seen(0.1)), (1, predicted), (2, LOST), (3, seen(0.3, 0.5))):
+        trajectory.note(frame(index, index / 25), tracked)
+    assert course_points(trajectory) == [
+        [0, 0.0, 150.0, 0.9, 0], [1, 0.04, 150.0, 0.8, 1], [2, 0.08, None, None, 2], [3, 0.12, 150.0, 0.5, 0]
+    ]  # fmt: skip
+    assert [point[0] for point in course_points(trajectory, 2, 9)] == [2, 3]

@@ -11,8 +11,8 @@ import pytest
 from dockpose.app.experiment import Row
 from dockpose.app.experiment.row import mean_and_rms, summaries, table
 from dockpose.app.export.tables import csv_table, html_table, latex_table, markdown_table, to_latex
-from dockpose.app.state.measured import MeasuredPose
-from dockpose.app.web.panels.experiment.rows import (
+from dockpose.app.state.view import MeasuredPose
+from dockpose.app.web.panels.experiment_rows import (
     BLANK,
     after_change,
     texts_of,

@@ -1,5 +1,3 @@
-"""The controls of a camera that is open on the page, with a camera that answers as Video4Linux does."""
-
 import time
 from datetime import datetime
 
@@ -9,7 +7,7 @@ import pytest
 from dockpose import Dock
 from dockpose.app.export.recording import Recording
 from dockpose.app.web.app import App
-from dockpose.app.web.panels.play.live import recording_path, recording_words
+from dockpose.app.web.panels.live import recording_path, recording_words
 from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
 from dockpose.simulate import render
 from dockpose.sources import Arrival, Frame, Wishes, open_frames

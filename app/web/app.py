@@ -21,7 +21,6 @@ from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Colour, Notifications
-from dockpose.app.web.panels.play import SequenceController
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
@@ -59,7 +58,7 @@ class App(contextlib.AbstractContextManager["App"]):
         self._view = self._shown = view
         self._lock, self.choices = threading.RLock(), Choices()
         self.scene = Scene3D(server)
-        self.sequence = SequenceController(self, sequence, options.folder)
+        self.given = sequence
         self._newest: Analysis | None = None
         self._is_warm = False
         self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
@@ -67,7 +66,7 @@ class App(contextlib.AbstractContextManager["App"]):
         self.live, self.closing = LivePage(), contextlib.ExitStack()  # which stops whatever runs
         with icons_from_one_archive():
             self._layout = Layout(self)  # pyright: ignore[reportArgumentType]
-        self._panels = self._layout.panels
+        self._panels, self.sequence = self._layout.panels, self._layout.sequence
         self._load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
@@ -107,7 +106,8 @@ class App(contextlib.AbstractContextManager["App"]):
         server = open_server(host, port, guard)
         app = cls(server, guard, view, memory, options, sequence, beside)
         try:
-            app.sequence.open_given()
+            if sequence is not None:
+                app.sequence.open(sequence)
         except ValueError:
             app.stop()
             raise
@@ -191,11 +191,10 @@ class App(contextlib.AbstractContextManager["App"]):
         self._worker.submit(frame)
         self._worker.wait_until_idle(FRAME_LIMIT_S)
 
-    def on_sequence(self, name: str | None) -> None:
-        """Show that another sequence was opened, or none."""
+    def forget_frames(self) -> None:
+        """Forget the frames that were shown: another sequence was opened, or none."""
         self._newest = None
         self.history.forget()
-        self._layout.sequence.reset(name)
 
     def on_rest(self) -> None:
         """Show the frame in full; while playing, only its picture may have been shown."""

@@ -34,7 +34,7 @@ class SourcePanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        self._kept, self._sequence, root = app.kept, app.sequence, app.options.folder
+        self._kept, root = app.kept, app.options.folder
         self._roots = {"folder": root, "beside": app.beside}
         area, is_there = self.gui.add_folder(None), root is not None
         with area:
@@ -50,7 +50,7 @@ class SourcePanel(Panel):
             pages = self.add("button_group", "pages", lambda client: self.turn(_STEPS[pages.value], client))
         self._choices = {"samples": self._sample, "uploads": self._uploaded, "folder": self._file}
         self.add_upload(area, "upload", self.changing_by_file(self._with_new_upload))
-        self.add_upload(area, "upload_video", self._sequence.take)
+        self.add_upload(area, "upload_video", lambda *sent: app.sequence.take(*sent))
 
     def turn(self, by: int, client: viser.ClientHandle) -> None:
         """Show the picture ``by`` places further in the list."""
@@ -62,7 +62,7 @@ class SourcePanel(Panel):
         self._words.content = small(escape(SAMPLE_WORDS.get(view.sample or "", "")))
         uploaded = self._kept.names()
         self._uploaded.visible = bool(uploaded)
-        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or self._sequence.is_sent
+        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or self.app.sequence.is_sent
         self._forget.label = f"Forget uploads ({_megabytes(self._kept.kept_bytes)})"
         _fill(self._uploaded, uploaded, view.item if view.list_name == "uploads" else None)
         self._list_files(view.item if view.list_name == "folder" else None)
@@ -97,7 +97,9 @@ class SourcePanel(Panel):
         self._kept.make_room(0)
         self.app.memory.forget_picture()
         client.add_notification("Uploads forgotten", sentence, color="green")
-        return with_sample(view, sample_names()[0]) if view.list_name == "uploads" or self._sequence.is_sent else view
+        return (
+            with_sample(view, sample_names()[0]) if view.list_name == "uploads" or self.app.sequence.is_sent else view
+        )
 
     def _forget_uploads(self, client: viser.ClientHandle) -> None:
         self.change(partial(self._without_uploads, client=client), client, reload=True)

@@ -32,7 +32,7 @@ def app(tmp_path, monkeypatch):
 
 
 def controls(app):
-    return app._layout.sequence._camera
+    return app.sequence._camera
 
 
 def test_what_the_camera_took_is_shown_and_can_be_changed(app):

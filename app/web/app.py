@@ -21,6 +21,9 @@ from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
 from dockpose.app.web.live import LivePage
 from dockpose.app.web.notifications import Colour, Notifications
+from dockpose.app.web.panels.picture import StripPanel
+from dockpose.app.web.panels.play import SequencePanel
+from dockpose.app.web.panels.settings import SettingsPanel
 from dockpose.app.web.scene.scene import Scene3D
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
@@ -61,12 +64,12 @@ class App(contextlib.AbstractContextManager["App"]):
         self.given = sequence
         self._newest: Analysis | None = None
         self._is_warm = False
-        self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
+        self._looks = Looks(server, guard, lambda *look: self._layout.of(SettingsPanel).follow(*look))
         self._pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self.sequence.is_playing)
         self.live, self.closing = LivePage(), contextlib.ExitStack()  # which stops whatever runs
         with icons_from_one_archive():
             self._layout = Layout(self)  # pyright: ignore[reportArgumentType]
-        self._panels, self.sequence = self._layout.panels, self._layout.sequence
+        self._panels, self.sequence = self._layout.panels, self._layout.of(SequencePanel)
         self._load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
@@ -205,7 +208,7 @@ class App(contextlib.AbstractContextManager["App"]):
         LOG.info("browser %d opened the page", client.client_id)
         client.scene.set_global_visibility(True)  # only now: all else on its page would wait for the first drawing
         self._looks.heed(client)
-        self._layout.strip.count_browsers(len(self.server.get_clients()))
+        self._layout.of(StripPanel).count_browsers(len(self.server.get_clients()))
         uploads = self._uploads.attach(client)
         with self._greeting:  # viser takes buttons for one browser at a time into a folder
             for panel in self._panels:
@@ -216,8 +219,8 @@ class App(contextlib.AbstractContextManager["App"]):
         self._looks.slow.discard(client.client_id)
         self._uploads.detach(client)
         self._notices.forget(client)
-        self._layout.settings.forget(client)
-        self._layout.strip.count_browsers(len(self.server.get_clients()))
+        self._layout.of(SettingsPanel).forget(client)
+        self._layout.of(StripPanel).count_browsers(len(self.server.get_clients()))
 
     def _work(self, job: View | Frame | None) -> None:
         """Work on a view, on a frame, or show all of the newest frame."""

@@ -33,7 +33,7 @@ def unfolded(opened):
 
 def files(page):
     """The list of the files in the folder that is chosen."""
-    (panel,) = (panel for panel in page.app._layout.panels if isinstance(panel, SourcePanel))
+    panel = page.app._layout.of(SourcePanel)
     return panel._file
 
 

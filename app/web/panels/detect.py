@@ -24,7 +24,7 @@ from dockpose.app.state.changes import (
 )
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import MeasuredPose, View, number_text, typed_number
-from dockpose.app.web.html import SMALL, pose_name, result_cells, row, table, wide_row
+from dockpose.app.web.html import SMALL, help_link, pose_name, result_cells, row, table, wide_row
 from dockpose.app.web.widgets import App, Panel, Slider
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
@@ -231,19 +231,20 @@ class PosePanel(Panel):
 
     def __init__(self, app: App) -> None:
         super().__init__(app)
-        app.live.place("pose", lambda analysis: details_html(analysis.estimate))
-        with_named = self.changing(lambda view: with_pose_by_hand(view, self._named(use.value)), reload=False)
-        use = self.add("button_group", "use", with_named, options=(PROGRAM, POSE_A, POSE_B))
-        app.live.place("peers", lambda analysis: peers_html(analysis.estimate))
-        with_measured = self.changing(self._with_measured, reload=False)
-        self._compare = self.add("checkbox", "compare", with_measured)
-        hints = read_toml("controls.toml")["measured"]
-        self._measured = {}  # of text, for a number's box cannot be blank
-        for name in MEASURED_LIMITS:
-            hint = hints["place" if "cm" in name else "turn"]
-            self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
-            app.choices.on_update(self._measured[name], with_measured)
-        app.live.place("errors", both_errors_html)
+        hints, self._measured = read_toml("controls.toml")["measured"], {}
+        with self.gui.add_folder("Which of the two poses", expand_by_default=False):
+            app.live.place("pose", lambda analysis: details_html(analysis.estimate))
+            with_named = self.changing(lambda view: with_pose_by_hand(view, self._named(use.value)), reload=False)
+            use = self.add("button_group", "use", with_named, options=(PROGRAM, POSE_A, POSE_B))
+            app.live.place("peers", lambda analysis: peers_html(analysis.estimate))
+            with_measured = self.changing(self._with_measured, reload=False)
+            self._compare = self.add("checkbox", "compare", with_measured)
+            for name in MEASURED_LIMITS:  # boxes of text, for a number's cannot be blank
+                hint = hints["place" if "cm" in name else "turn"]
+                self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
+                app.choices.on_update(self._measured[name], with_measured)
+            app.live.place("errors", both_errors_html)
+            self.gui.add_html(help_link("pose"))
 
     def load(self, view: View) -> None:
         """Set the measured pose."""

@@ -211,7 +211,7 @@ def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
     options = Options(remember_in=tmp_path)
     with App.build(options=options) as app:
         png = cv2.imencode(".png", np.eye(300, dtype=np.uint8) * 200)[1].tobytes()
-        (source,) = [panel for panel in app._panels if isinstance(panel, SourcePanel)]
+        source = app._layout.of(SourcePanel)
         app.change(lambda shown: source._with_new_upload(shown, png, "mine.png"), reload=True)
         assert app.wait_until_idle(60)
         assert (tmp_path / "last-picture.png").exists()

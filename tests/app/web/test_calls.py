@@ -65,7 +65,7 @@ def wait(app):
 
 def move(app, value):
     """Move the slider of the diameter as a person does."""
-    slider = next(panel for panel in app._panels if isinstance(panel, CameraPanel)).sliders["diameter_cm"].handle
+    slider = app._layout.of(CameraPanel).sliders["diameter_cm"].handle
     slider.value = value
     slider._impl.sync_cb(1, {"value": value})  # type: ignore[misc]
     for function in slider._impl.update_cb:

@@ -76,7 +76,7 @@ def tank(tmp_path):
 def test_pages_of_a_picture_that_is_served_turn_in_its_folder_and_have_checksums(tank):
     app = App.build(str(tank / "frame2.png"))
     try:
-        (source,) = (panel for panel in app._panels if isinstance(panel, SourcePanel))
+        source = app._layout.of(SourcePanel)
         seen = [app.view]
         for by in (1, 1, 1, -1):
             source.turn(by, None)  # pyright: ignore[reportArgumentType]  # no browser is told anything

@@ -145,7 +145,7 @@ def test_each_update_holds_one_frame_in_all_panels_and_in_3d(app, monkeypatch):
 
 @pytest.mark.slow
 def test_browser_that_draws_slowly_sees_no_3d_scene_while_playing_and_the_right_one_at_rest(app, monkeypatch):
-    app._pacing._draws_slowly = lambda: True
+    app._pacing.draws_slowly = lambda: True
     found, sent = played(app, monkeypatch)
     pages = [page for update in sent.updates for page in map(page_of, update) if page is not None]
     hidden = [page["hidesScene"] for page in pages]

@@ -11,20 +11,10 @@ from dockpose.app.drawing.numbers import MISSING, QUANTITIES
 from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
-from dockpose.app.state.changes import (
-    MEASURED_LIMITS,
-    mask_labels,
-    with_centroid,
-    with_mask,
-    with_measured,
-    with_method,
-    with_pose_by_hand,
-    without_mask,
-    without_masks,
-)
+from dockpose.app.state import changes as choices
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import MeasuredPose, View, number_text, typed_number
-from dockpose.app.web.html import SMALL, help_link, pose_name, result_cells, row, table, wide_row
+from dockpose.app.web.html import SMALL, help_link, pose_name, result_cells, row, small, table, wide_row
 from dockpose.app.web.widgets import App, Panel, Slider
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
@@ -62,9 +52,10 @@ def thrown_out_sentence(found: Estimate) -> str:
     return " ".join(parts) or "Nothing was masked or thrown out."
 
 
-def detect_html(found: Estimate) -> str:
+def detect_html(analysis: Analysis) -> str:
     """What the threshold keeps, and what was left out of it."""
-    return f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>{escape(thrown_out_sentence(found))}</div>'
+    sentences = threshold_sentence(analysis.estimate), thrown_out_sentence(analysis.estimate)
+    return small("<br>".join(map(escape, sentences)))
 
 
 class DetectPanel(Panel):
@@ -80,19 +71,15 @@ class DetectPanel(Panel):
         )
         self._level = Slider(app, DETECTION["level"], self._with_fixed_level)
         self._min_area = Slider(app, DETECTION["min_area_px"])
-        self._centroid = self.add(
-            "dropdown",
-            "centroid",
-            self.changing(lambda view: with_centroid(view, _CENTROIDS.get(self._centroid.value)), reload=False),
-            options=tuple(_CENTROIDS),
-        )
-        app.live.place("detect", lambda analysis: detect_html(analysis.estimate))
+        with_centre = self.changing(self._with_centre, reload=False)
+        self._centroid = self.add("dropdown", "centroid", with_centre, options=tuple(_CENTROIDS))
+        app.live.place("detect", detect_html)
         with self.gui.add_folder("Masks: parts not looked at", expand_by_default=False):
             corner, size = self.add("vector2", "corner"), self.add("vector2", "size")
-            self.add("button", "add", self.changing(lambda view: with_mask(view, *corner.value, *size.value)))
+            self.add("button", "add", self.changing(lambda view: choices.with_mask(view, *corner.value, *size.value)))
             self._mask = self.add("dropdown", "mask", options=[NO_MASK])
-            self.add("button", "remove", self.changing(lambda view: without_mask(view, self._mask.value)))
-            self.add("button", "clear", self.changing(without_masks))
+            self.add("button", "remove", self.changing(lambda view: choices.without_mask(view, self._mask.value)))
+            self.add("button", "clear", self.changing(choices.without_masks))
 
     def load(self, view: View) -> None:
         """Set the controls."""
@@ -101,7 +88,7 @@ class DetectPanel(Panel):
         self._min_area.load(view)
         # Most groups are small: a longer slider would be too coarse for them.
         self._min_area.handle.max = min(DETECTION["min_area_px"].range(view).high, max(100, view.settings.min_area_px))
-        masks = tuple(mask_labels(view.settings.masks)) or (NO_MASK,)
+        masks = tuple(choices.mask_labels(view.settings.masks)) or (NO_MASK,)
         if masks != self._mask.options:
             self._mask.options, self._mask.value = masks, masks[-1]
         self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
@@ -116,15 +103,15 @@ class DetectPanel(Panel):
     def _with_method(self, view: View) -> View:
         """Under "fixed" the level starts where the method before it left it."""
         method = self._labels.get(self._method.value, self._method.value)
-        return with_method(view, method, self._level.handle.value)
+        return choices.with_method(view, method, self._level.handle.value)
+
+    def _with_centre(self, view: View) -> View:
+        return choices.with_centroid(view, _CENTROIDS.get(self._centroid.value))
 
     def _with_fixed_level(self, view: View, value: Any) -> View:
-        changed = with_method(view, "fixed", value)
+        changed = choices.with_method(view, "fixed", value)
         self._method.value = METHODS.title("fixed")
         return changed
-
-
-PROGRAM, POSE_A, POSE_B = "The program's", "A", "B"
 
 
 def details_html(found: Estimate) -> str:
@@ -164,8 +151,9 @@ def peers_html(found: Estimate) -> str:
     return table("peers", (*QUANTITIES, "error (px)"), rows, "Point by point, since the lights' colours name them.")
 
 
-def errors_html(found: Estimate, known: KnownPose | MeasuredPose | None, name: str) -> str:
-    """How far both candidates and the peers are from a known or measured pose; empty where there is none."""
+def errors_html(analysis: Analysis, name: str) -> str:
+    """How far both candidates and the peers are from the "truth" or the "measured" pose; empty where there is none."""
+    found, known = analysis.estimate, getattr(analysis.view, name)
     if known is None:
         return ""
     rows = []
@@ -182,12 +170,6 @@ def errors_html(found: Estimate, known: KnownPose | MeasuredPose | None, name: s
     if not rows:
         rows.append(wide_row("No pose to compare.", 6))
     return table(f"errors-{name}", QUANTITIES, rows, f"Estimated minus {name}. {words}")
-
-
-def both_errors_html(analysis: Analysis) -> str:
-    """How far the poses are from the truth and from the measured pose, where they are known."""
-    found, view = analysis.estimate, analysis.view
-    return errors_html(found, view.truth, "truth") + errors_html(found, view.measured, "measured")
 
 
 def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
@@ -234,16 +216,18 @@ class PosePanel(Panel):
         hints, self._measured = read_toml("controls.toml")["measured"], {}
         with self.gui.add_folder("Which of the two poses", expand_by_default=False):
             app.live.place("pose", lambda analysis: details_html(analysis.estimate))
-            with_named = self.changing(lambda view: with_pose_by_hand(view, self._named(use.value)), reload=False)
-            use = self.add("button_group", "use", with_named, options=(PROGRAM, POSE_A, POSE_B))
+            with_pose = self.changing(self._with_pose, reload=False)
+            self._use = self.add("button_group", "use", with_pose, options=("The program's", *POSE_NAMES))
             app.live.place("peers", lambda analysis: peers_html(analysis.estimate))
             with_measured = self.changing(self._with_measured, reload=False)
             self._compare = self.add("checkbox", "compare", with_measured)
-            for name in MEASURED_LIMITS:  # boxes of text, for a number's cannot be blank
+            for name in choices.MEASURED_LIMITS:  # boxes of text, for a number's cannot be blank
                 hint = hints["place" if "cm" in name else "turn"]
                 self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
                 app.choices.on_update(self._measured[name], with_measured)
-            app.live.place("errors", both_errors_html)
+            app.live.place(
+                "errors", lambda now: errors_html(now, "truth") + errors_html(now, "measured")
+            )
             self.gui.add_html(help_link("pose"))
 
     def load(self, view: View) -> None:
@@ -254,9 +238,10 @@ class PosePanel(Panel):
         for box, value in zip(self._measured.values(), values, strict=True):
             box.visible, box.value = measured is not None, number_text(value)
 
-    def _named(self, name: str) -> CirclePose | None:
+    def _with_pose(self, view: View) -> View:
         candidates = () if self.analysis is None else self.analysis.estimate.candidates
-        return next((pose for letter, pose in zip(POSE_NAMES, candidates, strict=False) if letter == name), None)
+        named = dict(zip(POSE_NAMES, candidates, strict=False))
+        return choices.with_pose_by_hand(view, named.get(self._use.value))
 
     def _with_measured(self, view: View) -> View:
         for box in self._measured.values():
@@ -264,8 +249,8 @@ class PosePanel(Panel):
         if not self._compare.value:
             for box in self._measured.values():
                 box.value = ""
-            return with_measured(view, None)
+            return choices.with_measured(view, None)
         texts = {name: str(box.value) for name, box in self._measured.items()}
-        return with_measured(
+        return choices.with_measured(
             view, {name: typed_number(f"Measured {name}", text, is_finished=False) for name, text in texts.items()}
         )

@@ -4,20 +4,6 @@ import pytest
 from dockpose import Camera, Dock
 from dockpose.app.state import camera as optics
 from dockpose.app.state import view as state
-from dockpose.app.state.camera import (
-    camera_file,
-    in_force_words,
-    is_in_force,
-    kept,
-    origin,
-    with_camera_file,
-    with_default_values,
-    with_given_values,
-    with_my_tank,
-    with_port,
-    with_tank,
-    with_these_as_mine,
-)
 from dockpose.app.state.changes import chips, with_lights
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_scene
@@ -44,7 +30,7 @@ def own(sample):
 
 def do(view, change, *arguments):
     """As the page changes a view."""
-    return kept(view, change(view, *arguments))
+    return optics.kept(view, change(view, *arguments))
 
 
 def fx_of(tank):
@@ -61,13 +47,13 @@ def test_a_look_at_a_sample_never_touches_my_tank(own):
         look = do(look, with_scene, look.scene)
         assert look.tank == MINE
         back = with_upload(look, PICTURE, "b.png")
-        assert (back.camera, back.dock, is_in_force(back)) == (CAMERA, MINE.dock, True)
+        assert (back.camera, back.dock, optics.is_in_force(back)) == (CAMERA, MINE.dock, True)
 
 
 def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
     changed = do(do(own, put, "fx", 900), put, "diameter_cm", 50)
     assert (fx_of(changed.tank), changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
-    back = do(changed, with_given_values)
+    back = do(changed, optics.with_given_values)
     assert (back.tank, back.camera) == (MINE, CAMERA)
 
 
@@ -81,17 +67,22 @@ def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goe
 
 
 def test_defaults_are_an_assumption_that_my_tank_survives(own):
-    view = do(own, with_default_values)
+    view = do(own, optics.with_default_values)
     assert (view.tank, view.camera_of, view.dock_of) == (MINE, "guess", "guess")
-    assert in_force_words(view) == "In use here: an assumed camera and dock."
-    back = do(view, with_my_tank)
-    assert (back.camera, back.dock, in_force_words(back)) == (CAMERA, MINE.dock, "")
+    assert optics.in_force_words(view) == "In use here: an assumed camera and dock."
+    back = do(view, optics.with_my_tank)
+    assert (back.camera, back.dock, optics.in_force_words(back)) == (CAMERA, MINE.dock, "")
 
 
 def test_camera_file_is_the_operators_whatever_is_looked_at(sample):
-    loaded = do(sample, with_camera_file, camera_file(Camera(600, 600, 319.5, 239.5, 640, 480), "dockpose"), "c.yaml")
+    loaded = do(
+        sample,
+        optics.with_camera_file,
+        optics.camera_file(Camera(600, 600, 319.5, 239.5, 640, 480), "dockpose"),
+        "c.yaml",
+    )
     assert (loaded.camera.fx, fx_of(loaded.tank), loaded.tank.dock) == (600, 600, MINE.dock)
-    assert in_force_words(loaded) == "In use here: My tank's camera and the dock of the sample."
+    assert optics.in_force_words(loaded) == "In use here: My tank's camera and the dock of the sample."
 
 
 def test_picture_with_a_yaml_beside_it_says_which_it_uses(sample, tmp_path):
@@ -100,16 +91,16 @@ def test_picture_with_a_yaml_beside_it_says_which_it_uses(sample, tmp_path):
     save_camera(other, tmp_path / "dive.yaml", "dockpose")
     view = with_file(sample, tmp_path / "dive.png", "dive.png")
     assert (view.camera, view.dock, view.tank) == (other, MINE.dock, MINE)
-    assert in_force_words(view) == "In use here: the camera of dive.yaml and My tank's dock."
-    assert do(view, with_my_tank).camera == CAMERA
+    assert optics.in_force_words(view) == "In use here: the camera of dive.yaml and My tank's dock."
+    assert do(view, optics.with_my_tank).camera == CAMERA
 
 
 def test_origin_of_what_a_picture_brings(sample):
-    assert origin(sample) == "the sample"
-    assert in_force_words(sample) == "In use here: camera and dock of the sample."
-    assert in_force_words(do(sample, put, "fx", 600)).endswith("of the sample, changed by hand.")
-    assert origin(with_scene(sample, sample.scene)) == "the simulated scene"
-    assert origin(with_first_frame(sample, sample.image, "x", None, None)) == "the sequence"
+    assert optics.origin(sample) == "the sample"
+    assert optics.in_force_words(sample) == "In use here: camera and dock of the sample."
+    assert optics.in_force_words(do(sample, put, "fx", 600)).endswith("of the sample, changed by hand.")
+    assert optics.origin(with_scene(sample, sample.scene)) == "the simulated scene"
+    assert optics.origin(with_first_frame(sample, sample.image, "x", None, None)) == "the sequence"
 
 
 def test_sequence_is_seen_with_my_tank_unless_it_brings_its_own(sample):
@@ -124,21 +115,21 @@ def test_sequence_is_seen_with_my_tank_unless_it_brings_its_own(sample):
 
 def test_another_tank_is_in_force_on_own_pictures_only(sample, own):
     other = Tank("Pool B", Camera(700, 700, 319.5, 239.5, 640, 480), Dock(0.3, 12))
-    assert do(own, with_tank, other).camera == other.camera
-    look = do(sample, with_tank, other)
+    assert do(own, optics.with_tank, other).camera == other.camera
+    look = do(sample, optics.with_tank, other)
     assert (look.tank, look.camera) == (other, sample.camera)
 
 
 def test_what_is_in_force_can_be_made_my_tank_but_no_assumption(sample):
-    mine = do(sample, with_these_as_mine)
-    assert (mine.tank.camera, mine.tank.dock, is_in_force(mine)) == (sample.camera, sample.dock, True)
-    guess = with_these_as_mine(with_upload(open_source(None, None, None), SQUARE, "a.png"))
+    mine = do(sample, optics.with_these_as_mine)
+    assert (mine.tank.camera, mine.tank.dock, optics.is_in_force(mine)) == (sample.camera, sample.dock, True)
+    guess = optics.with_these_as_mine(with_upload(open_source(None, None, None), SQUARE, "a.png"))
     assert (guess.tank.camera, guess.camera_of) == (None, "guess")
 
 
 def test_camera_and_dock_given_at_the_start_are_my_tank_s():
     view = open_source(None, CAMERA, Dock(0.2, 6), MINE)
-    assert (view.tank.camera, view.tank.dock, is_in_force(view)) == (CAMERA, Dock(0.2, 6), True)
+    assert (view.tank.camera, view.tank.dock, optics.is_in_force(view)) == (CAMERA, Dock(0.2, 6), True)
 
 
 def test_diameter_is_assumed_until_somebody_gives_it():
@@ -160,19 +151,19 @@ def test_camera_and_dock_that_a_picture_brings_are_not_assumed(sample):
 
 
 def test_port_is_put_on_set_and_taken_off(view):
-    through = with_port(view, True)
+    through = optics.with_port(view, True)
     assert through.camera.port == optics.DEFAULT_PORT
     changed = put(put(through, "air_gap_mm", 35), "water_index", SEA_WATER)
     assert changed.camera.port == FlatPort(0.035, 0.010, water_index=SEA_WATER)
     dense = put(through, "glass_index", 99).camera.port
     assert dense is not None
     assert dense.glass_index == 2.0
-    assert with_port(changed, False).camera.port is None
+    assert optics.with_port(changed, False).camera.port is None
 
 
 def test_field_of_view_is_narrower_in_the_water(view):
     assert optics.field_of_view_sentence(view.camera) == "Field of view: 49.1° wide, 37.8° high."
-    words = optics.field_of_view_sentence(with_port(view, True).camera)
+    words = optics.field_of_view_sentence(optics.with_port(view, True).camera)
     assert "in air" in words
     assert "36.3° wide" in words  # sin 24.55 deg / 1.333
 
@@ -193,14 +184,14 @@ def test_names_of_indices():
 @pytest.mark.parametrize("file_format", FORMATS)
 def test_camera_files_are_saved_and_loaded(view, file_format):
     changed = put(put(view, "fx", 812.5), "k1", -0.1)
-    loaded = with_camera_file(view, optics.camera_file(changed.camera, file_format), "mine.yaml")
+    loaded = optics.with_camera_file(view, optics.camera_file(changed.camera, file_format), "mine.yaml")
     assert loaded.camera == changed.camera == loaded.given_camera
     assert loaded.notes == ()
 
 
 def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):
     small = optics.camera_file(view.camera.for_size(320, 240), "ros")
-    loaded = with_camera_file(view, small, "mine.yaml")
+    loaded = optics.with_camera_file(view, small, "mine.yaml")
     assert loaded.camera.fx == view.camera.fx
     assert "My tank is for 320 x 240; its values were scaled to 640 x 480" in loaded.notes[0]
 
@@ -216,22 +207,22 @@ def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):
 )
 def test_camera_file_that_does_not_fit_is_named(view, data, words):
     with pytest.raises(ValueError, match=words):
-        with_camera_file(view, data, "mine.yaml")
+        optics.with_camera_file(view, data, "mine.yaml")
 
 
 def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):
     with pytest.raises(ValueError, match="port"):
-        optics.camera_file(with_port(view, True).camera, "ros")
+        optics.camera_file(optics.with_port(view, True).camera, "ros")
     with pytest.raises(ValueError, match="file_format is"):
         optics.camera_file(view.camera, "../etc")
 
 
 def test_default_values(view):
-    back = optics.with_default_values(with_port(put(view, "diameter_cm", 99), True))
+    back = optics.with_default_values(optics.with_port(put(view, "diameter_cm", 99), True))
     assert (back.camera, back.dock) == (state.guess_camera(view.image), state.DEFAULT_DOCK)
 
 
 def test_back_to_the_given_values(view):
     changed = with_lights(put(put(view, "cy", 1), "diameter_cm", 99), 0)
-    back = with_given_values(changed)
+    back = optics.with_given_values(changed)
     assert (back.camera, back.dock) == (view.camera, view.dock)

@@ -7,19 +7,6 @@ from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import changes as choices
 from dockpose.app.state.camera import with_these_as_mine
-from dockpose.app.state.changes import (
-    MEASURED_LIMITS,
-    angles_text,
-    chips,
-    dropped_sentence,
-    with_angles,
-    with_centroid,
-    with_lights,
-    with_mask,
-    with_measured,
-    with_method,
-    with_pose_by_hand,
-)
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import MeasuredPose, with_sample
 from dockpose.pose.known import KnownPose
@@ -30,7 +17,7 @@ UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
 @pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])
 def test_number_of_lights_that_is_no_number_is_refused(view, value):
     with pytest.raises(UserError, match="must be a number"):
-        with_lights(view, value)
+        choices.with_lights(view, value)
 
 
 def with_dock(view, **values):
@@ -39,22 +26,22 @@ def with_dock(view, **values):
 
 @pytest.mark.parametrize("text", ["0, 36, 72", "0 36 72", "0;36;72;", " 0°, 36° , 72°", "0\n36,,72.0"])
 def test_angles_are_read_and_the_number_of_lights_follows(view, text):
-    dock = with_angles(view, text).dock
+    dock = choices.with_angles(view, text).dock
     assert (dock.angles_deg, dock.lights, dock.diameter) == ((0, 36, 72), 3, view.dock.diameter)
-    assert angles_text(dock) == "0, 36, 72"
+    assert choices.angles_text(dock) == "0, 36, 72"
 
 
 def test_text_of_angles_is_read_back(view):
-    text = angles_text(Dock(0.3, angles_deg=UNEVEN))
+    text = choices.angles_text(Dock(0.3, angles_deg=UNEVEN))
     assert text == "0, 30, 75, 120, 180, 250.5, 300"
-    assert with_angles(view, text).dock.angles_deg == UNEVEN
+    assert choices.with_angles(view, text).dock.angles_deg == UNEVEN
 
 
 @pytest.mark.parametrize("text", ["", "  ", " , "])
 def test_blank_is_evenly_spaced_with_as_many_lights(view, text):
-    dock = with_angles(with_dock(view, angles_deg=UNEVEN), text).dock
+    dock = choices.with_angles(with_dock(view, angles_deg=UNEVEN), text).dock
     assert dock == Dock(0.3, 7)
-    assert angles_text(dock) == ""
+    assert choices.angles_text(dock) == ""
 
 
 @pytest.mark.parametrize(
@@ -74,35 +61,35 @@ def test_blank_is_evenly_spaced_with_as_many_lights(view, text):
 )
 def test_angles_that_cannot_be_are_refused_in_a_sentence(view, text, words):
     with pytest.raises(ValueError, match=words) as refused:
-        with_angles(view, text)
+        choices.with_angles(view, text)
     assert str(refused.value).count("\n") == 0
 
 
 def test_colours_stay_as_long_as_there_are_as_many(view):
     coloured = with_dock(view, colours=("red", "green", "blue"))
-    assert with_angles(coloured, "0, 100, 200").dock.colours == ("red", "green", "blue")
-    assert with_angles(coloured, "0, 100, 200, 300").dock.colours == ()
+    assert choices.with_angles(coloured, "0, 100, 200").dock.colours == ("red", "green", "blue")
+    assert choices.with_angles(coloured, "0, 100, 200, 300").dock.colours == ()
 
 
 @pytest.mark.parametrize("number", [4, 8, 0])
 def test_another_number_of_lights_drops_what_no_longer_fits_and_says_so(view, number):
     for values, word in (({"angles_deg": UNEVEN}, "7 angles"), ({"colours": ("red", "green", "blue")}, "3 colours")):
         before = with_dock(view, **values)
-        after = with_lights(before, number)
+        after = choices.with_lights(before, number)
         assert after.dock == Dock(0.3, number or None)
-        assert word in dropped_sentence(before.dock, after.dock)
+        assert word in choices.dropped_sentence(before.dock, after.dock)
 
 
 def test_same_number_of_lights_keeps_everything(view):
     before = with_dock(view, angles_deg=UNEVEN)
-    assert with_lights(before, 7) is before
-    assert dropped_sentence(before.dock, before.dock) == ""
-    assert dropped_sentence(Dock(0.3, 8), Dock(0.3, 10)) == ""
+    assert choices.with_lights(before, 7) is before
+    assert choices.dropped_sentence(before.dock, before.dock) == ""
+    assert choices.dropped_sentence(Dock(0.3, 8), Dock(0.3, 10)) == ""
 
 
 def test_even_spacing_written_out_gives_the_same_pose(view):
     typed = ", ".join(f"{angle:g}" for angle in range(0, 360, 36))
-    even, given = analyse(view).estimate, analyse(with_angles(view, typed)).estimate
+    even, given = analyse(view).estimate, analyse(choices.with_angles(view, typed)).estimate
     assert even.selected is not None
     assert given.selected is not None
     assert given.selected.position_m == pytest.approx(even.selected.position_m, abs=1e-4)
@@ -110,7 +97,7 @@ def test_even_spacing_written_out_gives_the_same_pose(view):
 
 @pytest.mark.parametrize(("value", "lights"), [(0, None), (-2, None), (1, 3), (8, 8), (8.4, 8), (1000, 60)])
 def test_number_of_lights(view, value, lights):
-    assert with_lights(view, value).dock.lights == lights
+    assert choices.with_lights(view, value).dock.lights == lights
 
 
 def test_centroid(view):
@@ -168,39 +155,39 @@ def test_unknown_method_is_refused(view, method):
 
 def test_pose_by_hand_is_used_and_said(view):
     other = analyse(view).estimate.candidates[1]
-    found = analyse(with_pose_by_hand(view, other)).estimate
+    found = analyse(choices.with_pose_by_hand(view, other)).estimate
     assert found.choice is not None
     assert (found.choice.selected, found.choice.selected_by) == (1, "hand")
     assert "by hand" in found.message
-    again = analyse(with_pose_by_hand(with_pose_by_hand(view, other), None)).estimate
+    again = analyse(choices.with_pose_by_hand(choices.with_pose_by_hand(view, other), None)).estimate
     assert again.choice is not None
     assert (again.choice.selected, again.choice.selected_by) == (0, "spacing")
 
 
 def test_measured_pose(view):
-    values = dict(zip(MEASURED_LIMITS, (10, -20, 5000, 5, -90), strict=True))
-    measured = with_measured(view, values)
+    values = dict(zip(choices.MEASURED_LIMITS, (10, -20, 5000, 5, -90), strict=True))
+    measured = choices.with_measured(view, values)
     assert measured.measured == MeasuredPose(10, -20, 5000, 5, -90)
     assert measured.measured_pose == KnownPose((0.1, -0.2, 50.0), 5, -90)
-    assert with_measured(view, None).measured is None
+    assert choices.with_measured(view, None).measured is None
     for wrong in ("1", True, float("nan"), 5001):
         with pytest.raises(UserError, match="measured z"):
-            with_measured(view, values | {"z (cm)": wrong})
+            choices.with_measured(view, values | {"z (cm)": wrong})
 
 
 def test_what_was_not_measured_is_blank_and_no_pose_is_made_of_it(view):
-    assert with_measured(view, {}).measured == MeasuredPose()
-    partly = with_measured(view, {"z (cm)": 110, "x (cm)": None})
+    assert choices.with_measured(view, {}).measured == MeasuredPose()
+    partly = choices.with_measured(view, {"z (cm)": 110, "x (cm)": None})
     assert partly.measured == MeasuredPose(z_cm=110)
     assert (partly.measured_pose, replace(partly, truth=None).known_pose) == (None, None)
 
 
 def labels(view, *arguments):
-    return [chip.label for chip in chips(view, *arguments)]
+    return [chip.label for chip in choices.chips(view, *arguments)]
 
 
 def pressed(view, words, *arguments):
-    (chip,) = [chip for chip in chips(view, *arguments) if words in chip.label]
+    (chip,) = [chip for chip in choices.chips(view, *arguments) if words in chip.label]
     return chip.press(view)
 
 
@@ -210,19 +197,20 @@ def test_nothing_to_remove_where_nothing_was_set(view):
 
 def test_each_setting_that_rules_the_next_picture_is_a_chip_and_goes_with_one_press(view):
     pose = analyse(view).estimate.candidates[0]
-    changed = with_mask(with_centroid(put(with_method(view, "fixed", 99), "min_area_px", 7), "binary"), 0, 0, 50, 20)
-    changed = with_pose_by_hand(changed, pose)
+    changed = choices.with_centroid(put(choices.with_method(view, "fixed", 99), "min_area_px", 7), "binary")
+    changed = choices.with_mask(changed, 0, 0, 50, 20)
+    changed = choices.with_pose_by_hand(changed, pose)
     shown = labels(changed)
     for words in ("Pose chosen by hand", "Fixed level 99", "Lights of 7 px", "middle of the pixels", "50 × 20 px"):
         assert any(words in label for label in shown)
         changed = pressed(changed, words)
     assert (labels(changed), changed.settings, changed.by_hand) == ([], Settings(), None)
-    assert "Method otsu  ✕" in labels(with_method(view, "otsu"))
+    assert "Method otsu  ✕" in labels(choices.with_method(view, "otsu"))
 
 
 def test_level_and_masks_stay_chips_on_the_next_picture_and_a_chosen_pose_does_not(view):
     pose = analyse(view).estimate.candidates[1]
-    changed = with_pose_by_hand(with_mask(with_method(view, "fixed", 99), 0, 0, 50, 20), pose)
+    changed = choices.with_pose_by_hand(choices.with_mask(choices.with_method(view, "fixed", 99), 0, 0, 50, 20), pose)
     shown = labels(with_sample(changed, "tilted"))
     assert len(shown) == 2
     assert "Fixed level 99" in shown[0]
@@ -230,7 +218,7 @@ def test_level_and_masks_stay_chips_on_the_next_picture_and_a_chosen_pose_does_n
 
 def test_many_masks_have_one_chip(view):
     for number in range(3):
-        view = with_mask(view, 10 * number, 0, 5, 5)
+        view = choices.with_mask(view, 10 * number, 0, 5, 5)
     assert labels(view) == ["3 masks  ✕"]
     assert pressed(view, "3 masks").settings.masks == ()
 
@@ -258,5 +246,5 @@ def test_lights_that_are_only_hidden_offer_no_other_number(view, name):
 
 
 def test_nothing_is_offered_where_there_is_no_ring(view):
-    dark = analyse(with_method(replace(view, dock=Dock(0.30, 8)), "fixed", 255))
+    dark = analyse(choices.with_method(replace(view, dock=Dock(0.30, 8)), "fixed", 255))
     assert (dark.estimate.status != "ok", dark.fitting_lights) == (True, None)

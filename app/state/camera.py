@@ -172,15 +172,10 @@ def field_of_view_sentence(camera: Camera) -> str:
     across, down = (math.degrees(angle) for angle in camera.field_of_view_rad)
     if camera.port is None:
         return f"Field of view: {across:.1f}° wide, {down:.1f}° high."
-    wide, high = (math.degrees(angle) for angle in _field_in_water(camera))
+    left, right, top, bottom = -0.5, camera.width - 0.5, -0.5, camera.height - 0.5
+    rays = camera.rays([[left, camera.cy], [right, camera.cy], [camera.cx, top], [camera.cx, bottom]])
+    angles = np.degrees(np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2]))
+    wide, high = angles[0] + angles[1], angles[2] + angles[3]
     return (
         f"Field of view: {across:.1f}° wide, {down:.1f}° high in air; {wide:.1f}° wide, {high:.1f}° high in the water."
     )
-
-
-def _field_in_water(camera: Camera) -> tuple[float, float]:
-    left, right, top, bottom = -0.5, camera.width - 0.5, -0.5, camera.height - 0.5
-    edges = [[left, camera.cy], [right, camera.cy], [camera.cx, top], [camera.cx, bottom]]
-    rays = camera.rays(edges)
-    angles = np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2])
-    return float(angles[0] + angles[1]), float(angles[2] + angles[3])

@@ -210,7 +210,8 @@ def own_camera(tank: Tank, image: np.ndarray) -> tuple[Camera, Owner]:
 
 def own_dock(tank: Tank) -> tuple[Dock, Owner]:
     """Return My tank's dock; and whose it is, as long as nobody has given its diameter."""
-    return tank.dock, "guess" if tank.dock_is_assumed else "tank"
+    is_assumed = not tank.knows_diameter and tank.dock.diameter == DEFAULT_DOCK.diameter
+    return tank.dock, "guess" if is_assumed else "tank"
 
 
 def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, Owner]:

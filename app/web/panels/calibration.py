@@ -21,8 +21,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
 from dockpose.app.processing.calibration import Looked, gather
 from dockpose.app.state.camera import camera_file, with_own_camera
-from dockpose.app.state.view import View
-from dockpose.app.web.html import row, table
+from dockpose.app.web.html import row, small, table
 from dockpose.app.web.widgets import App, BackgroundWork, Panel
 from dockpose.camera.board import Board, Sighting
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
@@ -34,7 +33,6 @@ _BY_HAND = "you dropped it"
 _NONE = "(none)"
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten
 _UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
-SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
 WIDTH_PX = 340
 _SEEN_BGR = bgr(BLUE)
 _CELL = "width: 2.2em; height: 1.6em; text-align: center; border: 1px solid rgba(128,128,128,0.5)"
@@ -89,7 +87,8 @@ class CalibrationPanel(Panel):
         self._result, self._table = self.gui.add_html("", order=8), self.gui.add_html("", order=9)
         self._which = self.add("dropdown", "which", options=(_NONE,))
         self._drop = self.add("button", "drop", self.trying(self._drop_or_keep))
-        self._use = self.add("button", "use", self.changing(self._with_camera))
+        with_camera = self.changing(lambda view: with_own_camera(view, self._camera(), "the calibration"))
+        self._use = self.add("button", "use", with_camera)
         self._save = self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
         self.add("button", "again", self.trying(self._clear))
 
@@ -165,7 +164,8 @@ class CalibrationPanel(Panel):
             gathering = self._ready()
             copy = replace(gathering, sightings=list(gathering.sightings), views=dict(gathering.views))
         self._done = done = calibrate_gathered(copy)
-        self._result.content = result_html(list(camera_lines(done, str(self._medium.value), is_on_page=True)))
+        lines = camera_lines(done, str(self._medium.value), is_on_page=True)
+        self._result.content = "".join([small(escape(line), 'class="calibration-line"') for line in lines])
         self._table.content = pictures_html(done.views)
         self._use.visible = self._save.visible = True
 
@@ -192,9 +192,6 @@ class CalibrationPanel(Panel):
         if self._done is None:
             raise UserError("There is no camera yet; work it out first.")
         return self._done.camera
-
-    def _with_camera(self, view: View) -> View:
-        return with_own_camera(view, self._camera(), "the calibration")
 
     def _forget_quietly(self, client: viser.ClientHandle) -> None:
         """Begin anew with another board, as soon as one is typed that can be."""
@@ -237,7 +234,7 @@ def seen_html(name: str, found: Sighting | None, dropped: str) -> str:
         text = f"{escape(name)}: board seen, not taken: {escape(dropped)}."
     else:
         text = f"{escape(name)}: <b>board seen and taken</b>, {len(found.picture_px)} corners."
-    return f'<div id="calibration-seen" style="{SMALL}">{text}</div>'
+    return small(text, 'id="calibration-seen"')
 
 
 def coverage_html(covered: Coverage) -> str:
@@ -253,18 +250,11 @@ def coverage_html(covered: Coverage) -> str:
         parts.append(f"tilts {left:.0f}° to {right:.0f}° sideways, {top:.0f}° to {bottom:.0f}° up and down")
         parts.append(f"farthest {covered.distances.max():.1f} times the nearest")
     words = "That is enough." if covered.is_enough else f"Still wanted: {escape('; '.join(covered.wanted))}."
-    return (
-        f'<div id="calibration-covered" style="{SMALL}"><table style="border-collapse: collapse; margin: 0.3em 0">'
-        f"{rows}</table>{escape(', '.join(parts))}. {words}</div>"
-    )
+    cells = f'<table style="border-collapse: collapse; margin: 0.3em 0">{rows}</table>'
+    return small(f"{cells}{escape(', '.join(parts))}. {words}", 'id="calibration-covered"')
 
 
 def pictures_html(views: Sequence[BoardView]) -> str:
     """A table of the pictures: the error of each, or why it was dropped."""
     rows = [row(escape(view.name), [escape(outcome(view))]) for view in views]
     return table("calibration-pictures", ["error"], rows)
-
-
-def result_html(lines: Sequence[str]) -> str:
-    """The camera in sentences."""
-    return "".join(f'<div class="calibration-line" style="{SMALL}">{escape(line)}</div>' for line in lines)

@@ -14,7 +14,7 @@ from dockpose.app.resources import read_toml
 from dockpose.app.state import changes as choices
 from dockpose.app.state.parameters import DETECTION
 from dockpose.app.state.view import MeasuredPose, View, number_text, typed_number
-from dockpose.app.web.html import SMALL, help_link, pose_name, result_cells, row, small, table, wide_row
+from dockpose.app.web.html import help_link, pose_name, result_cells, row, small, table, wide_row
 from dockpose.app.web.widgets import App, Panel, Slider
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose, pose_error
@@ -117,14 +117,13 @@ class DetectPanel(Panel):
 def details_html(found: Estimate) -> str:
     """Both candidates, a column each, with one-sigma; then the ellipse, and why this one was chosen."""
     if not found.candidates:
-        return f'<div style="{SMALL}">{escape(found.message)}</div>'
+        return small(escape(found.message))
     columns = [pose_name(index, pose is found.selected) for index, pose in enumerate(found.candidates)]
     described = [_described(pose) for pose in found.candidates]
     rows = list(map(row, described[0], zip(*map(dict.values, described), strict=True)))
-    return (
-        table("pose-details", columns, rows, "±: one-sigma; twice that to either side holds the truth 19 times in 20.")
-        + f'<div style="{SMALL}">{escape(_ellipse_words(found))}<br><b>{escape(why_this_one(found))}</b></div>'
-    )
+    note = "±: one-sigma; twice that to either side holds the truth 19 times in 20."
+    words = small(f"{escape(_ellipse_words(found))}<br><b>{escape(why_this_one(found))}</b>")
+    return table("pose-details", columns, rows, note) + words
 
 
 def coloured_peers(found: Estimate) -> dict[str, CirclePose | str]:
@@ -225,9 +224,7 @@ class PosePanel(Panel):
                 hint = hints["place" if "cm" in name else "turn"]
                 self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
                 app.choices.on_update(self._measured[name], with_measured)
-            app.live.place(
-                "errors", lambda now: errors_html(now, "truth") + errors_html(now, "measured")
-            )
+            app.live.place("errors", lambda now: errors_html(now, "truth") + errors_html(now, "measured"))
             self.gui.add_html(help_link("pose"))
 
     def load(self, view: View) -> None:

@@ -24,13 +24,14 @@ class SettingsPanel(Panel):
         area = self.gui.add_folder(None)
         with area:
             back = self.add("button_group", "back", lambda client: acts[back.value.lower()](client))
-            self._dark = self.add("checkbox", "dark", self._take_dark, initial_value=bool(self._memory.now.dark))
+            dark, set_dark = bool(self._memory.now.dark), self._set_dark
+            self._dark = self.add("checkbox", "dark", lambda client: set_dark(self._dark.value), initial_value=dark)
             self.add_download("save", "settings.yaml", settings_file)
             self.gui.add_html(help_link("page"))
             self.add("button", "help", self.show_help)
             self.add("button", "card", self.show_first_card)
         self.add_upload(area, "load", self.changing_by_file(with_settings_file))
-        own = {"dark": lambda client: self._set_dark(not self._dark.value), "help": self.show_help}
+        own: dict[str, Act] = {"dark": lambda client: self._set_dark(not self._dark.value), "help": self.show_help}
         for name, act in {**acts, **own}.items():
             on_person(self.gui.add_command(**self.said["commands"][name]).on_trigger, act)
         if self._memory.now.dark is not None:  # else each browser has its own, which what all are sent could follow
@@ -87,9 +88,6 @@ class SettingsPanel(Panel):
         """Give one browser the colours of its system, unless somebody chose them here."""
         if self._memory.now.dark is None:
             _paint(client.gui, is_dark)
-
-    def _take_dark(self, client: viser.ClientHandle) -> None:
-        self._set_dark(self._dark.value)
 
     def _set_dark(self, is_dark: bool) -> None:
         self._memory.change(dark=bool(is_dark))

@@ -91,18 +91,18 @@ class SourcePanel(Panel):
         self._kept.add(name, data)  # only what can be read is kept
         return shown
 
-    def _without_uploads(self, view: View, client: viser.ClientHandle) -> View:
-        """Forget all that was sent; a sample takes the place of what is shown of it."""
-        sentence = forgotten_sentence(len(self._kept.names()), self._kept.kept_bytes)
-        self._kept.make_room(0)
-        self.app.memory.forget_picture()
-        client.add_notification("Uploads forgotten", sentence, color="green")
-        return (
-            with_sample(view, sample_names()[0]) if view.list_name == "uploads" or self.app.sequence.is_sent else view
-        )
-
     def _forget_uploads(self, client: viser.ClientHandle) -> None:
-        self.change(partial(self._without_uploads, client=client), client, reload=True)
+        """Forget all that was sent; a sample takes the place of what is shown of it."""
+
+        def without_uploads(view: View) -> View:
+            sentence = forgotten_sentence(len(self._kept.names()), self._kept.kept_bytes)
+            self._kept.make_room(0)
+            self.app.memory.forget_picture()
+            client.add_notification("Uploads forgotten", sentence, color="green")
+            is_forgotten = view.list_name == "uploads" or self.app.sequence.is_sent
+            return with_sample(view, sample_names()[0]) if is_forgotten else view
+
+        self.change(without_uploads, client, reload=True)
 
     def _with_folder(self, view: View) -> View:
         """List the pictures of the chosen folder; the picture that is shown stays."""

@@ -23,7 +23,6 @@ from dockpose.camera.tone import TONES
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
 
-_SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
 _NAMED_INDICES = {"glass_index": optics.WINDOWS, "water_index": optics.WATERS}
 
 
@@ -32,11 +31,6 @@ def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
     for one in ("fx", "fy") if both else (name,):
         view = put(view, one, value)
     return view
-
-
-def field_of_view_html(analysis: Analysis) -> str:
-    """How much the camera sees."""
-    return f'<div style="{_SMALL}">{escape(optics.field_of_view_sentence(analysis.view.camera))}</div>'
 
 
 class CameraPanel(Panel):
@@ -50,7 +44,8 @@ class CameraPanel(Panel):
             self._add_dock()
         area = self.gui.add_folder("Camera")
         with area:
-            app.live.place("field-of-view", field_of_view_html, order=2)
+            sees = optics.field_of_view_sentence
+            app.live.place("field-of-view", lambda analysis: small(escape(sees(analysis.view.camera))), order=2)
             with self.gui.add_folder("Focal length and image centre", expand_by_default=False, order=3):
                 self.add_sliders(LENS, {name: partial(self._with_focal, name) for name in ("fx", "fy")})
                 self._lock = self.add("checkbox", "lock", self.changing(self._with_lock))
@@ -93,15 +88,10 @@ class CameraPanel(Panel):
         with_port = self.changing(lambda view: optics.with_port(view, self._port.value))
         self._port = self.add("checkbox", "port", with_port)
         self.add_sliders(PORT, reloading=_NAMED_INDICES)
-        self._names = {
-            name: self.add(
-                "dropdown",
-                name,
-                self.changing(partial(self._with_named_index, name)),
-                options=(*named, optics.OTHER_INDEX),
-            )
-            for name, named in _NAMED_INDICES.items()
-        }
+        self._names = {}
+        for name, named in _NAMED_INDICES.items():
+            with_named, options = self.changing(partial(self._with_named_index, name)), (*named, optics.OTHER_INDEX)
+            self._names[name] = self.add("dropdown", name, with_named, options=options)
 
     def _load_lights(self, view: View) -> None:
         self._lights.value = view.dock.lights or 0

@@ -216,7 +216,7 @@ def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
         assert app.wait_until_idle(60)
         assert (tmp_path / "last-picture.png").exists()
         shown = weakref.ref(app.view.image)
-        app.change(lambda view: source._without_uploads(view, Mock()), reload=True)
+        source._forget_uploads(Mock())
         assert app.wait_until_idle(60)
         assert app.kept.kept_bytes == 0
         assert not source._forget.visible

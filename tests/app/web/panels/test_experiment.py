@@ -8,7 +8,6 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-import viser
 from dockpose.app.inputs.pictures import sample_path
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.inputs.sidecar import load_dock
@@ -18,15 +17,10 @@ from dockpose.app.web.app import App
 from dockpose.app.web.panels.experiment import ExperimentPanel
 from dockpose.app.web.panels.experiment_rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
 from dockpose.app.web.server.options import Options
-from dockpose.app.web.server.start import silence
 from dockpose.app.web.widgets import Choices
 from dockpose.camera.files import load_camera
 
 from tests.support.rows import changed
-
-
-def numbered(count):
-    return [changed(number=n) for n in range(1, count + 1)]
 
 
 @pytest.mark.parametrize(("count", "number"), [(0, 1), (1, 1), (10, 1), (11, 2), (2000, 200)])
@@ -35,7 +29,7 @@ def test_pages(count, number):
 
 
 def test_newest_rows_come_first():
-    rows = numbered(12)
+    rows = [changed(number=number) for number in range(1, 13)]
     assert [row.number for row in rows_on_page(rows, 1)] == [12, 11, 10, 9, 8, 7, 6, 5, 4, 3]
     assert [row.number for row in rows_on_page(rows, 2)] == [2, 1]
     assert rows_on_page(rows, 3) == []
@@ -60,9 +54,7 @@ def test_outside_text_is_escaped():
 
 
 @pytest.fixture
-def panel(tmp_path):
-    with silence():
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+def panel(served, tmp_path):
     told = []
 
     def notify(title, sentence, colour, client):
@@ -70,12 +62,10 @@ def panel(tmp_path):
 
     with ExitStack() as closing:
         app: Any = SimpleNamespace(options=Options(sessions=tmp_path), notify=notify, choices=Choices())
-        app.server, app.change, app.closing = server, None, closing
+        app.server, app.change, app.closing = served[0], None, closing
         app.attempt, app.refuse = partial(App.attempt, app), partial(App.refuse, app)
         made = ExperimentPanel(app)
         yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=tmp_path)
-    with silence():
-        server.stop()
 
 
 def test_what_is_taken_is_what_is_shown(panel):

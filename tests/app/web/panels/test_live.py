@@ -37,6 +37,7 @@ def controls(app):
 
 def test_what_the_camera_took_is_shown_and_can_be_changed(app):
     live = controls(app)
+    assert app.sequence.player.frames.wishes.width == 320  # of the tank that is known
     until(lambda: "320 x 240 MJPG at 50 frames/s; exposure 120 asked, 117 set" in live._words.content)
     assert [live._boxes[name].value for name in ("exposure", "gain", "rate_hz", "format")] == ["120", "", "", "MJPG"]
     live._boxes["exposure"].value, live._boxes["gain"].value = "50", "3"
@@ -117,7 +118,3 @@ def test_a_stream_or_nothing_has_no_camera_to_ask(tmp_path):
         live.record()  # as by a click that came late
         live.ask()
         assert not (tmp_path / RECORDINGS_FOLDER).exists()
-
-
-def test_the_page_asks_for_the_size_of_the_tank_that_is_known(app):
-    assert app.sequence.player.frames.wishes.width == 320

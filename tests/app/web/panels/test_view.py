@@ -130,12 +130,9 @@ def test_wishes_are_carried_out(tilted):
 @pytest.mark.parametrize(
     "text",
     [
-        "",
-        "[]",
-        '{"do":"level","level":77}',
+        *("", "[]", '{"do":"level","level":77}'),
         '{"do":"level","number":1,"level":"77"}',
-        '{"do":"level","number":1,"level":1e999}',
-        '{"do":"run","number":1}',
+        *('{"do":"level","number":1,"level":1e999}', '{"do":"run","number":1}'),
         '{"do":"mask","number":1,"x":0,"y":0,"width":null,"height":1}',
         '{"do":"level","number":1,"level":77,"more":1}',
     ],

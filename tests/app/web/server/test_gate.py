@@ -1,21 +1,20 @@
 import asyncio
 import contextlib
 import logging
+import os
 import socket
-import time
 import urllib.request
 import zlib
 
 import pytest
 from dockpose.app.web.server import gate, journal
 from dockpose.app.web.server.gate import MOST_OPEN, MOST_WAITING
-from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import Journal
-from dockpose.app.web.server.start import open_server, silence
 from viser import _messages as messages
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from tests.attack.requests import frame
+from tests.support.clock import until
 from tests.support.visitors import SUBPROTOCOL, Visitor, asked, cookie_of
 
 LABEL = "Min. area (px)"
@@ -24,9 +23,17 @@ LABEL = "Min. area (px)"
 @pytest.fixture(scope="module")
 def visitors(app):
     with Visitor(app.address) as one, Visitor(app.address) as other:
-        assert one.until(lambda page: "Upload pictures" in page.buttons and page.is_replayed.is_set())
-        assert other.until(lambda page: "Upload pictures" in page.buttons and page.is_replayed.is_set())
+        for visitor in (one, other):
+            assert visitor.until(lambda page: "Upload pictures" in page.buttons and page.is_replayed.is_set())
         yield one, other
+
+
+def follow(one, other):
+    """Set a number in one browser, which comes after all that it sent before, and return it once the other has it."""
+    new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
+    one.set(LABEL, new)
+    assert other.until(lambda page: page.values[page.ids[LABEL]] == new)
+    return new
 
 
 def test_two_browsers_that_come_at_once_both_get_their_buttons(visitors):
@@ -42,9 +49,7 @@ def test_a_number_that_cannot_be_sent_locks_nobody_out(app, visitors, label, val
     one, other = visitors
     before = other.values[other.ids[label]]
     one.set(label, value)
-    new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
-    one.set(LABEL, new)  # comes after it
-    assert other.until(lambda page: page.values[page.ids[LABEL]] == new)
+    new = follow(one, other)
     assert one.is_open
     assert other.values[other.ids[label]] == before or label == LABEL
     with Visitor(app.address) as third:
@@ -58,9 +63,7 @@ def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors, mon
     one.values[number] = -7
     monkeypatch.setattr(gate, "_SEND_BACK_S", 1e6)  # somebody may still be typing
     one.set("Number of lights", -7)
-    new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
-    one.set(LABEL, new)  # comes after it
-    assert other.until(lambda page: page.values[page.ids[LABEL]] == new)
+    follow(one, other)
     assert one.values[number] == -7
     monkeypatch.setattr(gate, "_SEND_BACK_S", 0.0)
     one.set("Number of lights", -7)
@@ -102,8 +105,7 @@ def test_what_cannot_be_sent_is_told_to_whoever_queues_it(app, visitors):
     handle = app.server.gui._gui_input_handle_from_uuid[one.ids[LABEL]]
     with pytest.raises(ValueError, match="GuiUpdateMessage cannot be sent"):
         app.server.gui._websock_interface.queue_message(messages.GuiUpdateMessage(handle._impl.uuid, {"value": 10**20}))
-    one.set(LABEL, 42)
-    assert other.until(lambda page: page.values[page.ids[LABEL]] == 42)
+    follow(one, other)
 
 
 @pytest.mark.slow
@@ -191,18 +193,13 @@ resource = pytest.importorskip("resource")
 
 
 @pytest.fixture(scope="module")
-def page():
-    guard = Guard("127.0.0.1")
-    server = open_server("127.0.0.1", 0, guard)
-    yield server.get_port(), guard.token
-    with silence():
-        server.stop()
+def page(served):
+    server, guard = served
+    return server.get_port(), guard.token
 
 
 def open_sockets():
     """How many descriptors this process has; the server is in it."""
-    import os
-
     return len(os.listdir("/proc/self/fd"))
 
 
@@ -228,10 +225,7 @@ def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
         ours[-1].settimeout(0.05)
         with pytest.raises(TimeoutError):  # the newest may still ask
             ours[-1].recv(1)
-    end_s = time.monotonic() + 60
-    while open_sockets() > before + 5 and time.monotonic() < end_s:
-        time.sleep(0.05)
-    assert open_sockets() <= before + 5
+    until(lambda: open_sockets() <= before + 5)
 
 
 def opening_of(page, more=""):
@@ -259,10 +253,7 @@ def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(p
             assert b"deflate" not in answer
             bomb = zlib.compress(bytes(16 * 2**20), wbits=-15)
             one.sendall(frame(bomb, first=0xC2))
-        end_s = time.monotonic() + 60
-        while open_sockets() > before + 3:  # ours, whose other ends are gone
-            assert time.monotonic() < end_s
-            time.sleep(0.05)
+        until(lambda: open_sockets() <= before + 3)  # ours, whose other ends are gone
     told = [text for text in caplog.messages if "reserved bits" in text]
     assert len(told) == 3
     assert all(text.startswith("127.0.0.1: closed its connection: ") for text in told)
@@ -285,7 +276,4 @@ def test_where_too_many_pages_are_open_one_more_is_refused_until_one_is_closed(p
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/?token={token}", timeout=60) as answer:
             assert answer.status == 200  # what is no page is still answered
         ours[0].close()
-        end_s = time.monotonic() + 60
-        while asked(port, opening) != "HTTP/1.1 101 Switching Protocols" and time.monotonic() < end_s:
-            time.sleep(0.05)
-        assert time.monotonic() < end_s
+        until(lambda: asked(port, opening) == "HTTP/1.1 101 Switching Protocols")

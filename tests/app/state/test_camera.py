@@ -120,19 +120,17 @@ def test_another_tank_is_in_force_on_own_pictures_only(sample, own):
     assert (look.tank, look.camera) == (other, sample.camera)
 
 
-def test_what_is_in_force_can_be_made_my_tank_but_no_assumption(sample):
+def test_what_is_given_or_in_force_can_be_my_tank_but_no_assumption(sample):
+    view = open_source(None, CAMERA, Dock(0.2, 6), MINE)
+    assert (view.tank.camera, view.tank.dock, optics.is_in_force(view)) == (CAMERA, Dock(0.2, 6), True)
     mine = do(sample, optics.with_these_as_mine)
     assert (mine.tank.camera, mine.tank.dock, optics.is_in_force(mine)) == (sample.camera, sample.dock, True)
     guess = optics.with_these_as_mine(with_upload(open_source(None, None, None), SQUARE, "a.png"))
     assert (guess.tank.camera, guess.camera_of) == (None, "guess")
 
 
-def test_camera_and_dock_given_at_the_start_are_my_tank_s():
-    view = open_source(None, CAMERA, Dock(0.2, 6), MINE)
-    assert (view.tank.camera, view.tank.dock, optics.is_in_force(view)) == (CAMERA, Dock(0.2, 6), True)
-
-
-def test_diameter_is_assumed_until_somebody_gives_it():
+def test_diameter_is_assumed_until_somebody_gives_it_or_a_picture_brings_it(sample):
+    assert sample.assumed == ()
     view = with_upload(open_source(None, CAMERA, None), PICTURE, "a.png")
     assert (view.assumed, view.dock.diameter) == (("dock",), 0.3)
     with_eight = do(view, with_lights, 8)
@@ -146,10 +144,6 @@ def test_diameter_is_assumed_until_somebody_gives_it():
     assert not [chip for chip in chips(entered) if "assumed" in chip.label]
 
 
-def test_camera_and_dock_that_a_picture_brings_are_not_assumed(sample):
-    assert sample.assumed == ()
-
-
 def test_port_is_put_on_set_and_taken_off(view):
     through = optics.with_port(view, True)
     assert through.camera.port == optics.DEFAULT_PORT
@@ -158,6 +152,8 @@ def test_port_is_put_on_set_and_taken_off(view):
     dense = put(through, "glass_index", 99).camera.port
     assert dense is not None
     assert dense.glass_index == 2.0
+    assert optics.index_name(optics.WATERS, 1.34) == "sea water"
+    assert optics.index_name(optics.WATERS, 1.35) == optics.OTHER_INDEX
     assert optics.with_port(changed, False).camera.port is None
 
 
@@ -174,11 +170,6 @@ def test_the_tone_curve_is_chosen_by_name_or_gamma(view):
     assert odd.camera.tone == 1.8
     assert optics.tone_names(odd.camera) == ["linear", "srgb", "2.2", "1.8"]
     assert optics.with_tone(odd, "linear").camera == view.camera
-
-
-def test_names_of_indices():
-    assert optics.index_name(optics.WATERS, 1.34) == "sea water"
-    assert optics.index_name(optics.WATERS, 1.35) == optics.OTHER_INDEX
 
 
 @pytest.mark.parametrize("file_format", FORMATS)
@@ -217,12 +208,9 @@ def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):
         optics.camera_file(view.camera, "../etc")
 
 
-def test_default_values(view):
+def test_default_and_given_values(view):
     back = optics.with_default_values(optics.with_port(put(view, "diameter_cm", 99), True))
     assert (back.camera, back.dock) == (state.guess_camera(view.image), state.DEFAULT_DOCK)
-
-
-def test_back_to_the_given_values(view):
     changed = with_lights(put(put(view, "cy", 1), "diameter_cm", 99), 0)
     back = optics.with_given_values(changed)
     assert (back.camera, back.dock) == (view.camera, view.dock)

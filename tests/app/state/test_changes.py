@@ -117,16 +117,14 @@ def test_mask_is_cut_to_the_picture_and_can_be_removed(view):
         choices.without_mask(view, first)
 
 
-@pytest.mark.parametrize("mask", [(700, 0, 10, 10), (0, 0, 0, 10), (0, 0, -5, 10), (0, 480, 10, 10)])
-def test_mask_that_covers_nothing_is_refused(view, mask):
-    with pytest.raises(UserError, match="covers nothing"):
+NOTHING = [(700, 0, 10, 10), (0, 0, 0, 10), (0, 0, -5, 10), (0, 480, 10, 10)]
+NO_NUMBER = [(value, 0, 10, 10) for value in (math.nan, None, "10", True)]
+
+
+@pytest.mark.parametrize("mask", [*NOTHING, *NO_NUMBER])
+def test_mask_that_covers_nothing_or_is_no_number_is_refused(view, mask):
+    with pytest.raises(UserError, match="covers nothing" if mask in NOTHING else "must be a number"):
         choices.with_mask(view, *mask)
-
-
-@pytest.mark.parametrize("value", [math.nan, None, "10", True])
-def test_mask_that_is_no_number_is_refused(view, value):
-    with pytest.raises(UserError, match="must be a number"):
-        choices.with_mask(view, value, 0, 10, 10)
 
 
 def test_number_of_masks_is_limited(view):
@@ -136,15 +134,11 @@ def test_number_of_masks_is_limited(view):
         choices.with_mask(view, 0, 0, 1, 1)
 
 
-def test_method_that_finds_its_level_has_none(view):
+def test_method_takes_the_level_it_starts_from_and_one_that_finds_its_level_has_none(view):
     fixed = choices.with_method(view, "fixed", 166)
+    assert (fixed.settings.method, fixed.settings.level) == ("fixed", 166)
     assert choices.with_method(fixed, "otsu", 166).settings == choices.with_method(view, "otsu").settings
     assert choices.with_method(fixed, "hats").settings.level is None
-
-
-def test_method_takes_the_level_it_starts_from(view):
-    settings = choices.with_method(view, "fixed", 166).settings
-    assert (settings.method, settings.level) == ("fixed", 166)
 
 
 @pytest.mark.parametrize("method", ["otsus", "", None, 1])
@@ -191,11 +185,8 @@ def pressed(view, words, *arguments):
     return chip.press(view)
 
 
-def test_nothing_to_remove_where_nothing_was_set(view):
-    assert labels(view) == []
-
-
 def test_each_setting_that_rules_the_next_picture_is_a_chip_and_goes_with_one_press(view):
+    assert labels(view) == []
     pose = analyse(view).estimate.candidates[0]
     changed = choices.with_centroid(put(choices.with_method(view, "fixed", 99), "min_area_px", 7), "binary")
     changed = choices.with_mask(changed, 0, 0, 50, 20)
@@ -240,11 +231,8 @@ def test_number_of_lights_that_fits_is_offered(view):
     assert (right.estimate.status, right.fitting_lights, right.trust.colour) == ("ok", None, "green")
 
 
-@pytest.mark.parametrize("name", ["missing", "green_haze", "mirror", "bright_background"])
-def test_lights_that_are_only_hidden_offer_no_other_number(view, name):
-    assert analyse(with_sample(view, name)).fitting_lights is None
-
-
-def test_nothing_is_offered_where_there_is_no_ring(view):
+def test_nothing_is_offered_where_there_is_no_ring_or_lights_are_only_hidden(view):
+    for name in ("missing", "green_haze", "mirror", "bright_background"):
+        assert analyse(with_sample(view, name)).fitting_lights is None, name
     dark = analyse(choices.with_method(replace(view, dock=Dock(0.30, 8)), "fixed", 255))
     assert (dark.estimate.status != "ok", dark.fitting_lights) == (True, None)

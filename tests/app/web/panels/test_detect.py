@@ -7,7 +7,7 @@ from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import MEASURED_LIMITS, with_mask, with_measured, with_method, with_pose_by_hand
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import with_sample
-from dockpose.app.web.panels import detect as detect
+from dockpose.app.web.panels import detect
 from dockpose.pose.known import KnownPose
 from dockpose.thresholds import METHODS
 
@@ -15,13 +15,9 @@ from tests.support.methods import registered
 from tests.support.poses import with_sigmas
 
 
-def test_threshold_sentence_names_level_and_groups(analysis):
-    assert f"level {analysis.estimate.threshold.level}, which keeps 10 groups" in detect.threshold_sentence(
-        analysis.estimate
-    )
-
-
-def test_what_was_thrown_out_is_said(analysis):
+def test_threshold_and_what_was_thrown_out_are_said(analysis):
+    words = detect.threshold_sentence(analysis.estimate)
+    assert f"level {analysis.estimate.threshold.level}, which keeps 10 groups" in words
     assert detect.thrown_out_sentence(analysis.estimate) == "All 10 groups lie on one ellipse."
     masked = with_mask(with_sample(analysis.view, "burnt_in_text"), 0, 0, 30, 30)
     words = detect.thrown_out_sentence(analyse(masked).estimate)
@@ -127,10 +123,7 @@ def test_errors_against_a_measured_pose(analysis):
     assert all(cell[0] in "+-" for cell in cells)
     assert "off by" in detect.errors_html(replace(analysis, view=view), "measured")
     assert detect.errors_html(analysis, "measured") == ""
-
-
-def test_angles_that_differ_by_a_whole_turn_are_the_same(analysis):
-    pose = analysis.estimate.selected
     told = pose.to_dict()
+    # Angles that differ by a whole turn are the same.
     known = KnownPose((0, 0, 1), told["theta_x_deg"], told["theta_y_deg"] - 360)
     assert [float(cell) for cell in detect.error_cells(pose, known)[3:]] == [0, 0]

@@ -48,11 +48,8 @@ def test_boxes_follow_the_pose_that_is_measured_but_never_lose_what_was_typed():
 
 def row(number, z_cm, measured_z_cm, **more):
     known = {"time": "2026-01-01T00:00:00+00:00", "source": "tank", "sha256": "", "status": "ok"}
-    return msgspec.convert(
-        {**known, "number": number, "file": f"frames/{number:04d}.png", "z_cm": z_cm, "measured_z_cm": measured_z_cm}
-        | more,
-        Row,
-    )
+    known |= {"number": number, "file": f"frames/{number:04d}.png", "z_cm": z_cm, "measured_z_cm": measured_z_cm}
+    return msgspec.convert(known | more, Row)
 
 
 ROWS = [

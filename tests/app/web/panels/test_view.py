@@ -56,16 +56,14 @@ def test_overlay_has_what_was_found(tilted):
     assert len(data_html("overlay", numbers)) < 16_000
 
 
-def test_outline_of_the_chosen_dock_runs_through_its_lights(tilted):
+def test_outline_of_the_chosen_dock_runs_through_its_lights_and_a_length_there_is_that_of_its_diameter(tilted):
     numbers = overlay_numbers(tilted)
     outline = np.array(numbers["poses"][0]["outline"])
     for group in numbers["groups"]:
         # The outline has 120 points, so that none is nearer than half a step from some light.
         assert np.linalg.norm(outline - group["at"], axis=1).min() < 3.5
 
-
-def test_length_at_the_dock_is_that_of_its_diameter(tilted):
-    """Seen squarely a dock of 30 cm is fx 0.30 / z pixels wide."""
+    # Seen squarely a dock of 30 cm is fx 0.30 / z pixels wide.
     pose = tilted.estimate.selected
     pixels = tilted.view.camera.fx * 0.30 / pose.position_m[2]
     assert pixels * overlay_numbers(tilted)["cmPerPx"] == pytest.approx(30, rel=0.01)
@@ -91,14 +89,11 @@ def test_runs_of_consecutive_numbers():
     assert shown.runs(np.array([], int)) == []
 
 
-def test_exact_picture_has_each_pixel(tilted):
+def test_exact_picture_has_each_pixel_and_one_of_16_bits_is_sent_on_the_scale_of_the_levels(tilted):
     grey = tilted.view.image
     sent = shown.picture_data(grey, 1, True)
     assert (sent["isExact"], sent["type"], sent["width"], sent["height"]) == (True, "image/png", 640, 480)
     np.testing.assert_array_equal(decoded(sent), grey)
-
-
-def test_picture_of_16_bits_is_sent_on_the_scale_of_the_levels():
     deep = np.array([[0, 1000, 4095]], np.uint16)  # 12 bits are in use: 16 steps are a level
     np.testing.assert_array_equal(decoded(shown.picture_data(deep, 1, True)), [[0, 62, 255]])
 
@@ -195,11 +190,8 @@ def test_level_set_by_hand_keeps_the_curve(analysis):
     assert numbers_of(masked)["groups"] != before["groups"]
 
 
-def test_while_playing_no_curve_is_computed_for_a_level_set_by_hand(analysis):
+def test_no_curve_is_computed_while_playing_for_a_level_set_by_hand_and_nothing_where_all_is_masked(analysis):
     by_hand = analyse(with_method(analysis.view, "fixed", 150))
     assert set((shown.HistogramNumbers().of(by_hand, is_playing=True) or {})["groups"]) == {-1}
-
-
-def test_nothing_is_computed_where_all_is_masked(analysis):
     masked = analyse(with_method(with_mask(analysis.view, 0, 0, 640, 480), "fixed", 150))
     assert shown.HistogramNumbers().of(masked, is_playing=False) is None

@@ -10,7 +10,7 @@ from pathlib import Path
 import viser
 from dockpose import Camera, Dock
 from dockpose.app.inputs.received import UploadStore
-from dockpose.app.inputs.sequences import FrameSource, given, is_sequence, of_size
+from dockpose.app.inputs.sequences import given, is_sequence, of_size
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.background import LatestWorker
 from dockpose.app.state.camera import kept
@@ -40,32 +40,35 @@ FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds 
 
 
 class App(contextlib.AbstractContextManager["App"]):
-    """The running page. Make it with :meth:`build`, end it with :meth:`stop`, or as a context."""
+    """The running page, ended by :meth:`stop` or as a context. Raises ValueError or OSError where it cannot start."""
 
     def __init__(
         self,
-        server: viser.ViserServer,
-        guard: Guard,
-        view: View,
-        memory: Memory,
-        options: Options,
-        sequence: FrameSource | None,
-        beside: Path | None,
+        source: str | None = None,
+        camera: Camera | None = None,
+        dock: Dock | None = None,
+        host: str = LOOPBACK,
+        port: int = 0,
+        options: Options = DEFAULTS,
     ) -> None:
-        self.server, self._guard = server, guard
-        self.options, self.beside = options, beside  # the folder of the picture given at the start
+        self.options, self.memory = options, Memory(options.remember_in)
+        self.history, self.tanks = History(), Tanks(options.remember_in)
+        self.given = given(source, camera, dock, options.topic) if source is not None and is_sequence(source) else None
+        self.beside = None if source is None or self.given is not None else Path(source).resolve().parent
+        self._view = self._shown = view = self._first_view(source, camera, dock)
+        keep_in = options.remember_in if port else None  # any free port is another one the next time
+        view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
+        self._guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
+        self.server = server = open_server(host, port, self._guard)
         self._notices = Notifications()
         self.kept = UploadStore()
         self._uploads = Uploads(options.upload_limit_bytes, self.kept.make_room)
-        self.memory, self.history, self.tanks = memory, History(), Tanks(options.remember_in)
-        self._view = self._shown = view
         self._lock, self.choices = threading.RLock(), Choices()
         self.scene = Scene3D(server)
-        self.given = sequence
         self._newest: Analysis | None = None
         self._is_warm = False
-        self._looks = Looks(server, guard, lambda *look: self._layout.of(SettingsPanel).follow(*look))
-        self._pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self.sequence.is_playing)
+        self._looks = Looks(server, self._guard, lambda *look: self._layout.of(SettingsPanel).follow(*look))
+        self._pacing = pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self.sequence.is_playing)
         self.live, self.closing = LivePage(), contextlib.ExitStack()  # which stops whatever runs
         with icons_from_one_archive():
             self._layout = Layout(self)  # pyright: ignore[reportArgumentType]
@@ -73,48 +76,28 @@ class App(contextlib.AbstractContextManager["App"]):
         self._load(view)
         self._current: Analysis | None = None
         self._drawing, self._greeting = threading.Lock(), threading.Lock()
-        pacing = self._pacing
         self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_rest_s, pacing.drawing_quiet_s)
         self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
         self._worker.submit(view)
         server.on_client_connect(self._welcome)
         server.on_client_disconnect(self._say_goodbye)
+        try:
+            if self.given is not None:
+                self.sequence.open(self.given)
+        except ValueError:
+            self.stop()
+            raise
 
-    @classmethod
-    def build(
-        cls,
-        source: str | None = None,
-        camera: Camera | None = None,
-        dock: Dock | None = None,
-        host: str = LOOPBACK,
-        port: int = 0,
-        options: Options = DEFAULTS,
-    ) -> "App":
-        """Open the source and start serving. Raises ValueError or OSError where that cannot be done."""
-        sequence = given(source, camera, dock, options.topic) if source is not None and is_sequence(source) else None
-        beside = None if source is None or sequence is not None else Path(source).resolve().parent
-        memory = Memory(options.remember_in)
-        tank = memory.now.tank
-        if sequence is not None:
+    def _first_view(self, source: str | None, camera: Camera | None, dock: Dock | None) -> View:
+        tank = self.memory.now.tank
+        if self.given is not None:
             tank = tank.with_given(camera, dock)
-            sequence = replace(sequence, wishes=of_size(options.wishes, tank.camera))
+            self.given = replace(self.given, wishes=of_size(self.options.wishes, tank.camera))
             view = open_source(None, None, None, tank)
         else:
             is_left_open = source is None and camera is None and dock is None
-            view = (memory.last_view(tank) if is_left_open else None) or open_source(source, camera, dock, tank)
-        view = with_last_settings(view, memory.now.settings)
-        keep_in = options.remember_in if port else None  # any free port is another one the next time
-        view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
-        guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
-        server = open_server(host, port, guard)
-        app = cls(server, guard, view, memory, options, sequence, beside)
-        try:
-            if sequence is not None:
-                app.sequence.open(sequence)
-        except ValueError:
-            app.stop()
-            raise
-        return app
+            view = (self.memory.last_view(tank) if is_left_open else None) or open_source(source, camera, dock, tank)
+        return with_last_settings(view, self.memory.now.settings)
 
     @property
     def port(self) -> int:

@@ -21,7 +21,7 @@ def app(tmp_path_factory):
     (root / "tank").mkdir()
     for name in ("first.png", "second.png"):
         shutil.copy(sample_path("tilted"), root / "tank" / name)
-    with App.build(port=0, options=Options(folder=root)) as running:
+    with App(port=0, options=Options(folder=root)) as running:
         yield running
 
 

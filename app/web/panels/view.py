@@ -33,13 +33,16 @@ _COLOURS = {
     "small": colours.NOISE_COLOUR,
     "ellipse": colours.ELLIPSE_COLOUR,
     "mask": colours.MASK_COLOUR,
+    "pose": colours.POSE_COLOURS[0],
     "pose-a": colours.POSE_COLOURS[0],
     "pose-b": colours.POSE_COLOURS[1],
     "threshold": colours.THRESHOLD_COLOUR,
     "peaks": colours.PEAKS_COLOUR,
     "groups": colours.GROUPS_COLOUR,
     "bars": colours.BARS_COLOUR,
+    "kept": colours.ORANGE,
 }
+LOOK = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())  # of our elements, for their style sheet
 
 
 class PicturePanel(Panel):
@@ -53,9 +56,8 @@ class PicturePanel(Panel):
         self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
         show = {wish_to("methods", shown=bool): lambda wish, client: self._show_methods(wish.shown)}
         wishes = WishBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
-        look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        self.gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{look}"></dockpose-picture>')
-        self.gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
+        self.gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{LOOK}"></dockpose-picture>')
+        self.gui.add_html(f'<dockpose-histogram style="{LOOK}"></dockpose-histogram>')
         self._picture, self._methods = self.gui.add_html(""), self.gui.add_html("")
 
     def show(self, analysis: Analysis) -> None:

@@ -86,15 +86,15 @@ def test_folder_for_settings(monkeypatch, platform, end):
 
 def test_app_starts_with_the_last_settings_unless_they_show_no_pose(tmp_path):
     options = Options(remember_in=tmp_path)
-    with App.build(options=options) as app:
+    with App(options=options) as app:
         app.change(lambda view: with_method(view, "otsu", 0))
         assert app.wait_until_idle(120)
-    with App.build(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options) as app:
+    with App(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options) as app:
         assert app.view.settings.method == "otsu"
     kept = Memory(tmp_path)
     kept.change(settings=Settings(method="fixed", level=254))
     kept.write()
-    with App.build(options=options) as app:
+    with App(options=options) as app:
         assert (app.view.settings, "a fixed level of 254" in app.view.note) == (Settings(), True)
 
 
@@ -197,7 +197,7 @@ def test_a_picture_that_cannot_be_deleted_is_named(tmp_path):
 def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
     """Neither on the disk, nor in memory, nor at the next start."""
     options = Options(remember_in=tmp_path)
-    with App.build(options=options) as app:
+    with App(options=options) as app:
         png = cv2.imencode(".png", np.eye(300, dtype=np.uint8) * 200)[1].tobytes()
         source = app._layout.of(SourcePanel)
         app.change(lambda shown: source._with_new_upload(shown, png, "mine.png"), reload=True)
@@ -212,6 +212,6 @@ def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
         assert shown() is None
     assert not any(b"mine.png" in path.read_bytes() for path in tmp_path.iterdir())
     assert not (tmp_path / "last-picture.png").exists()
-    again = App.build(options=options)
+    again = App(options=options)
     again.stop()
     assert again.view.list_name == "samples"

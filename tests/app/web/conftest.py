@@ -7,7 +7,7 @@ from dockpose.app.web.server.start import open_server, silence
 @pytest.fixture(scope="module")
 def app():
     """The page, at any free port."""
-    with App.build(port=0) as running:
+    with App(port=0) as running:
         yield running
 
 

@@ -19,7 +19,7 @@ AREA = "Min. area (px)"
 
 @pytest.fixture
 def app():
-    with App.build(port=0) as running:
+    with App(port=0) as running:
         yield running
 
 
@@ -46,7 +46,7 @@ def test_serves_a_page_at_the_port_asked_for_on_the_loopback_address_alone_and_p
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    with App.build(port=port) as app, socket.socket() as elsewhere:
+    with App(port=port) as app, socket.socket() as elsewhere:
         assert app.port == port
         assert app.address.startswith(f"http://127.0.0.1:{port}/?token=")
         assert urlopen(app.address, timeout=60).status == 200
@@ -57,13 +57,13 @@ def test_serves_a_page_at_the_port_asked_for_on_the_loopback_address_alone_and_p
 def test_busy_port_is_named_and_no_other_one_taken_also_where_it_was_taken_after_the_check(busy_port, monkeypatch):
     for _ in range(2):
         with pytest.raises(PortBusyError, match=rf"port {busy_port} on 127\.0\.0\.1"):
-            App.build(port=busy_port)
+            App(port=busy_port)
         monkeypatch.setattr(opening, "check_port_is_free", lambda host, port: None)
 
 
 def test_unknown_host_is_named():
     with pytest.raises(OSError, match=r"no\.such\.host\.invalid"):
-        App.build(host="no.such.host.invalid")
+        App(host="no.such.host.invalid")
 
 
 def test_no_browser_can_open_a_tunnel_or_upload_to_a_shared_control(app):

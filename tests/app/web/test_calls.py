@@ -50,7 +50,7 @@ def calls():
 
 @pytest.fixture(scope="module")
 def app(calls):
-    with App.build(port=0) as running:
+    with App(port=0) as running:
         assert running.wait_until_idle(TIMEOUT_S)
         yield running
 

@@ -26,7 +26,7 @@ def app(tmp_path, monkeypatch):
     make = V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240), (640, 480)))
     monkeypatch.setattr(cv2, "VideoCapture", make)
     options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
-    with App.build("0", SMALL, Dock(0.30, 10), port=0, options=options) as running:
+    with App("0", SMALL, Dock(0.30, 10), port=0, options=options) as running:
         running.camera = make.last  # pyright: ignore[reportAttributeAccessIssue]
         yield running
 
@@ -112,7 +112,7 @@ def test_words_of_a_recording(tmp_path):
 
 
 def test_a_stream_or_nothing_has_no_camera_to_ask(tmp_path):
-    with App.build(port=0, options=Options(sessions=tmp_path / "sessions")) as running:
+    with App(port=0, options=Options(sessions=tmp_path / "sessions")) as running:
         live = controls(running)
         assert not any(control.visible for control in (live._record, live._ask, live._words))
         live.record()  # as by a click that came late

@@ -49,7 +49,7 @@ class Sent:
 
 @pytest.fixture
 def app():
-    with App.build(port=0) as running:
+    with App(port=0) as running:
         assert running.wait_until_idle(120)
         yield running
 

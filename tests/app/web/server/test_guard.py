@@ -222,7 +222,7 @@ def test_without_a_link_for_viewers_an_empty_token_opens_nothing():
 
 
 def test_what_a_viewer_sends_changes_nothing(tmp_path):
-    with App.build(port=0, options=Options(remember_in=tmp_path, view_link=True)) as running:
+    with App(port=0, options=Options(remember_in=tmp_path, view_link=True)) as running:
         (address,) = running.addresses(for_viewers=True)
         with urlopen(address, timeout=60) as answer:
             cookie = answer.headers["Set-Cookie"].split(";")[0]
@@ -241,7 +241,7 @@ def test_what_a_viewer_sends_changes_nothing(tmp_path):
 
 @pytest.fixture(scope="module")
 def shared():
-    with App.build(port=0, options=Options(view_link=True)) as running:
+    with App(port=0, options=Options(view_link=True)) as running:
         yield running
 
 

@@ -32,7 +32,7 @@ def test_names_of_uploads_are_made_harmless(name, clean):
 
 @pytest.fixture(scope="module")
 def app():
-    with App.build(port=0, options=Options(upload_limit_bytes=LIMIT)) as running:
+    with App(port=0, options=Options(upload_limit_bytes=LIMIT)) as running:
         yield running
 
 

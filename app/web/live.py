@@ -13,7 +13,7 @@ import msgspec
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.server.viser_private import identity
-from dockpose.app.web.widgets import App, Panel, on_person
+from dockpose.app.web.widgets import App, Client, Panel, on_person
 
 _LONGEST = 300  # letters of a wish
 
@@ -78,7 +78,7 @@ class Wish(msgspec.Struct, tag_field="do", forbid_unknown_fields=True, frozen=Tr
     number: int
 
 
-Acts = Mapping[type[Wish], Callable[[Any, viser.ClientHandle], object]]
+Acts = Mapping[type[Wish], Callable[[Any, Client], object]]
 
 
 def wish_to(do: str, **fields: type) -> type[Wish]:
@@ -101,7 +101,7 @@ class WishBox:
         self.channel = identity(self._box)
         on_person(self._box.on_update, self._fulfil)
 
-    def _fulfil(self, client: viser.ClientHandle) -> None:
+    def _fulfil(self, client: Client) -> None:
         """Do what the newest wish says; calls for wishes that were overtaken find none."""
         text = self._box.value
         try:

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from dockpose.app.web import app as page
 
 App: TypeAlias = "page.App"
-Act = Callable[[viser.ClientHandle], object]
-Take = Callable[[bytes, str, viser.ClientHandle], object]  # of a file its bytes and name
+Client: TypeAlias = viser.ClientHandle  # a browser that shows the page
+Act = Callable[[Client], object]
+Take = Callable[[bytes, str, Client], object]  # of a file its bytes and name
 # Applies a function to the present view, for the browser that asked for it; by ``reload`` the controls follow.
 Change = Callable[..., None]
 Choice = tuple[str, Any, Any]  # a control's id, the control, and the value that a person gave it
@@ -49,7 +50,7 @@ class Panel:
         """Show what was found, and keep it; called from the worker's thread."""
         self.analysis = analysis
 
-    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+    def welcome(self, client: Client, uploads: ClientUploads) -> None:
         """Give a browser that came what it has to itself: its buttons for files."""
         for area, look, take in self._uploads:
             with area:
@@ -75,7 +76,7 @@ class Panel:
     def add_download(self, name: str, file_name: str, make: Callable[[View], bytes]) -> Any:
         """Add a button that sends ``make(view)`` to the downloads of the browser in which a person presses it."""
 
-        def send(client: viser.ClientHandle, view: View) -> View:
+        def send(client: Client, view: View) -> View:
             client.send_file_download(file_name, make(view), save_immediately=True)
             return view
 
@@ -117,7 +118,7 @@ class Choices:
                 with self._held:
                     self._open[key] = key, handle, sent["value"]
 
-        def take_up(client: viser.ClientHandle) -> None:  # which viser calls in any order
+        def take_up(client: Client) -> None:  # which viser calls in any order
             self._acting.on = key
             choice = self.put_back()
             try:
@@ -163,7 +164,7 @@ def offer(dropdown: Any, options: tuple[str, ...], chosen: str) -> None:
         dropdown.value = chosen
 
 
-def return_when_idle(handle: Any, change: Change, client: viser.ClientHandle, load: Callable[[View], object]) -> None:
+def return_when_idle(handle: Any, change: Change, client: Client, load: Callable[[View], object]) -> None:
     """Return a box to the number in force by ``load``, once nobody has typed there any more for a while."""
     # What is typed on the way to a number, as the 8 of 812, stays meanwhile.
     refused = handle.value
@@ -193,7 +194,7 @@ class Slider:
             parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
         )
 
-        def changed(client: viser.ClientHandle, view: View) -> View:
+        def changed(client: Client, view: View) -> View:
             sent = self.handle.value
             new = put(view, sent)
             if not math.isclose(parameter.get(new), sent, rel_tol=1e-9, abs_tol=1e-4):  # it was out of range
@@ -223,7 +224,7 @@ class BackgroundWork:
         self._running: tuple[threading.Thread, Progress] | None = None
         app.closing.callback(self.close)
 
-    def start(self, work: Callable[[Progress], None], client: viser.ClientHandle | None = None) -> bool:
+    def start(self, work: Callable[[Progress], None], client: Client | None = None) -> bool:
         """Start; return False if other work is still running. ``client`` is told of that, and of a ValueError."""
         with self._lock:
             if self._running is None:
@@ -237,7 +238,7 @@ class BackgroundWork:
             self._app.notify("Please wait", self._busy, "yellow", client)
         return False
 
-    def save(self, client: viser.ClientHandle, name: str, make: Callable[[Progress], bytes]) -> None:
+    def save(self, client: Client, name: str, make: Callable[[Progress], bytes]) -> None:
         """Make a file and send it to the browser's downloads under that name."""
 
         def work(progress: Progress) -> None:
@@ -260,7 +261,7 @@ class BackgroundWork:
         if running is not None and running[0] is not threading.current_thread():
             running[0].join(timeout_s)
 
-    def _run(self, work: Callable[[Progress], None], progress: Progress, client: viser.ClientHandle | None) -> None:
+    def _run(self, work: Callable[[Progress], None], progress: Progress, client: Client | None) -> None:
         self._show(True)
         try:
             work(progress)

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import viser
 from dockpose import Camera
 from dockpose.app.drawing.colours import BLUE, bgr
 from dockpose.app.errors import UserError
@@ -22,7 +21,7 @@ from dockpose.app.processing.background import LatestWorker, Progress
 from dockpose.app.processing.calibration import Looked, gather
 from dockpose.app.state.camera import camera_file, with_own_camera
 from dockpose.app.web.html import row, small, table
-from dockpose.app.web.widgets import App, BackgroundWork, Panel
+from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
 from dockpose.camera.board import Board, Sighting
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage, coverage_of
@@ -102,7 +101,7 @@ class CalibrationPanel(Panel):
             self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
         return self._gathering
 
-    def _add_shown(self, client: viser.ClientHandle) -> None:
+    def _add_shown(self, client: Client) -> None:
         if self.analysis is None:
             raise UserError("There is no picture yet.")
         self._look(self.analysis.view.image, f"shown {next(self._count)}", thorough=True)
@@ -138,13 +137,13 @@ class CalibrationPanel(Panel):
             self._which.value = chosen
         self._which.visible = self._drop.visible = bool(names)
 
-    def _take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
+    def _take(self, data: bytes, name: str, client: Client) -> None:
         if Path(name).suffix.lower() in VIDEO_ENDINGS:
             self._work.start(lambda progress: self._take_video(data, name, client), client)
         else:
             self.app.attempt(lambda: self._look(decode(data, name), name, thorough=True), client)
 
-    def _take_video(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
+    def _take_video(self, data: bytes, name: str, client: Client) -> None:
         with tempfile.TemporaryDirectory(prefix="dockpose-") as folder:
             path = Path(folder) / f"sent{Path(name).suffix.lower()}"
             path.write_bytes(data)
@@ -169,7 +168,7 @@ class CalibrationPanel(Panel):
         self._table.content = pictures_html(done.views)
         self._use.visible = self._save.visible = True
 
-    def _drop_or_keep(self, client: viser.ClientHandle) -> None:
+    def _drop_or_keep(self, client: Client) -> None:
         with self._lock:
             name, gathering = str(self._which.value), self._gathering
             if name in self._dropped:
@@ -193,13 +192,13 @@ class CalibrationPanel(Panel):
             raise UserError("There is no camera yet; work it out first.")
         return self._done.camera
 
-    def _forget_quietly(self, client: viser.ClientHandle) -> None:
+    def _forget_quietly(self, client: Client) -> None:
         """Begin anew with another board, as soon as one is typed that can be."""
         with contextlib.suppress(ValueError):
             if self._board() != self._gathering.board:
                 self._clear(client)
 
-    def _clear(self, client: viser.ClientHandle) -> None:
+    def _clear(self, client: Client) -> None:
         with self._lock:
             self._gathering, self._dropped, self._done = Gathering(self._board(), distinct=True), {}, None
             for handle in (self._seen, self._covered, self._result, self._table):

@@ -7,7 +7,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-import viser
 from dockpose import Estimate
 from dockpose.app.drawing.annotated import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
@@ -20,7 +19,7 @@ from dockpose.app.web.charts import SweepChart
 from dockpose.app.web.html import help_link, small
 from dockpose.app.web.live import data_html
 from dockpose.app.web.panels.view import LOOK, runs
-from dockpose.app.web.widgets import App, BackgroundWork, Panel
+from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
@@ -121,7 +120,7 @@ class ComparePanel(Panel):
         if self.analysis is not None and not self._is_fresh:
             self._begin(self._do_compare)
 
-    def use(self, method: str, client: viser.ClientHandle) -> None:
+    def use(self, method: str, client: Client) -> None:
         """Take a method for the picture."""
         self.change(lambda view: with_method(view, method), client, reload=True)
 

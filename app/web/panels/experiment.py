@@ -4,7 +4,6 @@ import threading
 from functools import partial
 from html import escape
 
-import viser
 from dockpose.app.experiment import Row, Session
 from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
@@ -17,7 +16,7 @@ from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.html import small
 from dockpose.app.web.panels import experiment_rows as log_rows
-from dockpose.app.web.widgets import App, BackgroundWork, Panel, on_person
+from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
 WHAT = read_toml("controls.toml")["log"]["files"]
@@ -101,7 +100,7 @@ class ExperimentPanel(Panel):
         else:
             self._drafts[None] = texts
 
-    def _open_chosen(self, client: viser.ClientHandle) -> None:
+    def _open_chosen(self, client: Client) -> None:
         with self._lock:
             name = str(self._choice.value)
             try:
@@ -113,7 +112,7 @@ class ExperimentPanel(Panel):
         for sentence in () if session is None else session.notices:
             self.app.notify("About the session", sentence, "yellow", client)
 
-    def _start_new(self, client: viser.ClientHandle) -> Session:
+    def _start_new(self, client: Client) -> Session:
         with self._lock:
             session = self._sessions.start(str(self._name.value))
             self._replace(session, "Started.")
@@ -128,7 +127,7 @@ class ExperimentPanel(Panel):
         self._session, self._page_number = session, 1
         self._show_session(said)
 
-    def _take(self, client: viser.ClientHandle) -> None:
+    def _take(self, client: Client) -> None:
         with self._lock:
             analysis, texts = self.analysis, self._next_texts
             if analysis is None:
@@ -145,7 +144,7 @@ class ExperimentPanel(Panel):
                 self._show_rows(said)
         self.app.notify("Taken", said, "green", client)
 
-    def _choose_row(self, client: viser.ClientHandle) -> None:
+    def _choose_row(self, client: Client) -> None:
         with self._lock:
             word = str(self._target.value).removeprefix("row ")
             self._show_row(int(word) if word.isdecimal() else None)
@@ -161,7 +160,7 @@ class ExperimentPanel(Panel):
         self._save_row.label = "Save the row" if row is None else f"Save row {row.number}"
         self._target.value = target_name(self._chosen_row)
 
-    def _save_chosen(self, client: viser.ClientHandle) -> None:
+    def _save_chosen(self, client: Client) -> None:
         with self._lock:
             if self._session is None or self._chosen_row is None:
                 return
@@ -170,7 +169,7 @@ class ExperimentPanel(Panel):
             self._show_rows(said)
         self.app.notify("Saved", said, "green", client)
 
-    def _turn_page(self, client: viser.ClientHandle) -> None:
+    def _turn_page(self, client: Client) -> None:
         with self._lock:
             self._page_number = int(self._page.value)
             self._show_rows(self._said)
@@ -204,7 +203,7 @@ class ExperimentPanel(Panel):
         folder = None if self._session is None else self._session.folder
         self._words.content = log_rows.state_html(folder, len(rows), said)
 
-    def _download(self, client: viser.ClientHandle) -> None:
+    def _download(self, client: Client) -> None:
         session, name = self._session, WHAT.get(str(self._what.value))
         if session is None or name is None:
             return
@@ -216,7 +215,7 @@ class ExperimentPanel(Panel):
         called = bundle_name(session.record.name, ".zip" if name == ALL else f"_{name}")
         self._saver.save(client, called, make)
 
-    def _check_tape(self, client: viser.ClientHandle) -> None:
+    def _check_tape(self, client: Client) -> None:
         with self._lock:
             if self._session is not None:
                 self._show_checked(None)
@@ -229,7 +228,7 @@ class ExperimentPanel(Panel):
         for button in self._corrected.values():
             button.visible = checked is not None and checked.contradicts
 
-    def _save_corrected(self, name: str, client: viser.ClientHandle) -> None:
+    def _save_corrected(self, name: str, client: Client) -> None:
         checked = self._checked
         if checked is not None:
             corrected = dock_file(checked.corrected_dock) if name == "dock" else camera_file(checked.corrected_camera)

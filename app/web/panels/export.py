@@ -3,7 +3,6 @@
 from functools import partial
 
 import cv2
-import viser
 from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
@@ -13,7 +12,7 @@ from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
 from dockpose.app.web.server.viser_private import page_of_scene
-from dockpose.app.web.widgets import App, BackgroundWork, Panel
+from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
 
 _SAID = read_toml("controls.toml")["export"]
 WHAT, LAYER_WORDS = _SAID["files"], _SAID["layers"]
@@ -45,7 +44,7 @@ class ExportPanel(Panel):
         """The layers to draw on the annotated picture."""
         return [name for name, box in self._layers.items() if box.value]
 
-    def _save(self, client: viser.ClientHandle) -> None:
+    def _save(self, client: Client) -> None:
         analysis, layers, name = self.analysis, self.layers, WHAT.get(self._what.value)
         if analysis is None or name is None:
             return
@@ -58,7 +57,7 @@ class ExportPanel(Panel):
 
         self._saver.save(client, bundle_name(analysis.view.source, f"_{name}"), make)
 
-    def save_all(self, client: viser.ClientHandle) -> None:
+    def save_all(self, client: Client) -> None:
         """Save everything as one ZIP file, in the downloads of this browser."""
         analysis, layers, with_montage = self.analysis, self.layers, bool(self._montage.value)
         if analysis is None:
@@ -78,14 +77,14 @@ class ExportPanel(Panel):
 
         self._saver.save(client, bundle_name(analysis.view.source), make)
 
-    def _files(self, analysis: Analysis, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
+    def _files(self, analysis: Analysis, client: Client, layers: list[str], progress: Progress) -> Files:
         files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256, progress=progress)
         server = self.app.server
         saved = {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: page_of_scene(server).encode()}
         return files | saved
 
 
-def view_picture(client: viser.ClientHandle) -> bytes:
+def view_picture(client: Client) -> bytes:
     """Return the 3D view as one browser shows it, as PNG without a background."""
     size = client.camera.image_height, client.camera.image_width
     try:

@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-import viser
 from dockpose.app.inputs.sequences import FrameSource, choices, choose, sent
 from dockpose.app.processing.analysis import COLUMNS, Analysis, TrackedFrame, Trajectory
 from dockpose.app.processing.following import FrameFollower
@@ -14,7 +13,7 @@ from dockpose.app.processing.player import FramePlayer
 from dockpose.app.state.scene import scene_of
 from dockpose.app.web.panels.live import LiveControls
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import App, Panel, offer
+from dockpose.app.web.widgets import App, Client, Panel, offer
 from dockpose.sources import Frames
 
 NONE_CHOSEN = "(none)"
@@ -62,7 +61,7 @@ class SequencePanel(Panel):
         """Return the names of the sequences that can be chosen."""
         return choices(self.app.given, self.app.options.folder)
 
-    def choose(self, name: Any, client: viser.ClientHandle) -> None:
+    def choose(self, name: Any, client: Client) -> None:
         """Open a sequence in place of the open one; if that fails, say so and change nothing."""
         if name == NONE_CHOSEN:
             self.close()
@@ -70,14 +69,14 @@ class SequencePanel(Panel):
         given, root, scene = self.app.given, self.app.options.folder, scene_of(self.app.view)
         self._try(lambda: choose(name, given, root, scene), client)
 
-    def _choose(self, client: viser.ClientHandle) -> None:
+    def _choose(self, client: Client) -> None:
         self.choose(self._choice.value, client)
 
-    def take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
+    def take(self, data: bytes, name: str, client: Client) -> None:
         """Open an uploaded video, in the same way."""
         self._try(lambda: sent(data, name), client)
 
-    def _try(self, resolving: Callable[[], FrameSource], client: viser.ClientHandle) -> None:
+    def _try(self, resolving: Callable[[], FrameSource], client: Client) -> None:
         if not self.app.attempt(lambda: self.open(resolving()), client):
             self._reset()
 
@@ -107,7 +106,7 @@ class SequencePanel(Panel):
             source.discard()
             self._reset()
 
-    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+    def welcome(self, client: Client, uploads: ClientUploads) -> None:
         """Let a new browser have the whole course so far."""
         self._tell_whole()
 
@@ -156,7 +155,7 @@ class SequencePanel(Panel):
         self._start.visible, self._start.label = player is None, f"Play {names[0]}"
         self._speed.visible = player is not None and not player.frames.is_live
 
-    def _open_first(self, client: viser.ClientHandle) -> None:
+    def _open_first(self, client: Client) -> None:
         if self.player is None:
             self.choose(self.names()[0], client)
             self.play(True)

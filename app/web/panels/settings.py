@@ -9,7 +9,7 @@ from dockpose.app.web.html import help_anchor, help_link
 from dockpose.app.web.server.pages import help_body
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.server.viser_private import Modal
-from dockpose.app.web.widgets import Act, App, Panel, on_person
+from dockpose.app.web.widgets import Act, App, Client, Panel, on_person
 
 
 class SettingsPanel(Panel):
@@ -37,7 +37,7 @@ class SettingsPanel(Panel):
         if self._memory.now.dark is not None:  # else each browser has its own, which what all are sent could follow
             _paint(self.gui, self._memory.now.dark)
 
-    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+    def welcome(self, client: Client, uploads: ClientUploads) -> None:
         """Show the first card, too, if it is still to be seen."""
         super().welcome(client, uploads)
         if self._memory.now.shows_first_card:
@@ -48,25 +48,23 @@ class SettingsPanel(Panel):
         self._memory.keep_picture(analysis.view)
         self._memory.change(settings=analysis.view.settings, tank=analysis.view.tank)
 
-    def show_first_card(self, client: viser.ClientHandle) -> None:
+    def show_first_card(self, client: Client) -> None:
         """Show the three sentences over the page of one browser."""
         sentences = "".join(f'<p style="margin: 0 0.75em 0.7em">{sentence}</p>' for sentence in self.said["first_card"])
         self._show_card(client, "Welcome to dockpose", sentences, "Start")
 
-    def show_help(self, client: viser.ClientHandle) -> None:
+    def show_help(self, client: Client) -> None:
         """Show the help over the page of one browser."""
         link = help_anchor("Open it in a tab of its own")
         self._show_card(
             client, "Help", f'<div style="padding: 0 0.75em">{link}{help_body()}</div>', "Close", is_long=True
         )
 
-    def forget(self, client: viser.ClientHandle) -> None:
+    def forget(self, client: Client) -> None:
         """Forget the card of a browser that left."""
         self._cards.pop(client.client_id, None)
 
-    def _show_card(
-        self, client: viser.ClientHandle, title: str, html: str, words: str, *, is_long: bool = False
-    ) -> None:
+    def _show_card(self, client: Client, title: str, html: str, words: str, *, is_long: bool = False) -> None:
         self._close_card(client)
         card = client.gui.add_modal(title)
         self._cards[client.client_id] = card
@@ -75,16 +73,16 @@ class SettingsPanel(Panel):
             client.gui.add_html(html, order=1)
         on_person(button.on_click, self._dismiss)
 
-    def _dismiss(self, client: viser.ClientHandle) -> None:
+    def _dismiss(self, client: Client) -> None:
         self._close_card(client)
         self._memory.change(shows_first_card=False)
 
-    def _close_card(self, client: viser.ClientHandle) -> None:
+    def _close_card(self, client: Client) -> None:
         card = self._cards.pop(client.client_id, None)
         if card is not None:
             card.close()
 
-    def follow(self, client: viser.ClientHandle, is_dark: bool) -> None:
+    def follow(self, client: Client, is_dark: bool) -> None:
         """Give one browser the colours of its system, unless somebody chose them here."""
         if self._memory.now.dark is None:
             _paint(client.gui, is_dark)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import viser
 from dockpose.app.inputs.folder import below, folders_below, pictures_in, step
 from dockpose.app.inputs.pictures import sample_names
 from dockpose.app.inputs.received import read_sent
@@ -16,7 +15,7 @@ from dockpose.app.state import scene as scenes
 from dockpose.app.state.parameters import SCENE_DISTURBANCES, SCENE_POSE, SCENE_WATER
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import Act, App, Panel, offer
+from dockpose.app.web.widgets import Act, App, Client, Panel, offer
 from dockpose.files.yaml_file import to_yaml
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.water import PRESETS
@@ -52,7 +51,7 @@ class SourcePanel(Panel):
         self.add_upload(area, "upload", self.changing_by_file(self._with_new_upload))
         self.add_upload(area, "upload_video", lambda *sent: app.sequence.take(*sent))
 
-    def turn(self, by: int, client: viser.ClientHandle) -> None:
+    def turn(self, by: int, client: Client) -> None:
         """Show the picture ``by`` places further in the list."""
         self.change(lambda view: self._turned(view, by), client, reload=True)
 
@@ -91,7 +90,7 @@ class SourcePanel(Panel):
         self._kept.add(name, data)  # only what can be read is kept
         return shown
 
-    def _forget_uploads(self, client: viser.ClientHandle) -> None:
+    def _forget_uploads(self, client: Client) -> None:
         """Forget all that was sent; a sample takes the place of what is shown of it."""
 
         def without_uploads(view: View) -> View:

@@ -5,7 +5,6 @@ from html import escape
 from itertools import zip_longest
 from typing import Any
 
-import viser
 from dockpose import Camera, Dock
 from dockpose.app.export.budget import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.processing.analysis import Analysis
@@ -17,7 +16,7 @@ from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, small, table
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import App, Panel, offer, on_person, return_when_idle
+from dockpose.app.web.widgets import App, Client, Panel, offer, on_person, return_when_idle
 from dockpose.camera.files import FORMATS
 from dockpose.camera.tone import TONES
 from dockpose.study.budget import budget
@@ -103,7 +102,7 @@ class CameraPanel(Panel):
         for name, handle in self._names.items():
             handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
-    def _with_lights(self, client: viser.ClientHandle, view: View) -> View:
+    def _with_lights(self, client: Client, view: View) -> View:
         changed = with_lights(view, self._lights.value)
         if (changed.dock.lights or 0) != self._lights.value:
             return_when_idle(self._lights, self.change, client, self._load_lights)
@@ -151,7 +150,7 @@ class ChipsPanel(Panel):
                 button.label, button.hint = chip.label, chip.hint
             button.visible = chip is not None
 
-    def _press(self, index: int, client: viser.ClientHandle) -> None:
+    def _press(self, index: int, client: Client) -> None:
         if index < len(self._chips):
             self.change(self._chips[index].press, client, reload=True)
 
@@ -208,7 +207,7 @@ class TanksPanel(Panel):
             self._take = self.add("button", "take", self.changing(with_these_as_mine))
             self._forget = self.add("button", "forget", self.changing(self._forgotten))
 
-    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+    def welcome(self, client: Client, uploads: ClientUploads) -> None:
         """Tell a new browser where the saved tanks cannot be read."""
         if self._tanks.trouble:
             self.app.notify("About the saved tanks", self._tanks.trouble, "yellow", client)
@@ -232,7 +231,7 @@ class TanksPanel(Panel):
         self._forget.visible = is_known
         self._take.visible = "picture" in (view.camera_of, view.dock_of)
 
-    def _choose(self, client: viser.ClientHandle) -> None:
+    def _choose(self, client: Client) -> None:
         name = str(self._choice.value)
         if name != NOT_SAVED:
             self.change(lambda view: with_tank(view, self._tanks.get(name)), client, reload=True)

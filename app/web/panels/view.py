@@ -7,7 +7,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-import viser
 from dockpose import Estimate
 from dockpose.app.drawing import colours
 from dockpose.app.drawing.colours import POSE_NAMES
@@ -16,7 +15,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.web.live import Acts, WishBox, data_html, wish_to
-from dockpose.app.web.widgets import App, Change, Panel
+from dockpose.app.web.widgets import App, Change, Client, Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
@@ -89,10 +88,10 @@ class PicturePanel(Panel):
 def acts_in_picture(change: Change) -> Acts:
     """What is done for a mask that was drawn, in pixels, and for a level to which the threshold was dragged."""
 
-    def mask(wish: Any, client: viser.ClientHandle) -> None:
+    def mask(wish: Any, client: Client) -> None:
         change(lambda view: with_mask(view, wish.x, wish.y, wish.width, wish.height), client, reload=True)
 
-    def level(wish: Any, client: viser.ClientHandle) -> None:
+    def level(wish: Any, client: Client) -> None:
         change(lambda view: with_method(view, "fixed", wish.level), client, reload=True)
 
     return {wish_to("mask", x=float, y=float, width=float, height=float): mask, wish_to("level", level=int): level}

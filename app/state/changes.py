@@ -1,7 +1,7 @@
 """Changes of what is searched for and how, poses by hand, and chips for what rules the next picture too."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -168,22 +168,21 @@ class Chip:
 
 def chips(view: View, fitting_lights: int | None = None) -> list[Chip]:
     """Return what to offer, and all that holds beyond this picture and is not as the program would have it."""
-    return [*_offers(view, fitting_lights), *_removable(view)]
-
-
-def _offers(view: View, fitting_lights: int | None) -> Iterator[Chip]:
+    found = []
     if fitting_lights is not None:
         label = f"{fitting_lights} lights form a ring; the dock is set to {view.dock.lights}. Use {fitting_lights}?"
-        yield Chip(label, "Sets the number of lights, evenly spaced.", lambda view: with_lights(view, fitting_lights))
+        press = partial(with_lights, value=fitting_lights)
+        found.append(Chip(label, "Sets the number of lights, evenly spaced.", press))
     if view.dock_of == "guess":
         hint = "Distances are in proportion to the diameter. Press if it is right; otherwise set it in the tab Tank."
         label = f"The dock's diameter is assumed. Is it {100 * view.dock.diameter:g} cm?"
-        yield Chip(label, hint, lambda view: with_own_dock(view, view.dock))
+        found.append(Chip(label, hint, lambda view: with_own_dock(view, view.dock)))
     mine = with_my_tank(view)
     is_known = view.tank.camera is not None or view.camera_of == "tank"
     if is_known and not is_in_force(view) and (mine.camera, mine.dock) != (view.camera, view.dock):
         hint = "Look at this picture with the operator's own camera and dock."
-        yield Chip("Use My tank for this picture", hint, with_my_tank)
+        found.append(Chip("Use My tank for this picture", hint, with_my_tank))
+    return found + _removable(view)
 
 
 def _removable(view: View) -> list[Chip]:

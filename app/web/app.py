@@ -218,8 +218,13 @@ class App(contextlib.AbstractContextManager["App"]):
             analysis = analyse(job, self._current)
             if not self._is_warm:  # the first run loads compiled code, and its time is not that of a picture
                 self._is_warm, analysis = True, analyse(job)
-        except ValueError as error:  # a scene that cannot be rendered
-            self._go_back(job, error)
+        except ValueError as error:  # a scene that cannot be rendered: what is shown comes back, but for a newer one
+            with self._lock:
+                if self._view is not job:
+                    return
+                self._view = self._shown
+                self._load(self._shown)
+            self.refuse(error, None)
             return
         self._show(analysis)
 
@@ -257,15 +262,6 @@ class App(contextlib.AbstractContextManager["App"]):
         with self._drawing:
             if analysis is self._current:
                 self.scene.show(analysis)
-
-    def _go_back(self, refused: View, error: ValueError) -> None:
-        """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""
-        with self._lock:
-            if self._view is not refused:
-                return
-            self._view = self._shown
-            self._load(self._shown)
-        self.refuse(error, None)
 
     def fail(self, error: Exception) -> None:
         """Report an unexpected error in the terminal and in all browsers."""

@@ -67,9 +67,13 @@ class CameraPanel(Panel):
         if view.camera.fx != view.camera.fy:
             self._lock.value = False
         self._tone.options, self._tone.value = optics.tone_names(view.camera), str(view.camera.tone)
-        self._load_port(view)
         self._load_lights(view)
         self._angles.value = angles_text(view.dock)
+        self._port.value = has_port = view.camera.port is not None
+        for handle in (*(self.sliders[name].handle for name in PORT), *self._names.values()):
+            handle.disabled = not has_port
+        for name, handle in self._names.items():
+            handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
     def _add_dock(self) -> None:
         self.add_sliders(DOCK)
@@ -94,13 +98,6 @@ class CameraPanel(Panel):
 
     def _load_lights(self, view: View) -> None:
         self._lights.value = view.dock.lights or 0
-
-    def _load_port(self, view: View) -> None:
-        self._port.value = has_port = view.camera.port is not None
-        for handle in (*(self.sliders[name].handle for name in PORT), *self._names.values()):
-            handle.disabled = not has_port
-        for name, handle in self._names.items():
-            handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
 
     def _with_lights(self, client: Client, view: View) -> View:
         changed = with_lights(view, self._lights.value)

@@ -10,7 +10,7 @@ from dockpose import Estimate, Settings
 from dockpose.app.commands.arguments import camera_of, dock_of, masks_of, turned
 from dockpose.app.commands.console import EXIT_ALL_READ, EXIT_SOME_UNREADABLE, put, say
 from dockpose.app.commands.output import PictureFolder, open_lines, write_line
-from dockpose.app.drawing.montage import montage
+from dockpose.app.drawing.annotated import montage
 from dockpose.app.drawing.numbers import chance, number, pose_cells
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Batch, Picture, expand, known, read_sidecar

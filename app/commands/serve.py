@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     with warned():
         from dockpose.app.web.app import App  # viser takes a second to import, which other commands need not wait for
 
-        app = App.build(arguments.source, camera, dock, arguments.host, arguments.port, options)
+        app = App(arguments.source, camera, dock, arguments.host, arguments.port, options)
         try:
             for line in _addresses(app, arguments.host, options):
                 say(line)

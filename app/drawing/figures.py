@@ -1,10 +1,24 @@
-"""Matplotlib figures: made without a window, saved with text kept as text."""
+"""Matplotlib figures, made without a window: among them the annotated picture as vectors over the picture itself."""
 
 import io
+import math
 import threading
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from dockpose import Estimate
+from dockpose.app.drawing import colours
+from dockpose.app.drawing.annotated import LAYERS, check_layers
+from dockpose.app.drawing.numbers import chance, length_words, pose_cells, status_words
+from dockpose.estimate import geometry
+from dockpose.estimate.canvas import to_bgr8
+
 if TYPE_CHECKING:  # imported where it is used, since that takes half a second
+    from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 DPI = 150
@@ -42,3 +56,100 @@ def _saved(figure: "Figure", kind: str, metadata: dict[str, Any], more: dict[str
     with _busy, rc_context(settings):
         figure.savefig(memory, format=kind, metadata=metadata, dpi=figure.dpi)
     return memory.getvalue()
+
+
+WIDTH_IN, HIGHEST_IN = 6.5, 8.0
+_LINE_IN, _MARGIN_IN = 0.17, 0.12
+
+
+def picture_figure(image: Any, estimate: Estimate, layers: Collection[str] = LAYERS) -> "Figure":
+    """Draw what was found over the picture, with a legend below."""
+    check_layers(layers)
+    scale = min(WIDTH_IN / estimate.width, HIGHEST_IN / estimate.height)
+    width, height = scale * estimate.width, scale * estimate.height
+    figure = new_figure(WIDTH_IN, height)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.imshow(to_bgr8(image)[..., ::-1], interpolation="none")
+    axes.set_axis_off()
+    axes.autoscale(False)
+    _draw(axes, estimate, layers)
+    entries = len(axes.get_legend_handles_labels()[0])
+    legend_in = _MARGIN_IN + _LINE_IN * math.ceil(entries / 2) if entries else 0.0
+    whole = height + legend_in
+    figure.set_size_inches(WIDTH_IN, whole)
+    axes.set_position(((1 - width / WIDTH_IN) / 2, legend_in / whole, width / WIDTH_IN, height / whole))
+    if entries:
+        figure.legend(loc="lower center", ncols=2, fontsize=7, frameon=False, borderaxespad=0.2)
+    return figure
+
+
+def _draw(axes: "Axes", estimate: Estimate, layers: Collection[str]) -> None:
+    from matplotlib.patches import Rectangle
+
+    for index, (x, y, width, height) in enumerate(estimate.settings.masks):
+        name = "masked" if index == 0 else None
+        axes.add_patch(Rectangle((x, y), width, height, fill=False, hatch="///", color=colours.MASK_COLOUR, label=name))
+    outline = geometry.outline(estimate)
+    if "ellipse" in layers and outline is not None:
+        axes.plot(*np.vstack([outline, outline[:1]]).T, color=colours.ELLIPSE_COLOUR, lw=0.8, label="ellipse")
+    if "lights" in layers:
+        _draw_lights(axes, estimate)
+    for index, pose in enumerate(estimate.candidates):
+        width = 1.4 if pose is estimate.selected else 0.7
+        style: dict[str, Any] = {"color": colours.POSE_COLOURS[index], "linewidth": width}
+        _, diameters, normal = geometry.pose_lines(pose, estimate)
+        if "axes" in layers:
+            for ends in diameters:
+                axes.plot(*ends.T, color=style["color"], linewidth=width / 2)
+        if "normals" in layers:
+            axes.plot(*normal.T, **style, marker="o", markersize=3, markevery=[1])
+            axes.annotate(
+                colours.POSE_NAMES[index], normal[1], (4, -3), textcoords="offset points", color=style["color"]
+            )
+        if "text" in layers:
+            axes.plot([], [], **style, label=_pose_words(estimate, index))
+    if "text" in layers and not estimate.candidates:
+        axes.plot([], [], " ", label=f"no pose ({status_words(estimate.status)})")
+    if "centres" in layers:
+        ellipse, dock = geometry.centres(estimate)
+        if ellipse is not None:
+            axes.plot(*ellipse, "+", color=colours.ELLIPSE_COLOUR, markersize=8, label="ellipse centre")
+        if dock is not None:
+            axes.plot(*dock, "o", color="black", markerfacecolor="white", markersize=4, label="dock centre")
+    if "scale" in layers:
+        _draw_scale(axes, estimate)
+
+
+def _draw_lights(axes: "Axes", estimate: Estimate) -> None:
+    if estimate.markers is None:
+        return
+    points, on_ring = estimate.markers.points_px, geometry.on_ring(estimate)
+    lights, others = points[on_ring], points[~on_ring]
+    if len(lights):
+        axes.plot(
+            *lights.T, "o", color=colours.LIGHT_COLOUR, markerfacecolor="none", markersize=8, label="light on the ring"
+        )
+    if len(others):
+        axes.plot(*others.T, "x", color=colours.DROPPED_COLOUR, markersize=6, label="other group")
+    place: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center"}
+    for index, label, (x, y) in geometry.light_labels(estimate):
+        axes.annotate(label, points[index], (10 * x, -10 * y), color="white", fontsize=7, **place)
+
+
+def _draw_scale(axes: "Axes", estimate: Estimate) -> None:
+    bar = geometry.scale_bar(estimate)
+    if bar is None:
+        return
+    length_m, length_px = bar
+    right, y = 0.98 * estimate.width, 0.97 * estimate.height
+    axes.plot([right - length_px, right], [y, y], color="white", lw=2, solid_capstyle="butt")
+    words = f"{length_words(length_m)} at the dock"
+    axes.annotate(words, (right, y), (0, 4), textcoords="offset points", ha="right", color="white", fontsize=7)
+
+
+def _pose_words(estimate: Estimate, index: int) -> str:
+    pose = estimate.candidates[index]
+    x, y, z, theta_x, theta_y = pose_cells(pose)
+    chosen = ", chosen" if pose is estimate.selected else ""
+    likely = f" ({chance(pose)})" if chance(pose) else ""
+    return f"{colours.POSE_NAMES[index]}{chosen}{likely}: x {x}, y {y}, z {z} cm; θx {theta_x}°, θy {theta_y}°"

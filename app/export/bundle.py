@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 from dockpose import Camera, Dock, Settings
 from dockpose.app.drawing import figures
-from dockpose.app.drawing.annotated import LAYERS, annotate
-from dockpose.app.drawing.montage import montage
-from dockpose.app.drawing.vector import picture_figure
+from dockpose.app.drawing.annotated import LAYERS, annotate, montage
+from dockpose.app.drawing.figures import picture_figure
 from dockpose.app.experiment import SessionRecord
 from dockpose.app.export import data, report
 from dockpose.app.export.recordings.ros import pose_yaml

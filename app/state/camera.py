@@ -1,7 +1,8 @@
-"""Changes of the camera that are no single number: the port, defaults and camera files; distortion coefficients."""
+"""Whose camera and dock are in force, and changes of the camera that are no single number, as its port or file."""
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,92 @@ from dockpose import Camera, Dock
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import save_dock
 from dockpose.app.inputs.received import read_sent, written
-from dockpose.app.state.in_force import with_own_camera
-from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera
+from dockpose.app.state.tank import Tank
+from dockpose.app.state.view import DEFAULT_DOCK, View, guess_camera, own_camera, own_dock
 from dockpose.camera.files import load_camera, save_camera
 from dockpose.camera.port import ACRYLIC, FRESH_WATER, GLASS, SEA_WATER, FlatPort
 from dockpose.camera.tone import TONES
 from msgspec.structs import replace as changed
+
+
+def with_my_tank(view: View) -> View:
+    """Look at the picture with My tank's camera and dock; a camera is assumed where My tank has none that fits."""
+    camera, camera_of = own_camera(view.tank, view.image)
+    dock, dock_of = own_dock(view.tank)
+    return replace(view, camera=camera, camera_of=camera_of, dock=dock, dock_of=dock_of)
+
+
+def with_tank(view: View, tank: Tank) -> View:
+    """Take another tank for My tank; a picture that came with a camera and a dock of its own keeps them."""
+    own = with_my_tank(replace(view, tank=tank))
+    if view.camera_of == "picture":
+        own = replace(own, camera=view.camera, camera_of="picture")
+    return replace(own, dock=view.dock, dock_of="picture") if view.dock_of == "picture" else own
+
+
+def with_these_as_mine(view: View) -> View:
+    """Take the camera and the dock in force for My tank; an assumed camera is nobody's."""
+    camera = view.tank.camera if view.camera_of == "guess" else view.camera
+    camera_of = view.camera_of if view.camera_of == "guess" else "tank"
+    return with_own_dock(replace(view, tank=changed(view.tank, camera=camera), camera_of=camera_of), view.dock)
+
+
+def with_own_camera(view: View, camera: Camera, name: str) -> View:
+    """Take a camera that the operator gave, in a file of that name, for My tank, and look with it."""
+    height, width = view.image.shape[:2]
+    try:
+        fitting = camera.for_size(width, height)
+    except ValueError as error:
+        raise UserError(f"{name}: {error}") from error
+    return replace(view, camera=fitting, camera_of="tank", tank=changed(view.tank, camera=camera))
+
+
+def with_own_dock(view: View, dock: Dock) -> View:
+    """Take a dock that the operator gave for My tank, and look for it."""
+    return replace(view, dock=dock, dock_of="tank", tank=changed(view.tank, dock=dock, knows_diameter=True))
+
+
+def kept(before: View, after: View) -> View:
+    """Finish a change: camera and dock go into My tank, unless the picture brought them; a note, with its cause."""
+    if after.note and after.note == before.note and after.settings != before.settings:
+        after = replace(after, note="")
+    if after.image is not before.image or after.tank is not before.tank:
+        return after
+    if after.camera != before.camera and after.camera_of == before.camera_of != "picture":
+        after = replace(after, tank=changed(after.tank, camera=after.camera), camera_of="tank")
+    if after.dock != before.dock and after.dock_of == before.dock_of != "picture":
+        knows_diameter = after.dock.diameter != before.dock.diameter or before.dock_of == "tank"
+        tank = changed(after.tank, dock=after.dock, knows_diameter=knows_diameter)
+        after = replace(after, tank=tank, dock_of=own_dock(tank)[1])
+    return after
+
+
+def is_in_force(view: View) -> bool:
+    """Whether the picture is looked at with My tank."""
+    return view.camera_of == view.dock_of == "tank"
+
+
+def origin(view: View) -> str:
+    """What the picture's own camera and dock came with: "the sample", or the name of the file beside it."""
+    if view.list_name in ("samples", "sequence"):
+        return "the " + view.list_name.removesuffix("s")
+    return f"{Path(view.item).stem}.yaml" if view.item else "the simulated scene"
+
+
+def in_force_words(view: View) -> str:
+    """Say whose camera and dock this picture is looked at with; empty where they are My tank's."""
+    if is_in_force(view):
+        return ""
+    its = origin(view)
+    if view.camera_of == view.dock_of:
+        both = f"camera and dock of {its}" if view.camera_of == "picture" else "an assumed camera and dock"
+        given = view.given_camera, view.given_dock
+        edited = ", changed by hand" if view.camera_of == "picture" and (view.camera, view.dock) != given else ""
+        return f"In use here: {both}{edited}."
+    names = {"tank": "My tank's {}", "picture": f"the {{}} of {its}", "guess": "an assumed {}"}
+    camera, dock = names[view.camera_of].format("camera"), names[view.dock_of].format("dock")
+    return f"In use here: {camera} and {dock}."
+
 
 _COEFFICIENTS, _FISHEYE_COEFFICIENTS = 5, 4
 WATERS = {"fresh water": FRESH_WATER, "sea water": SEA_WATER}
@@ -91,15 +172,10 @@ def field_of_view_sentence(camera: Camera) -> str:
     across, down = (math.degrees(angle) for angle in camera.field_of_view_rad)
     if camera.port is None:
         return f"Field of view: {across:.1f}° wide, {down:.1f}° high."
-    wide, high = (math.degrees(angle) for angle in _field_in_water(camera))
+    left, right, top, bottom = -0.5, camera.width - 0.5, -0.5, camera.height - 0.5
+    rays = camera.rays([[left, camera.cy], [right, camera.cy], [camera.cx, top], [camera.cx, bottom]])
+    angles = np.degrees(np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2]))
+    wide, high = angles[0] + angles[1], angles[2] + angles[3]
     return (
         f"Field of view: {across:.1f}° wide, {down:.1f}° high in air; {wide:.1f}° wide, {high:.1f}° high in the water."
     )
-
-
-def _field_in_water(camera: Camera) -> tuple[float, float]:
-    left, right, top, bottom = -0.5, camera.width - 0.5, -0.5, camera.height - 0.5
-    edges = [[left, camera.cy], [right, camera.cy], [camera.cx, top], [camera.cx, bottom]]
-    rays = camera.rays(edges)
-    angles = np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2])
-    return float(angles[0] + angles[1]), float(angles[2] + angles[3])

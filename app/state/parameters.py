@@ -106,11 +106,6 @@ def _lens(name: str, limits_of: Callable[[Camera], Limits]) -> dict[str, Any]:
     return {"limits": limits}
 
 
-def _focal(camera: Camera) -> Limits:
-    """Fields of view from 136 to 11 degrees."""
-    return Limits(0.2 * camera.width, 5.0 * camera.width, 1.0)
-
-
 def _diameter_limits(view: View) -> Limits:
     """1 cm to 3 m; more where the given dock is larger."""
     given = 100 * view.given_dock.diameter
@@ -139,8 +134,8 @@ def _with_surface(number: float, mirror: Mirror | None) -> Mirror | None:
 
 
 _FUNCTIONS: dict[str, dict[str, Any]] = {
-    "fx": _lens("fx", _focal),
-    "fy": _lens("fy", _focal),
+    # Fields of view from 136 to 11 degrees.
+    **{name: _lens(name, lambda camera: Limits(0.2 * camera.width, 5.0 * camera.width, 1.0)) for name in ("fx", "fy")},
     "cx": _lens("cx", lambda camera: Limits(0.0, camera.width - 1.0, 0.5)),
     "cy": _lens("cy", lambda camera: Limits(0.0, camera.height - 1.0, 0.5)),
     "k1": _coefficient(0, 1.0),

@@ -14,7 +14,7 @@ import numpy as np
 from dockpose import Camera, Dock, Settings, estimate
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.received import read_sent
-from dockpose.app.state.in_force import with_own_camera, with_own_dock
+from dockpose.app.state.camera import with_own_camera, with_own_dock
 from dockpose.app.state.tank import Tank, make_private, write_whole
 from dockpose.app.state.view import View, open_source, with_sample, with_upload
 from dockpose.files.yaml_file import FileError, read_yaml, to_yaml

@@ -23,11 +23,6 @@ class Tank(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     dock: Dock = _ASSUMED_DOCK
     knows_diameter: bool = False  # whether somebody has given the dock's diameter, be it the one that is assumed
 
-    @property
-    def dock_is_assumed(self) -> bool:
-        """Whether nobody has given the dock's diameter."""
-        return not self.knows_diameter and self.dock.diameter == _ASSUMED_DOCK.diameter
-
     def with_given(self, camera: Camera | None, dock: Dock | None) -> "Tank":
         """The tank with a camera and a dock that were given at the start, None for its own."""
         knows_diameter = self.knows_diameter or dock is not None

@@ -7,16 +7,61 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
+import msgspec
 import numpy as np
 from dockpose import Camera, Dock, Settings
 from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import Sidecar, load_sample, read_sidecar, sample_names, sample_path
-from dockpose.app.state.measured import MeasuredPose
 from dockpose.app.state.tank import Tank
 from dockpose.camera.image import ImageError, decode, orientation_of, orientation_sentence, read_picture_file, turned
 from dockpose.pose.known import KnownPose
 from dockpose.simulate import Scene, load_scene
 from dockpose.sources.pictures import read_tagged
+
+_UNFINISHED = {"-", "+", "−", ".", ",", "-.", "-,", "−.", "−,"}  # what a number that is being typed begins with
+
+
+class MeasuredPose(msgspec.Struct, frozen=True):
+    """Centimetres and degrees of the dock's centre and face; None for what was not measured."""
+
+    x_cm: float | None = None
+    y_cm: float | None = None
+    z_cm: float | None = None
+    theta_x_deg: float | None = None
+    theta_y_deg: float | None = None
+
+    @property
+    def values(self) -> tuple[float | None, ...]:
+        """The five numbers, in the order of the tables."""
+        return msgspec.structs.astuple(self)
+
+    @property
+    def pose(self) -> KnownPose | None:
+        """The whole pose; None where a number of it is blank."""
+        x, y, z, theta_x, theta_y = self.values
+        if x is None or y is None or z is None or theta_x is None or theta_y is None:
+            return None
+        return KnownPose((x / 100, y / 100, z / 100), theta_x, theta_y)
+
+
+def typed_number(name: str, text: str, *, is_finished: bool = True) -> float | None:
+    """Return a typed number, with a point or comma; None for a blank or, unless ``is_finished``, a lone minus."""
+    text = text.strip()
+    if not text or (not is_finished and text in _UNFINISHED):
+        return None
+    try:
+        number = float(text.replace(",", ".").replace("−", "-"))
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise UserError(f"{name} is {text!r}; it must be a number, or blank where not measured.")
+    return number
+
+
+def number_text(number: float | None) -> str:
+    """Return a number as people type it; blank for None."""
+    return "" if number is None else f"{number:.6f}".rstrip("0").rstrip(".")
+
 
 NO_TANK = Tank()
 DEFAULT_DOCK = NO_TANK.dock
@@ -164,7 +209,8 @@ def own_camera(tank: Tank, image: np.ndarray) -> tuple[Camera, Owner]:
 
 def own_dock(tank: Tank) -> tuple[Dock, Owner]:
     """Return My tank's dock; and whose it is, as long as nobody has given its diameter."""
-    return tank.dock, "guess" if tank.dock_is_assumed else "tank"
+    is_assumed = not tank.knows_diameter and tank.dock.diameter == DEFAULT_DOCK.diameter
+    return tank.dock, "guess" if is_assumed else "tank"
 
 
 def _fitting(camera: Camera, image: np.ndarray) -> tuple[Camera, Owner]:

@@ -9,29 +9,30 @@ from pathlib import Path
 
 import viser
 from dockpose import Camera, Dock
-from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.inputs.received import UploadStore
-from dockpose.app.inputs.sequences import FrameSource, given, is_sequence, of_size
+from dockpose.app.inputs.sequences import given, is_sequence, of_size
 from dockpose.app.processing.analysis import Analysis, analyse
 from dockpose.app.processing.background import LatestWorker
-from dockpose.app.state.in_force import kept
+from dockpose.app.state.camera import kept
 from dockpose.app.state.preferences import Memory, with_last_settings
 from dockpose.app.state.tank import Tanks
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import View, open_source
 from dockpose.app.web.layout import Layout
 from dockpose.app.web.live import LivePage
-from dockpose.app.web.notifications import Colour, Notifications, attempt, tell_refusal
+from dockpose.app.web.notifications import Colour, Notifications
+from dockpose.app.web.panels.picture import StripPanel
+from dockpose.app.web.panels.play import SequencePanel
+from dockpose.app.web.panels.settings import SettingsPanel
 from dockpose.app.web.scene.scene import Scene3D
-from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.journal import LOG
 from dockpose.app.web.server.looks import Looks, UpdatePacing
-from dockpose.app.web.server.options import DEFAULTS, RECORDINGS_FOLDER, Options
+from dockpose.app.web.server.options import DEFAULTS, Options
 from dockpose.app.web.server.start import open_server, reachable_hosts, silence, token_for
 from dockpose.app.web.server.uploads import Uploads
 from dockpose.app.web.server.viser_private import icons_from_one_archive
-from dockpose.app.web.widgets import Choices, Parts
+from dockpose.app.web.widgets import Choices
 from dockpose.sources import Frame
 
 LOOPBACK = "127.0.0.1"
@@ -39,86 +40,69 @@ FRAME_LIMIT_S = 60.0  # a frame of a sequence that takes longer no longer holds 
 
 
 class App(contextlib.AbstractContextManager["App"]):
-    """The running page. Make it with :meth:`build`, end it with :meth:`stop`, or as a context."""
+    """The running page, ended by :meth:`stop` or as a context. Raises ValueError or OSError where it cannot start."""
 
     def __init__(
         self,
-        server: viser.ViserServer,
-        guard: Guard,
-        view: View,
-        memory: Memory,
-        options: Options,
-        sequence: FrameSource | None,
-        beside: Path | None,
-    ) -> None:
-        self._server = server
-        self._guard = guard
-        self._notices = Notifications()
-        self._kept = UploadStore()
-        self._uploads = Uploads(options.upload_limit_bytes, self._kept.make_room)
-        self._memory, self._history = memory, History()
-        self._view = view
-        self._lock, self._choices = threading.RLock(), Choices()
-        self._scene = Scene3D(server)
-        self._shown = view
-        self._sequence = SequenceController(self, sequence, options.folder)
-        self._newest: Analysis | None = None
-        self._is_warm = False
-        self._looks = Looks(server, guard, lambda client, is_dark: self._layout.settings.follow(client, is_dark))
-        self._pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self._sequence.is_playing)
-        self._live, self._closing = LivePage(), contextlib.ExitStack()
-        with icons_from_one_archive():
-            self._layout = Layout(self._parts(options, beside))
-        self._panels = self._layout.panels
-        self._load(view)
-        self._current: Analysis | None = None
-        self._drawing, self._greeting = threading.Lock(), threading.Lock()
-        pacing = self._pacing
-        self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_rest_s, pacing.drawing_quiet_s)
-        self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
-        self._worker.submit(view)
-        server.on_client_connect(self._welcome)
-        server.on_client_disconnect(self._say_goodbye)
-
-    @classmethod
-    def build(
-        cls,
         source: str | None = None,
         camera: Camera | None = None,
         dock: Dock | None = None,
         host: str = LOOPBACK,
         port: int = 0,
         options: Options = DEFAULTS,
-    ) -> "App":
-        """Open the source and start serving. Raises ValueError or OSError where that cannot be done."""
-        sequence = given(source, camera, dock, options.topic) if source is not None and is_sequence(source) else None
-        beside = None if source is None or sequence is not None else Path(source).resolve().parent
-        memory = Memory(options.remember_in)
-        tank = memory.now.tank
-        if sequence is not None:
+    ) -> None:
+        self.options, self.memory = options, Memory(options.remember_in)
+        self.history, self.tanks = History(), Tanks(options.remember_in)
+        self.given = given(source, camera, dock, options.topic) if source is not None and is_sequence(source) else None
+        self.beside = None if source is None or self.given is not None else Path(source).resolve().parent
+        self._view = self._shown = view = self._first_view(source, camera, dock)
+        keep_in = options.remember_in if port else None  # any free port is another one the next time
+        view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
+        self._guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
+        self.server = server = open_server(host, port, self._guard)
+        self._notices = Notifications()
+        self.kept = UploadStore()
+        self._uploads = Uploads(options.upload_limit_bytes, self.kept.make_room)
+        self._lock, self.choices = threading.RLock(), Choices()
+        self.scene = Scene3D(server)
+        self._newest: Analysis | None = None
+        self._is_warm = False
+        self._looks = Looks(server, self._guard, lambda *look: self._layout.of(SettingsPanel).follow(*look))
+        self._pacing = pacing = UpdatePacing(lambda: bool(self._looks.slow), lambda: self.sequence.is_playing)
+        self.live, self.closing = LivePage(), contextlib.ExitStack()  # which stops whatever runs
+        with icons_from_one_archive():
+            self._layout = Layout(self)  # pyright: ignore[reportArgumentType]
+        self._panels, self.sequence = self._layout.panels, self._layout.of(SequencePanel)
+        self._load(view)
+        self._current: Analysis | None = None
+        self._drawing, self._greeting = threading.Lock(), threading.Lock()
+        self._scene_worker = LatestWorker(self._draw, self.fail, pacing.drawing_rest_s, pacing.drawing_quiet_s)
+        self._worker: LatestWorker[View | Frame | None] = LatestWorker(self._work, self.fail)
+        self._worker.submit(view)
+        server.on_client_connect(self._welcome)
+        server.on_client_disconnect(self._say_goodbye)
+        try:
+            if self.given is not None:
+                self.sequence.open(self.given)
+        except ValueError:
+            self.stop()
+            raise
+
+    def _first_view(self, source: str | None, camera: Camera | None, dock: Dock | None) -> View:
+        tank = self.memory.now.tank
+        if self.given is not None:
             tank = tank.with_given(camera, dock)
-            sequence = replace(sequence, wishes=of_size(options.wishes, tank.camera))
+            self.given = replace(self.given, wishes=of_size(self.options.wishes, tank.camera))
             view = open_source(None, None, None, tank)
         else:
             is_left_open = source is None and camera is None and dock is None
-            view = (memory.last_view(tank) if is_left_open else None) or open_source(source, camera, dock, tank)
-        view = with_last_settings(view, memory.now.settings)
-        keep_in = options.remember_in if port else None  # any free port is another one the next time
-        view_token = token_for(keep_in, f"{port}-view") if options.view_link else None
-        guard = Guard(host, options.allow_hosts, token_for(keep_in, str(port)), view_token)
-        server = open_server(host, port, guard)
-        app = cls(server, guard, view, memory, options, sequence, beside)
-        try:
-            app._sequence.open_given()
-        except ValueError:
-            app.stop()
-            raise
-        return app
+            view = (self.memory.last_view(tank) if is_left_open else None) or open_source(source, camera, dock, tank)
+        return with_last_settings(view, self.memory.now.settings)
 
     @property
     def port(self) -> int:
         """The port it listens on."""
-        return self._server.get_port()
+        return self.server.get_port()
 
     @property
     def address(self) -> str:
@@ -128,7 +112,7 @@ class App(contextlib.AbstractContextManager["App"]):
     def addresses(self, *, for_viewers: bool = False) -> list[str]:
         """Addresses to open in a browser: on this machine first, then, where it listens to them, on others."""
         token = self._guard.view_token if for_viewers else self._guard.token
-        return [f"http://{host}:{self.port}/?token={token}" for host in reachable_hosts(self._server.get_host())]
+        return [f"http://{host}:{self.port}/?token={token}" for host in reachable_hosts(self.server.get_host())]
 
     @property
     def view(self) -> View:
@@ -144,13 +128,13 @@ class App(contextlib.AbstractContextManager["App"]):
 
     def stop(self) -> None:
         """End the worker and the server."""
-        self._sequence.close()
-        self._closing.close()
+        self.sequence.close()
+        self.closing.close()
         self._worker.close()
         self._scene_worker.close()
-        self._memory.write()
+        self.memory.write()
         with silence():
-            self._server.stop()
+            self.server.stop()
 
     def __exit__(self, *_: object) -> None:
         self.stop()
@@ -160,28 +144,28 @@ class App(contextlib.AbstractContextManager["App"]):
     ) -> None:
         """Apply a function to the view and have the result worked on; where it refuses, say so and keep the view."""
         with self._lock:
-            before, choice = self._view, self._choices.put_back()
+            before, choice = self._view, self.choices.put_back()
 
             def apply() -> None:
                 self._view = function(before)
 
-            is_done = attempt(apply, self.notify, self.fail, client)
-            self._choices.taken(choice)
+            is_done = self.attempt(apply, client)
+            self.choices.taken(choice)
             after = self._view = kept(before, self._view)
             if reload or not is_done:
                 self._load(after)
             if after is not before:
-                self._history.note(before, after)
-                if not (self._sequence.is_playing and after.list_name == "sequence"):  # else the next frame has it
+                self.history.note(before, after)
+                if not (self.sequence.is_playing and after.list_name == "sequence"):  # else the next frame has it
                     self._worker.submit(after)
         if before.list_name == "sequence" != after.list_name:
-            self._sequence.close()
+            self.sequence.close()
         self._tell_notes(before, after, client)
 
     def _load(self, view: View) -> None:
         for panel in self._panels:
             panel.load(view)
-        self._choices.put_back()
+        self.choices.put_back()
 
     def _tell_notes(self, before: View, after: View, client: viser.ClientHandle | None) -> None:
         for note in after.notes:
@@ -193,44 +177,21 @@ class App(contextlib.AbstractContextManager["App"]):
         self._worker.submit(frame)
         self._worker.wait_until_idle(FRAME_LIMIT_S)
 
-    def on_sequence(self, name: str | None) -> None:
-        """Show that another sequence was opened, or none."""
+    def forget_frames(self) -> None:
+        """Forget the frames that were shown: another sequence was opened, or none."""
         self._newest = None
-        self._history.forget()
-        self._layout.sequence.reset(name)
+        self.history.forget()
 
     def on_rest(self) -> None:
         """Show the frame in full; while playing, only its picture may have been shown."""
         if self._newest is not None:
             self._worker.submit(None)
 
-    def _parts(self, options: Options, beside: Path | None) -> Parts:
-        return Parts(
-            server=self._server,
-            live=self._live,
-            closing=self._closing,
-            change=self.change,
-            choices=self._choices,
-            fail=self.fail,
-            undo=lambda client: self.change(self._history.undo, client, reload=True),
-            redo=lambda client: self.change(self._history.redo, client, reload=True),
-            uploads=self._kept,
-            root=options.folder,
-            beside=beside,
-            memory=self._memory,
-            tanks=Tanks(options.remember_in),
-            sequence=self._sequence,
-            scene=self._scene,
-            notify=self.notify,
-            sessions=SessionFolder(options.sessions),
-            recordings=options.sessions.with_name(RECORDINGS_FOLDER),
-        )
-
     def _welcome(self, client: viser.ClientHandle) -> None:
         LOG.info("browser %d opened the page", client.client_id)
         client.scene.set_global_visibility(True)  # only now: all else on its page would wait for the first drawing
         self._looks.heed(client)
-        self._layout.strip.count_browsers(len(self._server.get_clients()))
+        self._layout.of(StripPanel).count_browsers(len(self.server.get_clients()))
         uploads = self._uploads.attach(client)
         with self._greeting:  # viser takes buttons for one browser at a time into a folder
             for panel in self._panels:
@@ -241,8 +202,8 @@ class App(contextlib.AbstractContextManager["App"]):
         self._looks.slow.discard(client.client_id)
         self._uploads.detach(client)
         self._notices.forget(client)
-        self._layout.settings.forget(client)
-        self._layout.strip.count_browsers(len(self._server.get_clients()))
+        self._layout.of(SettingsPanel).forget(client)
+        self._layout.of(StripPanel).count_browsers(len(self.server.get_clients()))
 
     def _work(self, job: View | Frame | None) -> None:
         """Work on a view, on a frame, or show all of the newest frame."""
@@ -257,14 +218,19 @@ class App(contextlib.AbstractContextManager["App"]):
             analysis = analyse(job, self._current)
             if not self._is_warm:  # the first run loads compiled code, and its time is not that of a picture
                 self._is_warm, analysis = True, analyse(job)
-        except ValueError as error:  # a scene that cannot be rendered
-            self._go_back(job, error)
+        except ValueError as error:  # a scene that cannot be rendered: what is shown comes back, but for a newer one
+            with self._lock:
+                if self._view is not job:
+                    return
+                self._view = self._shown
+                self._load(self._shown)
+            self.refuse(error, None)
             return
         self._show(analysis)
 
     def _work_on_frame(self, frame: Frame) -> None:
         with self._lock:
-            follower, before = self._sequence.follower, self._view
+            follower, before = self.sequence.follower, self._view
             if follower is None:  # closed meanwhile
                 return
             view = self._view = follower.view_of(before, frame)
@@ -281,37 +247,44 @@ class App(contextlib.AbstractContextManager["App"]):
         self._shown, self._current = analysis.view, analysis
         is_frame = analysis.tracked_frame is not None
         is_hidden = is_frame and self._pacing.hides_scene()
-        with self._live.held, self._server.atomic() if is_frame else contextlib.nullcontext():
-            self._live.put(hidesScene=is_hidden)
+        with self.live.held, self.server.atomic() if is_frame else contextlib.nullcontext():
+            self.live.put(hidesScene=is_hidden)
             for panel in self._panels:
                 panel.show(analysis)
             if is_frame and not is_hidden:
                 self._draw(analysis)
         if is_frame:
-            self._server.flush()
+            self.server.flush()
         else:
             self._scene_worker.submit(analysis)  # the 3D scene follows when it has rested
 
     def _draw(self, analysis: Analysis) -> None:
         with self._drawing:
             if analysis is self._current:
-                self._scene.show(analysis)
-
-    def _go_back(self, refused: View, error: ValueError) -> None:
-        """Return to what is shown from a view that turned out to be impossible, unless there is a newer one."""
-        with self._lock:
-            if self._view is not refused:
-                return
-            self._view = self._shown
-            self._load(self._shown)
-        tell_refusal(error, self.notify, None)
+                self.scene.show(analysis)
 
     def fail(self, error: Exception) -> None:
         """Report an unexpected error in the terminal and in all browsers."""
         LOG.error("%s: %s", type(error).__name__, error)
         self.notify("That went wrong", f"{type(error).__name__}: {error}", "red", None)
 
+    def attempt(self, act: Callable[[], object], client: viser.ClientHandle | None) -> bool:
+        """Do what a person asked for; False if it failed, after saying so."""
+        try:
+            act()
+        except ValueError as error:
+            self.refuse(error, client)
+            return False
+        except Exception as error:
+            self.fail(error)
+            return False
+        return True
+
+    def refuse(self, error: ValueError, client: viser.ClientHandle | None) -> None:
+        """Say why something cannot be done."""
+        self.notify("That did not work", str(error), "red", client)
+
     def notify(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle | None) -> None:
         """Show a notification in one browser, or in all."""
-        for one in [client] if client is not None else self._server.get_clients().values():
+        for one in [client] if client is not None else self.server.get_clients().values():
             self._notices.show(title, sentence, colour, one)

@@ -69,15 +69,10 @@ class Chart:
             self.handle.scales = _scales(ends)
         across, *values = data
         twice = 2 if len(across) == 1 else 1  # the browser draws nothing of a single point
-        gapless = [without_gaps(one, ends["y"]) for one in values]
+        low, high = ends["y"]  # NaN, which would blank the whole chart, is drawn out of sight below the axis
+        gapless = [np.where(np.isnan(one), low - (high - low), one) for one in values]
         self.handle.data = tuple(np.repeat(one, twice) for one in (across, *gapless))
         self.handle.visible = True
-
-
-def without_gaps(values: np.ndarray, ends: Ends) -> np.ndarray:
-    """Replace NaN, which would blank the whole chart, with a number out of sight below the axis."""
-    low, high = ends
-    return np.where(np.isnan(values), low - (high - low), values)
 
 
 def fitting_ends(numbers: np.ndarray, least: float) -> Ends:
@@ -88,12 +83,6 @@ def fitting_ends(numbers: np.ndarray, least: float) -> Ends:
     low, high = float(known.min()), float(known.max())
     step = 10.0 ** math.floor(math.log10(max(high - low, least)))
     return step * math.floor(low / step - 0.1), step * math.ceil(high / step + 0.1)
-
-
-def round_above(number: float) -> float:
-    """Return 1, 2 or 5 times a power of ten: the least that is not below ``number``, and at least 1."""
-    power = 10.0 ** math.floor(math.log10(max(number, 1.0)))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= number)
 
 
 def _scales(ends: dict[str, Ends]) -> dict[str, uplot.Scale]:
@@ -138,9 +127,11 @@ class ErrorCharts:
 
 
 def sweep_top_px(sweep: LevelSweep) -> float:
-    """Return the end of the vertical axis: a round number with nearly all errors below."""
+    """Return the end of the vertical axis: 1, 2 or 5 times a power of ten, with nearly all errors below."""
     known = sweep.errors_px[~np.isnan(sweep.errors_px)]
-    return round_above(1.1 * float(np.quantile(known, 0.97)) if len(known) else 1.0)
+    most = max(1.0, 1.1 * float(np.quantile(known, 0.97)) if len(known) else 1.0)
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(step * power for step in (1, 2, 5, 10) if step * power >= most)
 
 
 def sweep_sentence(sweep: LevelSweep) -> str:
@@ -157,12 +148,6 @@ def sweep_sentence(sweep: LevelSweep) -> str:
     )
 
 
-def swept_so_far(sweep: LevelSweep) -> str:
-    """Describe an unfinished sweep."""
-    last = f"{sweep.levels[-1]}" if len(sweep.levels) else "none"
-    return f"Levels up to {last} of {SWEPT_LEVELS[-1]} are drawn. {sweep_sentence(sweep)}"
-
-
 class SweepChart:
     """Draws a sweep; hidden until the first."""
 
@@ -176,11 +161,11 @@ class SweepChart:
     def grow(self, sweep: LevelSweep) -> None:
         """Draw what was swept so far, a few times a second."""
         if time.monotonic() - self._drawn_s >= _EVERY_S or len(sweep.levels) == 1:
-            self.show(sweep, swept_so_far(sweep))
+            self.show(sweep, f"Levels up to {sweep.levels[-1]} of {SWEPT_LEVELS[-1]} are drawn. ")
             self._drawn_s = time.monotonic()
 
-    def show(self, sweep: LevelSweep, sentence: str = "") -> None:
-        """Draw a sweep, a finished one unless a sentence says otherwise."""
+    def show(self, sweep: LevelSweep, before: str = "") -> None:
+        """Draw a sweep, and describe it after the words ``before``."""
         data = (sweep.levels.astype(float), *sweep.errors_px.T)  # NaN where a level shows no dock
         self._chart.show(data, x=(0.0, LEVELS - 1.0), y=(0.0, sweep_top_px(sweep)))
-        self._sentence.content = small(escape(sentence or sweep_sentence(sweep)), 'id="sweep"')
+        self._sentence.content = small(escape(before + sweep_sentence(sweep)), 'id="sweep"')

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 
 from dockpose.app.drawing.colours import POSE_COLOURS, POSE_NAMES
 from dockpose.app.drawing.numbers import MISSING, number, parts_words, percent, pose_cells, pose_sigmas, sigma_words
-from dockpose.app.state.measured import MeasuredPose
+from dockpose.app.state.view import MeasuredPose
 from dockpose.pose.circle import CirclePose
 from dockpose.pose.known import KnownPose
 
-SMALL = "padding: 0 0.75em 0.5em; font-size: max(0.8em, 12px); line-height: 1.35"
 NUMBERS = "padding: 0.15em 0.3em; text-align: right; font-variant-numeric: tabular-nums"
 
 
@@ -58,7 +57,8 @@ def sigma_cells(pose: CirclePose) -> list[str]:
 
 def small(html: str, attributes: str = "") -> str:
     """Return small print; ``attributes`` are HTML of its own, as an id."""
-    return f'<div {attributes} style="{SMALL}">{html}</div>' if html else ""
+    style = "padding: 0 0.75em 0.5em; font-size: max(0.8em, 12px); line-height: 1.35"
+    return f'<div {attributes} style="{style}">{html}</div>' if html else ""
 
 
 def help_anchor(words: str, section: str = "") -> str:

@@ -1,104 +1,98 @@
 """Layout of the page: its panels in their tabs."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from typing import Any, TypeVar
 
 import viser
 from dockpose.app.web.html import help_link
 from dockpose.app.web.live import Acts, WishBox, wish_to
 from dockpose.app.web.panels.calibration import CalibrationPanel
-from dockpose.app.web.panels.camera import CameraPanel
 from dockpose.app.web.panels.compare import ComparePanel
-from dockpose.app.web.panels.detect import DetectPanel
-from dockpose.app.web.panels.experiment.panel import ExperimentPanel
+from dockpose.app.web.panels.detect import DetectPanel, PosePanel
+from dockpose.app.web.panels.experiment import ExperimentPanel
 from dockpose.app.web.panels.export import ExportPanel
 from dockpose.app.web.panels.picture import StripPanel, ViewpointPanel, status_html, table_html
-from dockpose.app.web.panels.play.sequence import SequencePanel
-from dockpose.app.web.panels.pose import PosePanel
+from dockpose.app.web.panels.play import SequencePanel
 from dockpose.app.web.panels.settings import SettingsPanel
-from dockpose.app.web.panels.simulator import SimulatorPanel
-from dockpose.app.web.panels.source import SourcePanel
-from dockpose.app.web.panels.tank import BudgetPanel, ChipsPanel, TanksPanel
+from dockpose.app.web.panels.source import SimulatorPanel, SourcePanel
+from dockpose.app.web.panels.tank import BudgetPanel, CameraPanel, ChipsPanel, TanksPanel
 from dockpose.app.web.panels.view import PicturePanel
-from dockpose.app.web.widgets import Act, Panel, Parts
+from dockpose.app.web.widgets import Act, App, Panel
 
 PICTURE_WIDTH_PX, CONTROLS_WIDTH_PX = 560, 370
+# The tabs beside the picture, and their panels from above; each tab ends with a link to its section of the help.
+TABS: dict[str, tuple[type[Panel], ...]] = {
+    "Pictures": (SourcePanel,),
+    "Tank": (TanksPanel, CameraPanel, CalibrationPanel, BudgetPanel),
+    "Detect": (DetectPanel, PosePanel),
+    "Simulate": (SimulatorPanel,),
+    "Play": (SequencePanel,),
+    "Log": (ExperimentPanel,),
+    "Export": (ExportPanel,),
+}
+# Which panels show a result before its data are sent, and after; the most urgent first.
+FIRST = PicturePanel, SequencePanel, DetectPanel, PosePanel
+LATER = (
+    *(SourcePanel, SimulatorPanel, *TABS["Tank"], SettingsPanel, ExperimentPanel, ExportPanel),
+    *(ViewpointPanel, ChipsPanel, ComparePanel),
+)
+Kind = TypeVar("Kind", bound=Panel)
 
 
 class Layout:
-    """Builds the panels; ``panels`` lists them in the order in which they show a result, most urgent first."""
+    """Builds the panels; ``panels`` lists them in the order in which they show a result."""
 
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        self.panels: list[Panel] = []
-        self._add_pictures(parts.server.gui)
-        self._add_controls(parts.server.gui)
+    def __init__(self, app: App) -> None:
+        self._made: dict[type[Panel], Any] = {}
+        self._add_pictures(app, app.server.gui)
+        self._add_controls(app, app.server.gui)
+        self.panels: list[Panel] = [*map(self.of, FIRST), app.live, *map(self.of, LATER)]
 
-    def _add_controls(self, gui: viser.GuiApi) -> None:
-        parts, tabs = self._parts, gui.add_tab_group()
+    def of(self, kind: type[Kind]) -> Kind:
+        """The panel of a class."""
+        return self._made[kind]
 
-        @contextmanager
-        def tab(title: str, section: str) -> Iterator[None]:
-            """Add a tab that ends with a link to its section of the help."""
+    def _add_controls(self, app: App, gui: viser.GuiApi) -> None:
+        tabs = gui.add_tab_group()
+        for title, kinds in TABS.items():
             with tabs.add_tab(title):
-                yield
-                gui.add_html(help_link(section), order=1e9)
-
-        with tab("Pictures", "pictures"):
-            source = SourcePanel(parts)
-        with tab("Tank", "tank"):
-            tank = TanksPanel(parts), CameraPanel(parts), CalibrationPanel(parts), BudgetPanel(parts)
-        with tab("Detect", "detect"):
-            detect = DetectPanel(parts)
-            with gui.add_folder("Which of the two poses", expand_by_default=False):
-                pose = PosePanel(parts)
-                gui.add_html(help_link("pose"))
-        with tab("Simulate", "simulate"):
-            simulator = SimulatorPanel(parts)
-        with tab("Play", "play"):
-            self.sequence = SequencePanel(parts)
-        with tab("Log", "log"):
-            self.experiment = ExperimentPanel(parts)
-        with tab("Export", "export"):
-            self.export = ExportPanel(parts)
+                self._made |= {kind: kind(app) for kind in kinds}
+                gui.add_html(help_link(title.lower()), order=1e9)
         acts: dict[str, Act] = {
-            "undo": parts.undo,
-            "redo": parts.redo,
-            "next": lambda client: source.turn(1, client),
-            "previous": lambda client: source.turn(-1, client),
-            "play": lambda client: self.sequence.toggle(),
+            "undo": lambda client: app.change(app.history.undo, client, reload=True),
+            "redo": lambda client: app.change(app.history.redo, client, reload=True),
+            "next": lambda client: self.of(SourcePanel).turn(1, client),
+            "previous": lambda client: self.of(SourcePanel).turn(-1, client),
+            "play": lambda client: app.sequence.toggle(),
         }
         with tabs.add_tab("Settings"):
-            self.settings = SettingsPanel(parts, acts)
-        viewpoint = ViewpointPanel(parts)
+            self._made[SettingsPanel] = SettingsPanel(app, acts)
+        self._made[ViewpointPanel] = ViewpointPanel(app)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(CONTROLS_WIDTH_PX)
-        self.panels += [self.sequence, detect, pose, parts.live, source, simulator, *tank]
-        self.panels += [self.settings, self.experiment, self.export, viewpoint, self.chips, self.compare]
 
-    def _add_pictures(self, gui: viser.GuiApi) -> None:
-        parts, left = self._parts, gui.add_panel()
+    def _add_pictures(self, app: App, gui: viser.GuiApi) -> None:
+        left = gui.add_panel()
         with left.add_tab("Picture and pose", viser.Icon.TARGET):
-            parts.live.begin(parts)
-            self.strip = StripPanel(parts)
-            parts.live.place("status", status_html)
-            self.chips = ChipsPanel(parts)
+            app.live.begin(app)
+            self._made[StripPanel] = StripPanel(app)
+            app.live.place("status", status_html)
+            self._made[ChipsPanel] = ChipsPanel(app)
             wished: Acts = {
-                wish_to("take"): lambda wish, client: self.experiment.take(client),
-                wish_to("zip"): lambda wish, client: self.export.save_all(client),
-                wish_to("compare"): lambda wish, client: self.compare.compare(),
-                wish_to("use", method=str): lambda wish, client: self.compare.use(wish.method, client),
-                wish_to("play"): lambda wish, client: self.sequence.toggle(),
-                wish_to("goto", frame=int): lambda wish, client: self.sequence.go_to(wish.frame),
-                wish_to("speed", speed=str): lambda wish, client: self.sequence.set_speed(wish.speed),
+                wish_to("take"): lambda wish, client: self.of(ExperimentPanel).take(client),
+                wish_to("zip"): lambda wish, client: self.of(ExportPanel).save_all(client),
+                wish_to("compare"): lambda wish, client: self.of(ComparePanel).compare(),
+                wish_to("use", method=str): lambda wish, client: self.of(ComparePanel).use(wish.method, client),
+                wish_to("play"): lambda wish, client: app.sequence.toggle(),
+                wish_to("goto", frame=int): lambda wish, client: app.sequence.go_to(wish.frame),
+                wish_to("speed", speed=str): lambda wish, client: app.sequence.set_speed(wish.speed),
             }
             wishes = WishBox(gui, "Done on the page", wished)
             gui.add_html(f'<dockpose-jobs channel="{wishes.channel}"></dockpose-jobs>')
             shown = gui.add_tab_group()
             with shown.add_tab("Picture", viser.Icon.SCAN_EYE):
-                self.panels.append(PicturePanel(parts))
+                self._made[PicturePanel] = PicturePanel(app)
             with shown.add_tab("Compare", viser.Icon.LAYOUT_GRID):
-                self.compare = ComparePanel(parts)
-            parts.live.place("candidates", table_html)
+                self._made[ComparePanel] = ComparePanel(app)
+            app.live.place("candidates", table_html)
         left.dock_left()
         left.set_width(PICTURE_WIDTH_PX)

@@ -13,7 +13,7 @@ import msgspec
 import viser
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.server.viser_private import identity
-from dockpose.app.web.widgets import Panel, Parts, on_person
+from dockpose.app.web.widgets import App, Client, Panel, on_person
 
 _LONGEST = 300  # letters of a wish
 
@@ -34,9 +34,9 @@ class LivePage(Panel):
         self._html: dict[str, str] = {}
         self._data: dict[str, Any] = {}
 
-    def begin(self, parts: Parts) -> None:
+    def begin(self, app: App) -> None:
         """Add to the page what carries the data."""
-        super().__init__(parts)
+        super().__init__(app)
         self._handle, self._aside = self.gui.add_html(""), self.gui.add_html("")
 
     def place(self, name: str, html_of: Callable[[Analysis], str], order: float | None = None) -> None:
@@ -63,7 +63,7 @@ class LivePage(Panel):
                 return
             everything = {"serial": next(self._serials), **self._data, "html": self._html}
             self._handle.content = data_html("page", everything)
-            self.parts.server.flush()
+            self.app.server.flush()
 
     def show(self, analysis: Analysis) -> None:
         """Send what the panels put, and the HTML of all places."""
@@ -78,7 +78,7 @@ class Wish(msgspec.Struct, tag_field="do", forbid_unknown_fields=True, frozen=Tr
     number: int
 
 
-Acts = Mapping[type[Wish], Callable[[Any, viser.ClientHandle], object]]
+Acts = Mapping[type[Wish], Callable[[Any, Client], object]]
 
 
 def wish_to(do: str, **fields: type) -> type[Wish]:
@@ -101,7 +101,7 @@ class WishBox:
         self.channel = identity(self._box)
         on_person(self._box.on_update, self._fulfil)
 
-    def _fulfil(self, client: viser.ClientHandle) -> None:
+    def _fulfil(self, client: Client) -> None:
         """Do what the newest wish says; calls for wishes that were overtaken find none."""
         text = self._box.value
         try:

@@ -2,8 +2,6 @@
 
 import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Literal
 
 import viser
@@ -13,62 +11,32 @@ SHOWN_S = 12.0
 _RUSH_S = 2.0
 _MOST_SENTENCES = 6
 
-# Title, sentence, colour, and the browser to tell; None tells all.
-Notify = Callable[[str, str, Colour, viser.ClientHandle | None], None]
-
-
-@dataclass
-class _Notice:
-    handle: viser.NotificationHandle
-    title: str
-    at_s: float
-    sentences: list[str] = field(default_factory=list)
-
 
 class Notifications:
     """Shows notifications in browsers, merging bursts."""
 
     def __init__(self) -> None:
-        self._last: dict[int, _Notice] = {}
+        # Of each browser its newest notification, with its title, sentences and time.
+        self._last: dict[int, tuple[viser.NotificationHandle, str, list[str], float]] = {}
         self._lock = threading.Lock()
 
     def show(self, title: str, sentence: str, colour: Colour, client: viser.ClientHandle) -> None:
         """Notify one browser; within two seconds of a notification with this title, extend that one."""
         now = time.monotonic()
         with self._lock:
-            last = self._last.get(client.client_id)
-            if last is not None and last.title == title and now - last.at_s < _RUSH_S:
-                last.at_s = now
-                last.sentences.append(sentence)
-                last.handle.body = together(last.sentences)
-                return
-            handle = client.add_notification(title, sentence, color=colour, auto_close_seconds=SHOWN_S)
-            self._last[client.client_id] = _Notice(handle, title, now, [sentence])
+            handle, told, sentences, at_s = self._last.get(client.client_id, (None, "", [], 0.0))
+            if handle is not None and told == title and now - at_s < _RUSH_S:
+                sentences = [*sentences, sentence]
+                handle.body = together(sentences)
+            else:
+                handle = client.add_notification(title, sentence, color=colour, auto_close_seconds=SHOWN_S)
+                sentences = [sentence]
+            self._last[client.client_id] = handle, title, sentences, now
 
     def forget(self, client: viser.ClientHandle) -> None:
         """Forget a browser that left."""
         with self._lock:
             self._last.pop(client.client_id, None)
-
-
-def attempt(
-    act: Callable[[], object], notify: Notify, fail: Callable[[Exception], None], client: viser.ClientHandle | None
-) -> bool:
-    """Do what a person asked for; False if it failed, after saying so by a ValueError's sentence or by ``fail``."""
-    try:
-        act()
-    except ValueError as error:
-        tell_refusal(error, notify, client)
-        return False
-    except Exception as error:
-        fail(error)
-        return False
-    return True
-
-
-def tell_refusal(error: ValueError, notify: Notify, client: viser.ClientHandle | None) -> None:
-    """Say why something cannot be done."""
-    notify("That did not work", str(error), "red", client)
 
 
 def together(sentences: list[str]) -> str:

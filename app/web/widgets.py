@@ -3,33 +3,25 @@
 import math
 import threading
 from collections.abc import Callable, Collection, Mapping
-from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import viser
-from dockpose.app.experiment.session import SessionFolder
-from dockpose.app.inputs.received import UploadStore
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import CancelledError, Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.state.parameters import Parameter
-from dockpose.app.state.preferences import Memory
-from dockpose.app.state.tank import Tanks
 from dockpose.app.state.view import View
-from dockpose.app.web.notifications import Notify, attempt, tell_refusal
-from dockpose.app.web.scene.scene import Scene3D
-from dockpose.app.web.sequence import SequenceController
 from dockpose.app.web.server.uploads import ClientUploads
 from dockpose.app.web.server.viser_private import hear_values, identity
 
 if TYPE_CHECKING:
-    from dockpose.app.web.live import LivePage
+    from dockpose.app.web import app as page
 
-Act = Callable[[viser.ClientHandle], object]
-Take = Callable[[bytes, str, viser.ClientHandle], object]  # of a file its bytes and name
+App: TypeAlias = "page.App"
+Client: TypeAlias = viser.ClientHandle  # a browser that shows the page
+Act = Callable[[Client], object]
+Take = Callable[[bytes, str, Client], object]  # of a file its bytes and name
 # Applies a function to the present view, for the browser that asked for it; by ``reload`` the controls follow.
 Change = Callable[..., None]
 Choice = tuple[str, Any, Any]  # a control's id, the control, and the value that a person gave it
@@ -37,41 +29,13 @@ IDLE_S = 1.5  # a pause in typing
 _SAVING = "Something is being saved already. Wait for it, or stop it first."
 
 
-@dataclass(frozen=True)
-class Parts:
-    """What the panels work with."""
-
-    server: viser.ViserServer
-    live: "LivePage"
-    change: Change
-    choices: "Choices"
-    notify: Notify
-    fail: Callable[[Exception], None]  # reports unexpected errors
-    undo: Act
-    redo: Act
-    uploads: UploadStore
-    root: Path | None  # the folder whose pictures may be listed
-    beside: Path | None  # that of the picture given at the start
-    memory: Memory
-    tanks: Tanks
-    sequence: SequenceController
-    scene: Scene3D
-    sessions: SessionFolder
-    recordings: Path  # where a live source is recorded
-    closing: ExitStack  # stops whatever runs
-
-    def attempt(self, act: Callable[[], object], client: viser.ClientHandle) -> bool:
-        """Do what a person asked for; False if it failed, after saying so."""
-        return attempt(act, self.notify, self.fail, client)
-
-
 class Panel:
     """A part of the page, with the controls that it builds when it is made; it overrides the methods it needs."""
 
     table = ""  # that of static/controls.toml with its controls
 
-    def __init__(self, parts: Parts) -> None:
-        self.parts, self.gui, self.change = parts, parts.server.gui, parts.change
+    def __init__(self, app: App) -> None:
+        self.app, self.gui, self.change = app, app.server.gui, app.change
         self.said = read_toml("controls.toml").get(self.table, {})
         self.analysis: Analysis | None = None
         self.sliders: dict[str, Slider] = {}
@@ -86,7 +50,7 @@ class Panel:
         """Show what was found, and keep it; called from the worker's thread."""
         self.analysis = analysis
 
-    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+    def welcome(self, client: Client, uploads: ClientUploads) -> None:
         """Give a browser that came what it has to itself: its buttons for files."""
         for area, look, take in self._uploads:
             with area:
@@ -99,7 +63,7 @@ class Panel:
         if act is not None and hasattr(handle, "on_click"):
             on_person(handle.on_click, act)
         elif act is not None:
-            self.parts.choices.on_update(handle, act)
+            self.app.choices.on_update(handle, act)
         return handle
 
     def add_sliders(
@@ -107,12 +71,12 @@ class Panel:
     ) -> None:
         """Add a slider for each parameter."""
         for name, one in parameters.items():
-            self.sliders[name] = Slider(self.parts, one, putters.get(name), reload=name in reloading)
+            self.sliders[name] = Slider(self.app, one, putters.get(name), reload=name in reloading)
 
     def add_download(self, name: str, file_name: str, make: Callable[[View], bytes]) -> Any:
         """Add a button that sends ``make(view)`` to the downloads of the browser in which a person presses it."""
 
-        def send(client: viser.ClientHandle, view: View) -> View:
+        def send(client: Client, view: View) -> View:
             client.send_file_download(file_name, make(view), save_immediately=True)
             return view
 
@@ -129,7 +93,7 @@ class Panel:
 
     def trying(self, act: Act) -> Act:
         """What does an act; if that fails, it says so and keeps everything typed."""
-        return lambda client: self.parts.attempt(lambda: act(client), client)
+        return lambda client: self.app.attempt(lambda: act(client), client)
 
     def changing_by_file(self, function: Callable[[View, bytes, str], View]) -> Take:
         """What applies a function of a file to the view."""
@@ -154,7 +118,7 @@ class Choices:
                 with self._held:
                     self._open[key] = key, handle, sent["value"]
 
-        def take_up(client: viser.ClientHandle) -> None:  # which viser calls in any order
+        def take_up(client: Client) -> None:  # which viser calls in any order
             self._acting.on = key
             choice = self.put_back()
             try:
@@ -200,7 +164,7 @@ def offer(dropdown: Any, options: tuple[str, ...], chosen: str) -> None:
         dropdown.value = chosen
 
 
-def return_when_idle(handle: Any, change: Change, client: viser.ClientHandle, load: Callable[[View], object]) -> None:
+def return_when_idle(handle: Any, change: Change, client: Client, load: Callable[[View], object]) -> None:
     """Return a box to the number in force by ``load``, once nobody has typed there any more for a while."""
     # What is typed on the way to a number, as the 8 of 812, stays meanwhile.
     refused = handle.value
@@ -219,25 +183,25 @@ class Slider:
 
     def __init__(
         self,
-        parts: Parts,
+        app: App,
         parameter: Parameter,
         put: Callable[[View, Any], View] | None = None,
         *,
         reload: bool = False,
     ) -> None:
-        self._parameter, put, change = parameter, put or parameter.put, parts.change
-        self.handle = parts.server.gui.add_slider(
+        self._parameter, put, change = parameter, put or parameter.put, app.change
+        self.handle = app.server.gui.add_slider(
             parameter.label, min=0.0, max=1.0, step=1.0, initial_value=0.0, hint=parameter.hint
         )
 
-        def changed(client: viser.ClientHandle, view: View) -> View:
+        def changed(client: Client, view: View) -> View:
             sent = self.handle.value
             new = put(view, sent)
             if not math.isclose(parameter.get(new), sent, rel_tol=1e-9, abs_tol=1e-4):  # it was out of range
                 return_when_idle(self.handle, change, client, self.load)
             return new
 
-        parts.choices.on_update(self.handle, lambda client: change(partial(changed, client), client, reload=reload))
+        app.choices.on_update(self.handle, lambda client: change(partial(changed, client), client, reload=reload))
 
     def load(self, view: View, *, with_value: bool = True) -> None:
         """Set the range and, by default, the value; the box shows as many decimals as a step has, at least one."""
@@ -251,16 +215,16 @@ class Slider:
 class BackgroundWork:
     """Runs one piece of work at a time in its own thread, with a progress bar and a button to stop, with its hint."""
 
-    def __init__(self, parts: Parts, hint: str = "Do not make the file.", busy: str = _SAVING) -> None:
-        self._parts, self._busy, gui = parts, busy, parts.server.gui
+    def __init__(self, app: App, hint: str = "Do not make the file.", busy: str = _SAVING) -> None:
+        self._app, self._busy, gui = app, busy, app.server.gui
         self._bar = gui.add_progress_bar(0, visible=False, animated=True)
         self._stop = gui.add_button("Stop", icon=viser.Icon.PLAYER_STOP, visible=False, hint=hint)
         self._stop.on_click(lambda event: self.cancel())
         self._lock = threading.Lock()
         self._running: tuple[threading.Thread, Progress] | None = None
-        parts.closing.callback(self.close)
+        app.closing.callback(self.close)
 
-    def start(self, work: Callable[[Progress], None], client: viser.ClientHandle | None = None) -> bool:
+    def start(self, work: Callable[[Progress], None], client: Client | None = None) -> bool:
         """Start; return False if other work is still running. ``client`` is told of that, and of a ValueError."""
         with self._lock:
             if self._running is None:
@@ -271,10 +235,10 @@ class BackgroundWork:
                 thread.start()
                 return True
         if client is not None:
-            self._parts.notify("Please wait", self._busy, "yellow", client)
+            self._app.notify("Please wait", self._busy, "yellow", client)
         return False
 
-    def save(self, client: viser.ClientHandle, name: str, make: Callable[[Progress], bytes]) -> None:
+    def save(self, client: Client, name: str, make: Callable[[Progress], bytes]) -> None:
         """Make a file and send it to the browser's downloads under that name."""
 
         def work(progress: Progress) -> None:
@@ -297,7 +261,7 @@ class BackgroundWork:
         if running is not None and running[0] is not threading.current_thread():
             running[0].join(timeout_s)
 
-    def _run(self, work: Callable[[Progress], None], progress: Progress, client: viser.ClientHandle | None) -> None:
+    def _run(self, work: Callable[[Progress], None], progress: Progress, client: Client | None) -> None:
         self._show(True)
         try:
             work(progress)
@@ -305,9 +269,9 @@ class BackgroundWork:
             pass
         except Exception as error:  # whatever it was, people should read of it on the page
             if isinstance(error, ValueError) and client is not None:
-                tell_refusal(error, self._parts.notify, client)
+                self._app.refuse(error, client)
             else:
-                self._parts.fail(error)
+                self._app.fail(error)
         finally:
             with self._lock:
                 self._running = None

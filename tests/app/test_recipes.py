@@ -13,7 +13,7 @@ from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import DEFAULT_SCENE, scene_of, with_scene
 from dockpose.app.state.undo import History
 from dockpose.app.state.view import open_source
-from dockpose.app.web.panels.simulator import SimulatorPanel, _with_scene_file, scene_bytes
+from dockpose.app.web.panels.source import SimulatorPanel, _with_scene_file, scene_bytes
 
 COMMAND = '''
 """``dockpose hello``: greet somebody."""
@@ -71,9 +71,9 @@ def slider(monkeypatch):
 
 
 def test_a_slider_is_on_its_panel_saved_and_undone(slider):
-    parts = MagicMock()
-    SimulatorPanel(parts)
-    assert slider.label in [call.args[0] for call in parts.server.gui.add_slider.call_args_list]
+    app = MagicMock()
+    SimulatorPanel(app)
+    assert slider.label in [call.args[0] for call in app.server.gui.add_slider.call_args_list]
 
     history, before = History(), with_scene(open_source(None, None, None), DEFAULT_SCENE)
     after = put(before, "blur", 99)

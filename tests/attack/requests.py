@@ -6,7 +6,7 @@ import socket
 import time
 import zlib
 
-from dockpose.app.web.server.sockets import MOST_WAITING
+from dockpose.app.web.server.gate import MOST_WAITING
 
 from tests.support.visitors import SUBPROTOCOL, Visitor, asked, cookie_of
 

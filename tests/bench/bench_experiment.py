@@ -4,7 +4,7 @@ import statistics
 from pathlib import Path
 
 from dockpose.app.web.app import App
-from dockpose.app.web.panels.experiment.panel import NO_SESSION
+from dockpose.app.web.panels.experiment import NO_SESSION
 from dockpose.app.web.server.options import Options
 
 from tests.browser.conftest import Page
@@ -29,7 +29,7 @@ _WATCH = """
 
 def test_two_thousand_rows_open_within_two_seconds(browser, tmp_path: Path) -> None:
     long_session(tmp_path / "long", ROWS)
-    app = App.build(port=0, options=Options(sessions=tmp_path))
+    app = App(port=0, options=Options(sessions=tmp_path))
     try:
         page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
         page.open()

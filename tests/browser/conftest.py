@@ -83,7 +83,7 @@ def root(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def app(root):
-    with App.build(port=0, options=Options(sessions=root)) as running:
+    with App(port=0, options=Options(sessions=root)) as running:
         yield running
 
 

@@ -20,7 +20,7 @@ def main() -> int:
     if path is None:
         print("No Chromium: install one, or set CHROMIUM to its path.", file=sys.stderr)
         return 1
-    with App.build(port=0) as app, sync_playwright() as playwright:
+    with App(port=0) as app, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
         page = Page(browser.new_page(viewport={"width": 1366, "height": 768}), app)
         page.open()

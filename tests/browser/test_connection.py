@@ -22,7 +22,7 @@ def port():
 def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, port, tmp_path):
     options = Options(remember_in=tmp_path)
     with visit(browser, None) as page:
-        with App.build(port=port, options=options) as page.app:
+        with App(port=port, options=options) as page.app:
             page.page.goto(page.app.address)
             start = page.page.get_by_role("button", name="Start", exact=True)
             start.wait_for()
@@ -33,7 +33,7 @@ def test_a_page_says_that_the_program_stopped_and_comes_back_by_itself(browser, 
         banner = page.page.get_by_role("alert").filter(has_text="has stopped")
         banner.wait_for()
         assert f"dockpose serve --port {port}" in banner.inner_text()
-        with App.build(port=port, options=options) as page.app:
+        with App(port=port, options=options) as page.app:
             banner.wait_for(state="hidden")
             page.page.locator("#candidates tbody tr").first.wait_for()
             page.until(lambda: page.has_found("tilted"))
@@ -48,7 +48,7 @@ def test_a_reload_keeps_the_tab(page):
 
 
 def test_viewers_see_everything_and_change_nothing(browser):
-    with App.build(port=0, options=Options(view_link=True)) as running, visit(browser, running) as viewer:
+    with App(port=0, options=Options(view_link=True)) as running, visit(browser, running) as viewer:
         viewer.page.goto(running.addresses(for_viewers=True)[0])
         viewer.page.locator("#candidates tbody tr").first.wait_for()
         assert "View only" in viewer.page.locator("#view-only").inner_text()
@@ -64,7 +64,7 @@ def test_the_page_follows_the_systems_dark_mode_until_somebody_chooses(browser):
     def scheme():
         return page.page.evaluate("() => document.documentElement.dataset.mantineColorScheme")
 
-    with App.build(port=0) as running, visit(browser, running, color_scheme="dark") as page:
+    with App(port=0) as running, visit(browser, running, color_scheme="dark") as page:
         page.open()
         page.until(lambda: scheme() == "dark")
         page.page.emulate_media(color_scheme="light")

@@ -9,7 +9,7 @@ import pytest
 from dockpose.app.experiment import Session, session
 from dockpose.app.experiment.record import COLUMNS, csv_text
 from dockpose.app.state.changes import with_measured
-from dockpose.app.web.panels.experiment.panel import ALL, NEXT_FRAME, NO_SESSION, WHAT
+from dockpose.app.web.panels.experiment import ALL, NEXT_FRAME, NO_SESSION, WHAT
 
 from tests.browser.test_export import saved
 from tests.support.taking import FOUND, PICTURE

@@ -99,7 +99,7 @@ def test_saved_3d_page_draws_both_docks(page, browser, tmp_path):
 
 def test_layers_are_drawn_or_not(page):
     page.unfold("Drawn on the annotated picture")
-    (panel,) = (panel for panel in page.app._layout.panels if isinstance(panel, ExportPanel))
+    panel = page.app._layout.of(ExportPanel)
 
     def pixels():
         data = saved(page, "Annotated picture (PNG)")[1]

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def app(tmp_path_factory):
-    with App.build(port=0, options=Options(remember_in=tmp_path_factory.mktemp("memory"))) as running:
+    with App(port=0, options=Options(remember_in=tmp_path_factory.mktemp("memory"))) as running:
         yield running
 
 
@@ -34,7 +34,7 @@ def blur(page):
 
 
 def test_first_card_is_gone_for_good_and_comes_back_when_asked(page):
-    assert not page.app._memory.now.shows_first_card
+    assert not page.app.memory.now.shows_first_card
     page.tab("Settings")
     page.page.get_by_role("button", name="Show the first card").click()
     dismiss_card(page)
@@ -69,7 +69,7 @@ def test_dark_mode(page):
     page.tab("Settings")
     page.tick("Dark mode (D)")
     page.until(lambda: page.page.evaluate(scheme) == "dark")
-    assert page.app._memory.now.dark
+    assert page.app.memory.now.dark
     blur(page)
     page.page.keyboard.press("d")
     page.until(lambda: page.page.evaluate(scheme) == "light")
@@ -135,7 +135,7 @@ def test_two_browsers_show_the_same_and_one_may_leave(page, second):
     second.send("Upload pictures", (name, sample_path("plain").read_bytes()))
     page.until(lambda: name in page.status)
     second.page.close()
-    page.until(lambda: len(page.app._server.get_clients()) == 1)
+    page.until(lambda: len(page.app.server.get_clients()) == 1)
     # What it had under way is forgotten by a callback of its own, a moment after it is gone.
     page.until(lambda: len(page.app._uploads._clients) == 1)
     page.box("fx (px)").fill("760")

@@ -86,11 +86,11 @@ def test_everything_is_saved_as_a_zip_by_one_click(hand):
 
 def test_a_course_plays_after_two_clicks(hand):
     hand.click("button", "Play")
-    hand.click("button", f"Play {hand.page.app._sequence.names()[0]}")
-    hand.page.until(lambda: hand.page.app._sequence.is_playing)
-    hand.page.until(lambda: hand.page.app._sequence.player.index > 5)
+    hand.click("button", f"Play {hand.page.app.sequence.names()[0]}")
+    hand.page.until(lambda: hand.page.app.sequence.is_playing)
+    hand.page.until(lambda: hand.page.app.sequence.player.index > 5)
     assert hand.page.page.locator("dockpose-timeline").is_visible()
     assert hand.clicks == 2
     hand.click("button", "Pause")
-    hand.page.until(lambda: not hand.page.app._sequence.is_playing)
-    hand.page.app._sequence.close()
+    hand.page.until(lambda: not hand.page.app.sequence.is_playing)
+    hand.page.app.sequence.close()

@@ -149,7 +149,7 @@ def test_large_screens_show_all_parts_beside_each_other(page, resized, name):
     page.until(lambda: box(page, STAGE)["height"] >= high and box(page, PLOT)["height"] >= plot)
     assert box(page, STAGE)["width"] >= wide
     assert box(page, "#candidates")["bottom"] < SIZES[name][1]
-    (client,) = page.app._server.get_clients().values()
+    (client,) = page.app.server.get_clients().values()
     page.until(lambda: client.camera.aspect == pytest.approx(canvas["width"] / canvas["height"], rel=0.01))
 
 
@@ -271,7 +271,7 @@ def test_view_buttons_lie_in_the_3d_view_and_show_the_dock_from_near(page):
         place = page.page.get_by_role("button", name=name, exact=True).last.bounding_box()
         assert canvas["left"] < place["x"] < place["x"] + place["width"] < canvas["right"]
         assert canvas["top"] < place["y"] < canvas["top"] + 60
-    (client,) = page.app._server.get_clients().values()
+    (client,) = page.app.server.get_clients().values()
 
     def distance():
         dock = page.app._current.estimate.selected.position_m
@@ -290,7 +290,7 @@ def test_view_buttons_lie_in_the_3d_view_and_show_the_dock_from_near(page):
 
 
 def test_port_is_drawn_where_the_camera_has_one(page):
-    scene = page.app._scene
+    scene = page.app.scene
     page.until(lambda: page.app.wait_until_idle(1))
     assert not scene._port._frame.visible
     page.app.change(lambda view: with_sample(view, "flat_port"), reload=True)

@@ -25,7 +25,7 @@ def camera(browser, tmp_path, monkeypatch):
     monkeypatch.setattr(cv2, "VideoCapture", make)
     options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
     with (
-        App.build("0", CAMERA, Dock(0.30, 10), port=0, options=options) as running,
+        App("0", CAMERA, Dock(0.30, 10), port=0, options=options) as running,
         visit(browser, running, accept_downloads=True) as page,
     ):
         page.open()

@@ -120,7 +120,7 @@ def test_fixed_level_starts_where_hats_left_it_and_can_be_moved(page):
 
 
 def test_viewpoint_buttons_move_the_camera(page):
-    (client,) = page.app._server.get_clients().values()
+    (client,) = page.app.server.get_clients().values()
     page.page.get_by_role("button", name="Camera", exact=True).click()
     page.until(lambda: abs(client.camera.position).max() < 0.01)
     page.page.get_by_role("button", name="Above", exact=True).click()

@@ -2,8 +2,7 @@ from pathlib import Path
 
 import pytest
 from dockpose import estimate
-from dockpose.app.drawing.figures import to_svg
-from dockpose.app.drawing.vector import picture_figure
+from dockpose.app.drawing.figures import picture_figure, to_svg
 from dockpose.app.experiment import Session
 from dockpose.app.export.bundle import session_files
 from dockpose.app.inputs.pictures import load_sample

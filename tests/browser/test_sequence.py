@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.state.parameters import put
-from dockpose.app.web.panels.play.sequence import NONE_CHOSEN
+from dockpose.app.web.panels.play import NONE_CHOSEN
 
 from tests.browser.conftest import visit
 from tests.support import bags
@@ -21,7 +21,7 @@ def sequence(page):
     yield page
     page.tab("Play")
     page.choose("Sequence", NONE_CHOSEN)
-    page.until(lambda: page.app._sequence.player is None)
+    page.until(lambda: page.app.sequence.player is None)
 
 
 def words(page):
@@ -35,21 +35,21 @@ def line(page):
 def test_course_plays_pauses_and_is_drawn_on_the_time_line(sequence):
     assert line(sequence).is_visible()
     sequence.press("Play")
-    sequence.until(lambda: sequence.app._sequence.player.index > 12)
+    sequence.until(lambda: sequence.app.sequence.player.index > 12)
     sequence.press("Pause")
-    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app._sequence.is_playing)
-    index = sequence.app._sequence.player.index
+    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app.sequence.is_playing)
+    index = sequence.app.sequence.player.index
     sequence.until(lambda: f"frame {index + 1} of 250" in sequence.status)
     sequence.until(lambda: f"Followed for {index + 1} frames" in words(sequence))
     sequence.until(lambda: line(sequence).get_attribute("data-points") == str(index + 1))
     assert f"Frame {index + 1} of 250 · {index / 25:.2f} s" in line(sequence).inner_text()
-    assert len(sequence.app._scene._path.points) > 5
+    assert len(sequence.app.scene._path.points) > 5
     place = line(sequence).bounding_box()
     assert place["y"] + place["height"] == 768
     root = sequence.page.locator("#root").bounding_box()
     assert root["y"] + root["height"] <= place["y"]
     sequence.rest()
-    assert sequence.app._sequence.player.index == index
+    assert sequence.app.sequence.player.index == index
 
 
 def test_time_line_is_pointed_at_clicked_dragged_and_steered_by_keys(sequence):
@@ -82,16 +82,16 @@ def test_time_line_is_pointed_at_clicked_dragged_and_steered_by_keys(sequence):
 
 def test_new_browser_has_the_whole_course_and_gaps_are_gaps(sequence, browser):
     sequence.press("Play")
-    sequence.until(lambda: sequence.app._sequence.player.index > 30)
+    sequence.until(lambda: sequence.app.sequence.player.index > 30)
     sequence.app.change(lambda view: put(view, "min_area_px", 500))  # nothing is as large: no dock
-    last = sequence.app._sequence.player.index
-    sequence.until(lambda: sequence.app._sequence.player.index > last + 40)
+    last = sequence.app.sequence.player.index
+    sequence.until(lambda: sequence.app.sequence.player.index > last + 40)
     sequence.app.change(lambda view: put(view, "min_area_px", 2))
-    last = sequence.app._sequence.player.index
-    sequence.until(lambda: sequence.app._sequence.player.index > last + 10)
+    last = sequence.app.sequence.player.index
+    sequence.until(lambda: sequence.app.sequence.player.index > last + 10)
     sequence.press("Pause")
-    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app._sequence.is_playing)
-    seen = str(sequence.app._sequence.player.index + 1)
+    sequence.until(lambda: sequence.app.wait_until_idle(1) and not sequence.app.sequence.is_playing)
+    seen = str(sequence.app.sequence.player.index + 1)
     sequence.until(lambda: line(sequence).get_attribute("data-points") == seen)
     assert line(sequence).get_attribute("data-gaps") == "1"
     with visit(browser, sequence.app) as other:
@@ -147,17 +147,17 @@ def test_steps_time_line_and_key(sequence):
     sequence.until(lambda: "Followed for 1 frame;" in words(sequence) or "Followed for 1 frame." in words(sequence))
     sequence.page.evaluate("document.activeElement.blur()")
     sequence.page.keyboard.press("k")
-    sequence.until(lambda: sequence.app._sequence.is_playing)
+    sequence.until(lambda: sequence.app.sequence.is_playing)
     sequence.page.keyboard.press("k")
-    sequence.until(lambda: not sequence.app._sequence.is_playing)
+    sequence.until(lambda: not sequence.app.sequence.is_playing)
 
 
 def test_speed_and_the_end(sequence):
     sequence.choose("Speed (times)", "4")
-    sequence.until(lambda: sequence.app._sequence.player._speed == 4.0)
+    sequence.until(lambda: sequence.app.sequence.player._speed == 4.0)
     sequence.until(lambda: line(sequence).get_by_label("Speed").input_value() == "4")
     line(sequence).get_by_label("Speed").select_option("2")
-    sequence.until(lambda: sequence.app._sequence.player._speed == 2.0)
+    sequence.until(lambda: sequence.app.sequence.player._speed == 2.0)
     sequence.until(lambda: sequence.box("Speed (times)").input_value() == "2")
     go_to(sequence, 245)
     sequence.press("Play")

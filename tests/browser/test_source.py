@@ -21,7 +21,7 @@ def app(tmp_path_factory):
     (root / "tank").mkdir()
     for name in ("first.png", "second.png"):
         shutil.copy(sample_path("tilted"), root / "tank" / name)
-    with App.build(port=0, options=Options(folder=root)) as running:
+    with App(port=0, options=Options(folder=root)) as running:
         yield running
 
 
@@ -33,7 +33,7 @@ def unfolded(opened):
 
 def files(page):
     """The list of the files in the folder that is chosen."""
-    (panel,) = (panel for panel in page.app._layout.panels if isinstance(panel, SourcePanel))
+    panel = page.app._layout.of(SourcePanel)
     return panel._file
 
 
@@ -167,16 +167,16 @@ def test_forty_files_at_once(page, monkeypatch):
     files = [(f"f{number}.png", good if number % 2 else b"junk") for number in range(40)]
     page.send("Upload pictures", *files)
     page.until(lambda: "f39.png" in page.status)
-    assert [name for name in page.app._kept.names() if name.startswith("f")] == [f"f{n}.png" for n in range(1, 40, 2)]
+    assert [name for name in page.app.kept.names() if name.startswith("f")] == [f"f{n}.png" for n in range(1, 40, 2)]
     page.page.get_by_text("more) | f38.png: is not a picture").first.wait_for()
 
 
 def test_uploads_are_forgotten_when_asked(page):
     page.send("Upload pictures", ("mine.png", sample_path("tilted").read_bytes()))
     page.until(lambda: page.has_found("mine.png"))
-    kept = page.app._kept.kept_bytes
+    kept = page.app.kept.kept_bytes
     page.page.get_by_role("button", name=f"Forget uploads ({kept / 2**20:.1f} MB)").click()
     page.page.get_by_text(f"which frees {kept / 2**20:.1f} MB of memory").first.wait_for()
-    assert page.app._kept.kept_bytes == 0
+    assert page.app.kept.kept_bytes == 0
     page.until(lambda: page.page.get_by_role("button", name="Forget uploads").count() == 0)
     page.until(lambda: "mine.png" not in page.status and "Dock found" in page.status)

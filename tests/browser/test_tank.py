@@ -26,8 +26,8 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def app(folder):
-    with App.build(port=0, options=Options(remember_in=folder, folder=samples_folder())) as running:
-        running._memory.change(shows_first_card=False)
+    with App(port=0, options=Options(remember_in=folder, folder=samples_folder())) as running:
+        running.memory.change(shows_first_card=False)
         yield running
 
 
@@ -116,8 +116,8 @@ def test_tanks_are_saved_under_names_and_one_choice_brings_one_back(tank, folder
 
 def test_tank_is_there_at_the_next_start(folder, browser, app):
     app.change(lambda view: view)
-    app._memory.write()
-    with App.build(str(sample_path("tilted")), port=0, options=Options(remember_in=folder)) as again:
+    app.memory.write()
+    with App(str(sample_path("tilted")), port=0, options=Options(remember_in=folder)) as again:
         assert again.wait_until_idle(HANGS_S)
         assert again.view.tank == app.view.tank
 

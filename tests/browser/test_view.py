@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 from dockpose.app.drawing import colours
-from dockpose.app.drawing.montage import kept_pixels
+from dockpose.app.drawing.annotated import kept_pixels
 from dockpose.app.inputs.pictures import load_sample
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_mask, with_method

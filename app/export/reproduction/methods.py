@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
+from dockpose.app.drawing.annotated import kept_pixels
 from dockpose.app.drawing.colours import BLUE, GREEN, ORANGE
-from dockpose.app.drawing.montage import kept_pixels
 from dockpose.app.export.parts import Cell, Part, Rows, by_verdict, verdict
 from dockpose.app.export.reproduction import pictures as draw
 from dockpose.app.export.reproduction.pictures import PHOTO_DPI, SMALL, canvas, show

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import viser
 from dockpose import Camera
 from dockpose.app.drawing.colours import BLUE, bgr
 from dockpose.app.errors import UserError
@@ -20,11 +19,9 @@ from dockpose.app.export.words import MEDIA, camera_lines, outcome
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import LatestWorker, Progress
 from dockpose.app.processing.calibration import Looked, gather
-from dockpose.app.state.camera import camera_file
-from dockpose.app.state.in_force import with_own_camera
-from dockpose.app.state.view import View
-from dockpose.app.web.html import row, table
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
+from dockpose.app.state.camera import camera_file, with_own_camera
+from dockpose.app.web.html import row, small, table
+from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
 from dockpose.camera.board import Board, Sighting
 from dockpose.camera.calibrate import BoardView, Calibration, Gathering, calibrate_gathered
 from dockpose.camera.coverage import Coverage, coverage_of
@@ -35,7 +32,6 @@ _BY_HAND = "you dropped it"
 _NONE = "(none)"
 _MOST = 200  # pictures, after which the oldest that were left out are forgotten
 _UPLOADS = ".png,.jpg,.jpeg,.tif,.tiff,.bmp,.webp," + ",".join(VIDEO_ENDINGS)
-SMALL = "padding: 0 0.75em 0.5em; font-size: 0.85em; line-height: 1.35"
 WIDTH_PX = 340
 _SEEN_BGR = bgr(BLUE)
 _CELL = "width: 2.2em; height: 1.6em; text-align: center; border: 1px solid rgba(128,128,128,0.5)"
@@ -54,20 +50,20 @@ class CalibrationPanel(Panel):
 
     table = "calibration"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._lock = threading.RLock()
         self._gathering = Gathering(Board(10, 7, 0.024), distinct=True)
         self._dropped: dict[str, Sighting] = {}
         self._done: Calibration | None = None
         self._count = itertools.count(1)
-        self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, parts.fail)
-        parts.closing.callback(self._worker.close)
+        self._worker: LatestWorker[np.ndarray] = LatestWorker(self._watch_one, app.fail)
+        app.closing.callback(self._worker.close)
         area = self.gui.add_folder("Calibrate the camera", expand_by_default=False)
         with area:
             self._add_controls()
             busy = "Another piece of work is running; wait, or stop it."
-            self._work = BackgroundWork(parts, "Do not go on with it.", busy)
+            self._work = BackgroundWork(app, "Do not go on with it.", busy)
         self.add_upload(area, "add", self._take, _UPLOADS)
 
     def show(self, analysis: Analysis) -> None:
@@ -90,7 +86,8 @@ class CalibrationPanel(Panel):
         self._result, self._table = self.gui.add_html("", order=8), self.gui.add_html("", order=9)
         self._which = self.add("dropdown", "which", options=(_NONE,))
         self._drop = self.add("button", "drop", self.trying(self._drop_or_keep))
-        self._use = self.add("button", "use", self.changing(self._with_camera))
+        with_camera = self.changing(lambda view: with_own_camera(view, self._camera(), "the calibration"))
+        self._use = self.add("button", "use", with_camera)
         self._save = self.add_download("save", "camera.yaml", lambda view: camera_file(self._camera(), "dockpose"))
         self.add("button", "again", self.trying(self._clear))
 
@@ -104,7 +101,7 @@ class CalibrationPanel(Panel):
             self._gathering, self._dropped, self._done = Gathering(board, distinct=True), {}, None
         return self._gathering
 
-    def _add_shown(self, client: viser.ClientHandle) -> None:
+    def _add_shown(self, client: Client) -> None:
         if self.analysis is None:
             raise UserError("There is no picture yet.")
         self._look(self.analysis.view.image, f"shown {next(self._count)}", thorough=True)
@@ -140,13 +137,13 @@ class CalibrationPanel(Panel):
             self._which.value = chosen
         self._which.visible = self._drop.visible = bool(names)
 
-    def _take(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
+    def _take(self, data: bytes, name: str, client: Client) -> None:
         if Path(name).suffix.lower() in VIDEO_ENDINGS:
             self._work.start(lambda progress: self._take_video(data, name, client), client)
         else:
-            self.parts.attempt(lambda: self._look(decode(data, name), name, thorough=True), client)
+            self.app.attempt(lambda: self._look(decode(data, name), name, thorough=True), client)
 
-    def _take_video(self, data: bytes, name: str, client: viser.ClientHandle) -> None:
+    def _take_video(self, data: bytes, name: str, client: Client) -> None:
         with tempfile.TemporaryDirectory(prefix="dockpose-") as folder:
             path = Path(folder) / f"sent{Path(name).suffix.lower()}"
             path.write_bytes(data)
@@ -154,7 +151,7 @@ class CalibrationPanel(Panel):
                 gathering = self._ready()
             with Video(str(path), None, grey=True) as video:
                 looked = gather(video, gathering, self._show_progress, f"{name} ")
-        self.parts.notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
+        self.app.notify("Video", f"{name}: {looked.in_words(len(gathering.sightings))}.", "green", client)
 
     def _show_progress(self, looked: Looked, covered: Coverage | None) -> None:
         if covered is not None:
@@ -166,11 +163,12 @@ class CalibrationPanel(Panel):
             gathering = self._ready()
             copy = replace(gathering, sightings=list(gathering.sightings), views=dict(gathering.views))
         self._done = done = calibrate_gathered(copy)
-        self._result.content = result_html(list(camera_lines(done, str(self._medium.value), is_on_page=True)))
+        lines = camera_lines(done, str(self._medium.value), is_on_page=True)
+        self._result.content = "".join([small(escape(line), 'class="calibration-line"') for line in lines])
         self._table.content = pictures_html(done.views)
         self._use.visible = self._save.visible = True
 
-    def _drop_or_keep(self, client: viser.ClientHandle) -> None:
+    def _drop_or_keep(self, client: Client) -> None:
         with self._lock:
             name, gathering = str(self._which.value), self._gathering
             if name in self._dropped:
@@ -194,16 +192,13 @@ class CalibrationPanel(Panel):
             raise UserError("There is no camera yet; work it out first.")
         return self._done.camera
 
-    def _with_camera(self, view: View) -> View:
-        return with_own_camera(view, self._camera(), "the calibration")
-
-    def _forget_quietly(self, client: viser.ClientHandle) -> None:
+    def _forget_quietly(self, client: Client) -> None:
         """Begin anew with another board, as soon as one is typed that can be."""
         with contextlib.suppress(ValueError):
             if self._board() != self._gathering.board:
                 self._clear(client)
 
-    def _clear(self, client: viser.ClientHandle) -> None:
+    def _clear(self, client: Client) -> None:
         with self._lock:
             self._gathering, self._dropped, self._done = Gathering(self._board(), distinct=True), {}, None
             for handle in (self._seen, self._covered, self._result, self._table):
@@ -238,7 +233,7 @@ def seen_html(name: str, found: Sighting | None, dropped: str) -> str:
         text = f"{escape(name)}: board seen, not taken: {escape(dropped)}."
     else:
         text = f"{escape(name)}: <b>board seen and taken</b>, {len(found.picture_px)} corners."
-    return f'<div id="calibration-seen" style="{SMALL}">{text}</div>'
+    return small(text, 'id="calibration-seen"')
 
 
 def coverage_html(covered: Coverage) -> str:
@@ -254,18 +249,11 @@ def coverage_html(covered: Coverage) -> str:
         parts.append(f"tilts {left:.0f}° to {right:.0f}° sideways, {top:.0f}° to {bottom:.0f}° up and down")
         parts.append(f"farthest {covered.distances.max():.1f} times the nearest")
     words = "That is enough." if covered.is_enough else f"Still wanted: {escape('; '.join(covered.wanted))}."
-    return (
-        f'<div id="calibration-covered" style="{SMALL}"><table style="border-collapse: collapse; margin: 0.3em 0">'
-        f"{rows}</table>{escape(', '.join(parts))}. {words}</div>"
-    )
+    cells = f'<table style="border-collapse: collapse; margin: 0.3em 0">{rows}</table>'
+    return small(f"{cells}{escape(', '.join(parts))}. {words}", 'id="calibration-covered"')
 
 
 def pictures_html(views: Sequence[BoardView]) -> str:
     """A table of the pictures: the error of each, or why it was dropped."""
     rows = [row(escape(view.name), [escape(outcome(view))]) for view in views]
     return table("calibration-pictures", ["error"], rows)
-
-
-def result_html(lines: Sequence[str]) -> str:
-    """The camera in sentences."""
-    return "".join(f'<div class="calibration-line" style="{SMALL}">{escape(line)}</div>' for line in lines)

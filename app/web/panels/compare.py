@@ -7,10 +7,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-import viser
 from dockpose import Estimate
-from dockpose.app.drawing import colours
-from dockpose.app.drawing.montage import around_ring, kept_pixels
+from dockpose.app.drawing.annotated import around_ring, kept_pixels
 from dockpose.app.drawing.numbers import MISSING, number, percent, pose_cells, status_words
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
@@ -20,8 +18,8 @@ from dockpose.app.state.view import View
 from dockpose.app.web.charts import SweepChart
 from dockpose.app.web.html import help_link, small
 from dockpose.app.web.live import data_html
-from dockpose.app.web.panels.view import runs
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
+from dockpose.app.web.panels.view import LOOK, runs
+from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
 from dockpose.camera.image import to_grey, to_levels
 from dockpose.estimate import geometry
 from dockpose.pose.known import pose_error
@@ -31,13 +29,6 @@ _OLD_SWEEP = "<b>Outdated:</b> the picture or the settings have changed since. S
 _AROUND = 1.25  # of the ring's size: what a crop shows
 _WIDEST_PX = 480  # of a crop as it is sent
 _OUTLINE_STEP = 4  # of the points on the ellipse
-_COLOURS = {
-    "light": colours.LIGHT_COLOUR,
-    "dropped": colours.DROPPED_COLOUR,
-    "ellipse": colours.ELLIPSE_COLOUR,
-    "pose": colours.POSE_COLOURS[0],
-    "kept": colours.ORANGE,
-}
 
 
 def comparison_numbers(found: Mapping[str, Estimate], view: View) -> dict[str, Any]:
@@ -104,14 +95,13 @@ class ComparePanel(Panel):
 
     table = "compare"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._compared: View | None = None
         self._swept: View | None = None
         self._state: dict[str, Any] = {}
-        look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        gui, self._task = self.gui, BackgroundWork(parts, "Stop the work.")
-        gui.add_html(f'<dockpose-compare style="{look}"></dockpose-compare>')
+        gui, self._task = self.gui, BackgroundWork(app, "Stop the work.")
+        gui.add_html(f'<dockpose-compare style="{LOOK}"></dockpose-compare>')
         self._cards, self._states = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Every fixed level", expand_by_default=False):
             self.add("button", "sweep", lambda client: self._begin(self._do_sweep))
@@ -130,7 +120,7 @@ class ComparePanel(Panel):
         if self.analysis is not None and not self._is_fresh:
             self._begin(self._do_compare)
 
-    def use(self, method: str, client: viser.ClientHandle) -> None:
+    def use(self, method: str, client: Client) -> None:
         """Take a method for the picture."""
         self.change(lambda view: with_method(view, method), client, reload=True)
 

@@ -1,15 +1,24 @@
-"""Settings of the detection: the threshold method, its level, the smallest group, and masks."""
+"""The tab Detect: method, level, smallest group, masks; and both candidates in full, and why this one."""
 
+import math
 from html import escape
 from typing import Any
 
 from dockpose import Estimate
+from dockpose.app.drawing import numbers
+from dockpose.app.drawing.colours import POSE_NAMES
+from dockpose.app.drawing.numbers import MISSING, QUANTITIES
+from dockpose.app.export.words import why_this_one
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.changes import mask_labels, with_centroid, with_mask, with_method, without_mask, without_masks
+from dockpose.app.resources import read_toml
+from dockpose.app.state import changes as choices
 from dockpose.app.state.parameters import DETECTION
-from dockpose.app.state.view import View
-from dockpose.app.web.html import SMALL
-from dockpose.app.web.widgets import Panel, Parts, Slider
+from dockpose.app.state.view import MeasuredPose, View, number_text, typed_number
+from dockpose.app.web.html import help_link, pose_name, result_cells, row, small, table, wide_row
+from dockpose.app.web.widgets import App, Panel, Slider
+from dockpose.pose.circle import CirclePose
+from dockpose.pose.known import KnownPose, pose_error
+from dockpose.pose.pnp import peer_poses
 from dockpose.thresholds import LEVELS, METHODS
 
 NO_MASK = "(no mask)"
@@ -43,9 +52,10 @@ def thrown_out_sentence(found: Estimate) -> str:
     return " ".join(parts) or "Nothing was masked or thrown out."
 
 
-def detect_html(found: Estimate) -> str:
+def detect_html(analysis: Analysis) -> str:
     """What the threshold keeps, and what was left out of it."""
-    return f'<div style="{SMALL}">{escape(threshold_sentence(found))}<br>{escape(thrown_out_sentence(found))}</div>'
+    sentences = threshold_sentence(analysis.estimate), thrown_out_sentence(analysis.estimate)
+    return small("<br>".join(map(escape, sentences)))
 
 
 class DetectPanel(Panel):
@@ -53,27 +63,23 @@ class DetectPanel(Panel):
 
     table = "detect"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._labels = {METHODS.title(method): method for method in METHODS}
         self._method = self.add(
             "dropdown", "method", self.changing(self._with_method, reload=False), options=tuple(self._labels)
         )
-        self._level = Slider(parts, DETECTION["level"], self._with_fixed_level)
-        self._min_area = Slider(parts, DETECTION["min_area_px"])
-        self._centroid = self.add(
-            "dropdown",
-            "centroid",
-            self.changing(lambda view: with_centroid(view, _CENTROIDS.get(self._centroid.value)), reload=False),
-            options=tuple(_CENTROIDS),
-        )
-        parts.live.place("detect", lambda analysis: detect_html(analysis.estimate))
+        self._level = Slider(app, DETECTION["level"], self._with_fixed_level)
+        self._min_area = Slider(app, DETECTION["min_area_px"])
+        with_centre = self.changing(self._with_centre, reload=False)
+        self._centroid = self.add("dropdown", "centroid", with_centre, options=tuple(_CENTROIDS))
+        app.live.place("detect", detect_html)
         with self.gui.add_folder("Masks: parts not looked at", expand_by_default=False):
             corner, size = self.add("vector2", "corner"), self.add("vector2", "size")
-            self.add("button", "add", self.changing(lambda view: with_mask(view, *corner.value, *size.value)))
+            self.add("button", "add", self.changing(lambda view: choices.with_mask(view, *corner.value, *size.value)))
             self._mask = self.add("dropdown", "mask", options=[NO_MASK])
-            self.add("button", "remove", self.changing(lambda view: without_mask(view, self._mask.value)))
-            self.add("button", "clear", self.changing(without_masks))
+            self.add("button", "remove", self.changing(lambda view: choices.without_mask(view, self._mask.value)))
+            self.add("button", "clear", self.changing(choices.without_masks))
 
     def load(self, view: View) -> None:
         """Set the controls."""
@@ -82,7 +88,7 @@ class DetectPanel(Panel):
         self._min_area.load(view)
         # Most groups are small: a longer slider would be too coarse for them.
         self._min_area.handle.max = min(DETECTION["min_area_px"].range(view).high, max(100, view.settings.min_area_px))
-        masks = tuple(mask_labels(view.settings.masks)) or (NO_MASK,)
+        masks = tuple(choices.mask_labels(view.settings.masks)) or (NO_MASK,)
         if masks != self._mask.options:
             self._mask.options, self._mask.value = masks, masks[-1]
         self._centroid.value = next(label for label, kind in _CENTROIDS.items() if kind == view.settings.centroid)
@@ -97,9 +103,151 @@ class DetectPanel(Panel):
     def _with_method(self, view: View) -> View:
         """Under "fixed" the level starts where the method before it left it."""
         method = self._labels.get(self._method.value, self._method.value)
-        return with_method(view, method, self._level.handle.value)
+        return choices.with_method(view, method, self._level.handle.value)
+
+    def _with_centre(self, view: View) -> View:
+        return choices.with_centroid(view, _CENTROIDS.get(self._centroid.value))
 
     def _with_fixed_level(self, view: View, value: Any) -> View:
-        changed = with_method(view, "fixed", value)
+        changed = choices.with_method(view, "fixed", value)
         self._method.value = METHODS.title("fixed")
         return changed
+
+
+def details_html(found: Estimate) -> str:
+    """Both candidates, a column each, with one-sigma; then the ellipse, and why this one was chosen."""
+    if not found.candidates:
+        return small(escape(found.message))
+    columns = [pose_name(index, pose is found.selected) for index, pose in enumerate(found.candidates)]
+    described = [_described(pose) for pose in found.candidates]
+    rows = list(map(row, described[0], zip(*map(dict.values, described), strict=True)))
+    note = "±: one-sigma; twice that to either side holds the truth 19 times in 20."
+    words = small(f"{escape(_ellipse_words(found))}<br><b>{escape(why_this_one(found))}</b>")
+    return table("pose-details", columns, rows, note) + words
+
+
+def coloured_peers(found: Estimate) -> dict[str, CirclePose | str]:
+    """Pose by each method that needs to identify the lights; empty if their colours do not."""
+    choice, markers, ring = found.choice, found.markers, found.ring
+    if not found.dock.colours or choice is None or choice.lights is None or markers is None or ring is None:
+        return {}
+    return peer_poses(markers.points_px[ring.on_ring], choice.lights, found.camera, found.dock)
+
+
+def peers_html(found: Estimate) -> str:
+    """EPnP and its peers on coloured lights; empty where the dock has none."""
+    if not found.dock.colours:
+        return ""
+    rows = []
+    for name, pose in coloured_peers(found).items():
+        if isinstance(pose, str):
+            rows.append(wide_row(f"{escape(name)}: {escape(pose)}", 7))
+        else:
+            cells = result_cells(pose)
+            rows.append(row(escape(name), [*cells[:5], cells[6]]))
+    if not rows:
+        rows.append(wide_row("The colours do not tell which light is which.", 7))
+    return table("peers", (*QUANTITIES, "error (px)"), rows, "Point by point, since the lights' colours name them.")
+
+
+def errors_html(analysis: Analysis, name: str) -> str:
+    """How far both candidates and the peers are from the "truth" or the "measured" pose; empty where there is none."""
+    found, known = analysis.estimate, getattr(analysis.view, name)
+    if known is None:
+        return ""
+    rows = []
+    for index, pose in enumerate(found.candidates):
+        is_chosen = pose is found.selected
+        rows.append(row(pose_name(index, is_chosen), error_cells(pose, known), bold=is_chosen))
+    for peer, pose in coloured_peers(found).items():
+        if not isinstance(pose, str):
+            rows.append(row(escape(peer), error_cells(pose, known)))
+    words = ""
+    error = pose_error(found.selected, known.pose if isinstance(known, MeasuredPose) else known)
+    if error is not None:
+        words = f"The chosen pose is {escape(str(error))}."
+    if not rows:
+        rows.append(wide_row("No pose to compare.", 6))
+    return table(f"errors-{name}", QUANTITIES, rows, f"Estimated minus {name}. {words}")
+
+
+def error_cells(pose: CirclePose, known: KnownPose | MeasuredPose) -> list[str]:
+    """Estimated minus known, with a sign: x, y, z in centimetres, the angles in degrees; a dash where not known."""
+    known_values = known.values if isinstance(known, MeasuredPose) else numbers.pose_values(known)
+    pairs = zip(numbers.pose_values(pose), known_values, strict=True)
+    errors = [None if true is None else found - true for found, true in pairs]
+    turns = [None if turn is None else (turn + 180) % 360 - 180 for turn in errors[3:]]
+    return [numbers.number(value, signed=True) for value in (*errors[:3], *turns)]
+
+
+def _described(pose: CirclePose) -> dict[str, str]:
+    sigmas = map(numbers.sigma_words, numbers.pose_sigmas(pose))
+    cells = {
+        name: value if sigma == MISSING else f"{value} ± {sigma}"
+        for name, value, sigma in zip(QUANTITIES, numbers.pose_cells(pose, 2), sigmas, strict=True)
+    }
+    return cells | {
+        "roll (°)": numbers.number(None if pose.roll_rad is None else math.degrees(pose.roll_rad)),
+        "dock centre (px)": f"{pose.centre_px[0]:.1f}, {pose.centre_px[1]:.1f}",
+        "likely (%)": numbers.percent(pose.probability),
+        "reprojection error (px)": numbers.number(pose.rms_px, 3),
+    }
+
+
+def _ellipse_words(found: Estimate) -> str:
+    ellipse = found.ellipse
+    if ellipse is None:
+        return ""
+    (x, y), (major, minor) = ellipse.centre_px, ellipse.semi_axes_px
+    return (
+        f"Ellipse: centre {x:.1f}, {y:.1f} px; semi-axes {major:.1f} and {minor:.1f} px; eccentricity "
+        f"{ellipse.eccentricity:.3f} (0 is a circle); lights off it by {ellipse.rms_px:.2f} px."
+    )
+
+
+class PosePanel(Panel):
+    """Tables, three buttons to overrule the choice, and five numbers of a measured pose."""
+
+    table = "pose"
+
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        hints, self._measured = read_toml("controls.toml")["measured"], {}
+        with self.gui.add_folder("Which of the two poses", expand_by_default=False):
+            app.live.place("pose", lambda analysis: details_html(analysis.estimate))
+            with_pose = self.changing(self._with_pose, reload=False)
+            self._use = self.add("button_group", "use", with_pose, options=("The program's", *POSE_NAMES))
+            app.live.place("peers", lambda analysis: peers_html(analysis.estimate))
+            with_measured = self.changing(self._with_measured, reload=False)
+            self._compare = self.add("checkbox", "compare", with_measured)
+            for name in choices.MEASURED_LIMITS:  # boxes of text, for a number's cannot be blank
+                hint = hints["place" if "cm" in name else "turn"]
+                self._measured[name] = self.gui.add_text(f"Measured {name}", "", visible=False, hint=hint)
+                app.choices.on_update(self._measured[name], with_measured)
+            app.live.place("errors", lambda now: errors_html(now, "truth") + errors_html(now, "measured"))
+            self.gui.add_html(help_link("pose"))
+
+    def load(self, view: View) -> None:
+        """Set the measured pose."""
+        measured = view.measured
+        self._compare.value = measured is not None
+        values = (None,) * len(self._measured) if measured is None else measured.values
+        for box, value in zip(self._measured.values(), values, strict=True):
+            box.visible, box.value = measured is not None, number_text(value)
+
+    def _with_pose(self, view: View) -> View:
+        candidates = () if self.analysis is None else self.analysis.estimate.candidates
+        named = dict(zip(POSE_NAMES, candidates, strict=False))
+        return choices.with_pose_by_hand(view, named.get(self._use.value))
+
+    def _with_measured(self, view: View) -> View:
+        for box in self._measured.values():
+            box.visible = bool(self._compare.value)
+        if not self._compare.value:
+            for box in self._measured.values():
+                box.value = ""
+            return choices.with_measured(view, None)
+        texts = {name: str(box.value) for name, box in self._measured.items()}
+        return choices.with_measured(
+            view, {name: typed_number(f"Measured {name}", text, is_finished=False) for name, text in texts.items()}
+        )

@@ -3,7 +3,6 @@
 from functools import partial
 
 import cv2
-import viser
 from dockpose.app.drawing.annotated import LAYERS
 from dockpose.app.errors import UserError
 from dockpose.app.export.bundle import Files, bundle_name, picture_files, to_zip
@@ -13,7 +12,7 @@ from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.web.html import small
 from dockpose.app.web.server.viser_private import page_of_scene
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts
+from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel
 
 _SAID = read_toml("controls.toml")["export"]
 WHAT, LAYER_WORDS = _SAID["files"], _SAID["layers"]
@@ -29,14 +28,14 @@ class ExportPanel(Panel):
 
     table = "export"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self.gui.add_html(small(_WORDS))
         self._what = self.add("dropdown", "what", options=tuple(WHAT))
         self.add("button", "save", self._save)
         self._montage = self.add("checkbox", "montage")
         self.add("button", "save_all", self.save_all)
-        self._saver = BackgroundWork(parts)
+        self._saver = BackgroundWork(app)
         with self.gui.add_folder("Drawn on the annotated picture", expand_by_default=False):
             self._layers = {name: self.gui.add_checkbox(**LAYER_WORDS[name], initial_value=True) for name in LAYERS}
 
@@ -45,7 +44,7 @@ class ExportPanel(Panel):
         """The layers to draw on the annotated picture."""
         return [name for name, box in self._layers.items() if box.value]
 
-    def _save(self, client: viser.ClientHandle) -> None:
+    def _save(self, client: Client) -> None:
         analysis, layers, name = self.analysis, self.layers, WHAT.get(self._what.value)
         if analysis is None or name is None:
             return
@@ -58,7 +57,7 @@ class ExportPanel(Panel):
 
         self._saver.save(client, bundle_name(analysis.view.source, f"_{name}"), make)
 
-    def save_all(self, client: viser.ClientHandle) -> None:
+    def save_all(self, client: Client) -> None:
         """Save everything as one ZIP file, in the downloads of this browser."""
         analysis, layers, with_montage = self.analysis, self.layers, bool(self._montage.value)
         if analysis is None:
@@ -73,19 +72,19 @@ class ExportPanel(Panel):
                 files["view_3d.png"] = lambda: seen
             except UserError as error:
                 del files["view_3d.png"]
-                self.parts.notify("The ZIP file lacks a picture", str(error), "yellow", client)
+                self.app.notify("The ZIP file lacks a picture", str(error), "yellow", client)
             return to_zip(files, progress)
 
         self._saver.save(client, bundle_name(analysis.view.source), make)
 
-    def _files(self, analysis: Analysis, client: viser.ClientHandle, layers: list[str], progress: Progress) -> Files:
+    def _files(self, analysis: Analysis, client: Client, layers: list[str], progress: Progress) -> Files:
         files = picture_files(analysis, layers=layers, sha256=analysis.view.sha256, progress=progress)
-        server = self.parts.server
+        server = self.app.server
         saved = {"view_3d.png": partial(view_picture, client), "view_3d.html": lambda: page_of_scene(server).encode()}
         return files | saved
 
 
-def view_picture(client: viser.ClientHandle) -> bytes:
+def view_picture(client: Client) -> bytes:
     """Return the 3D view as one browser shows it, as PNG without a background."""
     size = client.camera.image_height, client.camera.image_width
     try:

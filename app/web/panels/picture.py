@@ -6,12 +6,12 @@ from dockpose.app.drawing.colours import POSE_NAMES, TRUST_COLOURS
 from dockpose.app.drawing.numbers import QUANTITIES, deviation_words, parts_words, place_words
 from dockpose.app.export.words import advice, status_line
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.in_force import in_force_words
+from dockpose.app.state.camera import in_force_words
 from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import pose_name, result_cells, row, sigma_cells, table, wide_row
 from dockpose.app.web.scene.viewpoints import NAMES
-from dockpose.app.web.widgets import Panel, Parts
+from dockpose.app.web.widgets import App, Panel
 
 COLUMNS = (*QUANTITIES, "likely (%)", "error (px)")
 EXPLANATION = (
@@ -57,11 +57,11 @@ class ViewpointPanel(Panel):
 
     table = "picture"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self.gui.add_html('<dockpose-name-next name="view-buttons"></dockpose-name-next>')
         buttons = self.add(
-            "button_group", "viewpoint", lambda client: parts.scene.look_from(client, buttons.value), options=NAMES
+            "button_group", "viewpoint", lambda client: app.scene.look_from(client, buttons.value), options=NAMES
         )
 
 
@@ -100,14 +100,14 @@ def origin_html(view: View, is_saved: bool, browsers: int) -> str:
 class StripPanel(Panel):
     """The strip; it stays in view whichever tabs are open."""
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._browsers, self._newest = 1, None
-        parts.live.place("strip", self._html)
+        app.live.place("strip", self._html)
 
     def count_browsers(self, browsers: int) -> None:
         """Say how many browsers show the page, where it is more than one."""
-        live = self.parts.live
+        live = self.app.live
         with live.held:
             before, self._browsers = self._browsers, max(1, browsers)
             if self._newest is not None and before != self._browsers:
@@ -117,5 +117,5 @@ class StripPanel(Panel):
     def _html(self, analysis: Analysis) -> str:
         self._newest: Analysis | None = analysis
         view = analysis.view
-        origin = origin_html(view, self.parts.tanks.is_saved(view.tank), self._browsers)
+        origin = origin_html(view, self.app.tanks.is_saved(view.tank), self._browsers)
         return f'<div id="strip">{place_html(analysis)}{origin}</div>'

@@ -1,18 +1,23 @@
-"""Choose a picture: a sample scene, an upload, or a file of a folder on this machine; or open a video."""
+"""The tabs Pictures and Simulate: a sample, an upload, a file of a folder on this machine, or a simulated scene."""
 
 from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
 
-import viser
+import msgspec
 from dockpose.app.inputs.pictures import sample_names
-from dockpose.app.inputs.received import below, folders_below, pictures_in, step
+from dockpose.app.inputs.received import below, folders_below, pictures_in, read_sent, step
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.resources import read_toml
+from dockpose.app.state import scene as scenes
+from dockpose.app.state.parameters import SCENE_DISTURBANCES, SCENE_POSE, SCENE_WATER
 from dockpose.app.state.view import View, with_file, with_sample, with_upload
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import Act, Panel, Parts, offer
+from dockpose.app.web.widgets import Act, App, Client, Panel, offer
+from dockpose.files.yaml_file import to_yaml
+from dockpose.simulate import Scene, load_scene
+from dockpose.simulate.optics.water import PRESETS
 
 OWN_PICTURE = "(own picture)"
 NONE_CHOSEN = "(none)"
@@ -25,27 +30,27 @@ class SourcePanel(Panel):
 
     table = "source"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
-        self._kept, self._sequence = parts.uploads, parts.sequence
-        self._roots = {"folder": parts.root, "beside": parts.beside}
-        area, is_there = self.gui.add_folder(None), parts.root is not None
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        self._kept, root = app.kept, app.options.folder
+        self._roots = {"folder": root, "beside": app.beside}
+        area, is_there = self.gui.add_folder(None), root is not None
         with area:
             samples, none = (*sample_names(), OWN_PICTURE), (NONE_CHOSEN,)
             self._sample = self.add("dropdown", "sample", self._opening("samples"), options=samples)
             self._words = self.gui.add_html("", order=3.1)
             self._uploaded = self.add("dropdown", "uploaded", self._opening("uploads"), options=none)
             self._forget = self.add("button", "forget", self._forget_uploads)
-            folders = "." if parts.root is None else folders_below(parts.root)
+            folders = "." if root is None else folders_below(root)
             with_folder = self.changing(self._with_folder, reload=False)
             self._folder = self.add("dropdown", "folder", with_folder, options=tuple(folders), visible=is_there)
             self._file = self.add("dropdown", "file", self._opening("folder"), options=none, visible=is_there)
             pages = self.add("button_group", "pages", lambda client: self.turn(_STEPS[pages.value], client))
         self._choices = {"samples": self._sample, "uploads": self._uploaded, "folder": self._file}
         self.add_upload(area, "upload", self.changing_by_file(self._with_new_upload))
-        self.add_upload(area, "upload_video", self._sequence.take)
+        self.add_upload(area, "upload_video", lambda *sent: app.sequence.take(*sent))
 
-    def turn(self, by: int, client: viser.ClientHandle) -> None:
+    def turn(self, by: int, client: Client) -> None:
         """Show the picture ``by`` places further in the list."""
         self.change(lambda view: self._turned(view, by), client, reload=True)
 
@@ -55,7 +60,7 @@ class SourcePanel(Panel):
         self._words.content = small(escape(SAMPLE_WORDS.get(view.sample or "", "")))
         uploaded = self._kept.names()
         self._uploaded.visible = bool(uploaded)
-        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or self._sequence.is_sent
+        self._forget.visible = bool(uploaded) or view.list_name == "uploads" or self.app.sequence.is_sent
         self._forget.label = f"Forget uploads ({_megabytes(self._kept.kept_bytes)})"
         _fill(self._uploaded, uploaded, view.item if view.list_name == "uploads" else None)
         self._list_files(view.item if view.list_name == "folder" else None)
@@ -84,16 +89,18 @@ class SourcePanel(Panel):
         self._kept.add(name, data)  # only what can be read is kept
         return shown
 
-    def _without_uploads(self, view: View, client: viser.ClientHandle) -> View:
+    def _forget_uploads(self, client: Client) -> None:
         """Forget all that was sent; a sample takes the place of what is shown of it."""
-        sentence = forgotten_sentence(len(self._kept.names()), self._kept.kept_bytes)
-        self._kept.make_room(0)
-        self.parts.memory.forget_picture()
-        client.add_notification("Uploads forgotten", sentence, color="green")
-        return with_sample(view, sample_names()[0]) if view.list_name == "uploads" or self._sequence.is_sent else view
 
-    def _forget_uploads(self, client: viser.ClientHandle) -> None:
-        self.change(partial(self._without_uploads, client=client), client, reload=True)
+        def without_uploads(view: View) -> View:
+            sentence = forgotten_sentence(len(self._kept.names()), self._kept.kept_bytes)
+            self._kept.make_room(0)
+            self.app.memory.forget_picture()
+            client.add_notification("Uploads forgotten", sentence, color="green")
+            is_forgotten = view.list_name == "uploads" or self.app.sequence.is_sent
+            return with_sample(view, sample_names()[0]) if is_forgotten else view
+
+        self.change(without_uploads, client, reload=True)
 
     def _with_folder(self, view: View) -> View:
         """List the pictures of the chosen folder; the picture that is shown stays."""
@@ -125,3 +132,60 @@ def _megabytes(size: int) -> str:
 
 def _fill(dropdown: Any, names: list[str], chosen: str | None) -> None:
     offer(dropdown, (NONE_CHOSEN, *names), chosen if chosen in names else NONE_CHOSEN)
+
+
+_OTHER_WATER = "(own mixture)"
+
+
+class SimulatorPanel(Panel):
+    """Sliders for pose, water and disturbances; a scene file can be loaded and saved."""
+
+    table = "simulator"
+
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        area, shown = self.gui.add_folder(None), partial(self.changing, reload=False)
+        with area:
+            with self.gui.add_folder("Pose of the dock"):
+                self.add_sliders(SCENE_POSE)
+            with self.gui.add_folder("Water and light", expand_by_default=False):
+                waters = *PRESETS, _OTHER_WATER
+                self._water = self.add("dropdown", "water", self.changing(self._with_water), options=waters)
+                with_psf = shown(lambda view: scenes.with_psf(view, self._psf.value))
+                self._psf = self.add("dropdown", "psf", with_psf, options=scenes.PSF_MODELS)
+                self.add_sliders(SCENE_WATER)
+            with self.gui.add_folder("Disturbances", expand_by_default=False):
+                self.add_sliders(SCENE_DISTURBANCES)
+                with_missing = shown(lambda view: scenes.with_missing(view, self._missing.value))
+                self._missing = self.add("text", "missing", with_missing)
+                self._text = self.add("text", "text", shown(lambda view: scenes.with_text(view, self._text.value)))
+            self.add("button", "own", self.changing(scenes.with_camera_in_use))
+            self.add_download("save", "scene.yaml", lambda view: scene_bytes(scenes.scene_of(view)))
+        self.add_upload(area, "load", self.changing_by_file(_with_scene_file))
+
+    def load(self, view: View) -> None:
+        """Set all controls to the scene shown, or to the default one."""
+        scene = scenes.scene_of(view)
+        super().load(view)
+        self._water.value = scenes.preset_name(scene.water) or _OTHER_WATER
+        self._psf.value = scene.psf.model if scene.psf.model in scenes.PSF_MODELS else scenes.PSF_MODELS[0]
+        self._missing.value = ", ".join(map(str, scene.lights.missing))
+        self._text.value = scene.texts[0].text if scene.texts else ""
+
+    def show(self, analysis: Analysis) -> None:
+        """The truth stands in the table of poses; here only the water's name follows the turbidity."""
+        name = scenes.preset_name(scenes.scene_of(analysis.view).water) or _OTHER_WATER
+        if self._water.value != name:
+            self._water.value = name
+
+    def _with_water(self, view: View) -> View:
+        return view if self._water.value == _OTHER_WATER else scenes.with_water(view, self._water.value)
+
+
+def scene_bytes(scene: Scene) -> bytes:
+    """A scene file that :func:`dockpose.simulate.load_scene` reads back to the same numbers."""
+    return to_yaml(msgspec.to_builtins(scene)).encode()
+
+
+def _with_scene_file(view: View, data: bytes, name: str) -> View:
+    return scenes.with_scene(view, read_sent(data, name, load_scene), keep=False)

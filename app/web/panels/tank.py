@@ -1,22 +1,129 @@
-"""Buttons for what rules the next picture too, the saved tanks, and the error budget of camera and dock."""
+"""The tab Tank: the saved tanks, camera and dock, the error budget; and chips for what rules the next picture too."""
 
 from functools import partial
 from html import escape
 from itertools import zip_longest
+from typing import Any
 
-import viser
 from dockpose import Camera, Dock
 from dockpose.app.export.words import HEAD, TILTS_DEG, budget_cells, budget_sentences, usual_ranges_m
 from dockpose.app.processing.analysis import Analysis
-from dockpose.app.state.chips import Chip, chips
-from dockpose.app.state.in_force import with_tank, with_these_as_mine
+from dockpose.app.state import camera as optics
+from dockpose.app.state.camera import with_tank, with_these_as_mine
+from dockpose.app.state.changes import MAX_LIGHTS, Chip, angles_text, chips, dropped_sentence, with_angles, with_lights
+from dockpose.app.state.parameters import DISTORTION, DOCK, LENS, PORT, put
 from dockpose.app.state.tank import tank_words
 from dockpose.app.state.view import View
 from dockpose.app.web.html import row, small, table
 from dockpose.app.web.server.uploads import ClientUploads
-from dockpose.app.web.widgets import Panel, Parts, offer, on_person
+from dockpose.app.web.widgets import App, Client, Panel, offer, on_person, return_when_idle
+from dockpose.camera.files import FORMATS
+from dockpose.camera.tone import TONES
 from dockpose.study.budget import budget
 from msgspec.structs import replace as changed
+
+_NAMED_INDICES = {"glass_index": optics.WINDOWS, "water_index": optics.WATERS}
+
+
+def with_focal(view: View, name: str, value: Any, *, both: bool) -> View:
+    """Set fx or fy in pixels, or both to the same number."""
+    for one in ("fx", "fy") if both else (name,):
+        view = put(view, one, value)
+    return view
+
+
+class CameraPanel(Panel):
+    """Sliders with typed values for lens, port and dock; camera files are loaded and saved."""
+
+    table = "camera"
+
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        with self.gui.add_folder("Dock"):
+            self._add_dock()
+        area = self.gui.add_folder("Camera")
+        with area:
+            sees = optics.field_of_view_sentence
+            app.live.place("field-of-view", lambda analysis: small(escape(sees(analysis.view.camera))), order=2)
+            with self.gui.add_folder("Focal length and image centre", expand_by_default=False, order=3):
+                self.add_sliders(LENS, {name: partial(self._with_focal, name) for name in ("fx", "fy")})
+                self._lock = self.add("checkbox", "lock", self.changing(self._with_lock))
+            with self.gui.add_folder("Lens distortion", expand_by_default=False, order=4):
+                self.add_sliders(DISTORTION)
+            with_tone = self.changing(lambda view: optics.with_tone(view, str(self._tone.value)))
+            self._tone = self.add("dropdown", "tone", with_tone, options=TONES, order=2.5)
+            with self.gui.add_folder("Port and water", expand_by_default=False, order=5):
+                self._add_port()
+            with self.gui.add_folder("Save, or go back", expand_by_default=False, order=6):
+                self.add("button", "given", self.changing(optics.with_given_values))
+                self.add("button", "default", self.changing(optics.with_default_values))
+                kind = self.add("dropdown", "format", options=FORMATS)
+                self.add_download("save", "camera.yaml", lambda view: optics.camera_file(view.camera, kind.value))
+        self.add_upload(area, "load", self.changing_by_file(optics.with_camera_file))
+
+    def load(self, view: View) -> None:
+        """Set the sliders' ranges and values."""
+        super().load(view)
+        if view.camera.fx != view.camera.fy:
+            self._lock.value = False
+        self._tone.options, self._tone.value = optics.tone_names(view.camera), str(view.camera.tone)
+        self._load_lights(view)
+        self._angles.value = angles_text(view.dock)
+        self._port.value = has_port = view.camera.port is not None
+        for handle in (*(self.sliders[name].handle for name in PORT), *self._names.values()):
+            handle.disabled = not has_port
+        for name, handle in self._names.items():
+            handle.value = optics.index_name(_NAMED_INDICES[name], PORT[name].get(view))
+
+    def _add_dock(self) -> None:
+        self.add_sliders(DOCK)
+        self._lights = self.add(
+            "number", "lights", lambda client: self.change(partial(self._with_lights, client), client), max=MAX_LIGHTS
+        )
+        uneven = self.gui.add_folder("Lights that are not evenly spaced", expand_by_default=False)
+        with uneven, self.gui.add_form(None) as spacing:
+            set_angles = self.changing(lambda view: with_angles(view, self._angles.value))
+            self._angles = self.add("text", "angles")
+            self.add("button", "set_angles", set_angles)
+        on_person(spacing.on_submit, set_angles)
+
+    def _add_port(self) -> None:
+        with_port = self.changing(lambda view: optics.with_port(view, self._port.value))
+        self._port = self.add("checkbox", "port", with_port)
+        self.add_sliders(PORT, reloading=_NAMED_INDICES)
+        self._names = {}
+        for name, named in _NAMED_INDICES.items():
+            with_named, options = self.changing(partial(self._with_named_index, name)), (*named, optics.OTHER_INDEX)
+            self._names[name] = self.add("dropdown", name, with_named, options=options)
+
+    def _load_lights(self, view: View) -> None:
+        self._lights.value = view.dock.lights or 0
+
+    def _with_lights(self, client: Client, view: View) -> View:
+        changed = with_lights(view, self._lights.value)
+        if (changed.dock.lights or 0) != self._lights.value:
+            return_when_idle(self._lights, self.change, client, self._load_lights)
+        lost = dropped_sentence(view.dock, changed.dock)
+        if lost:
+            client.add_notification("Please check the lights", lost, color="yellow")
+        self._angles.value = angles_text(changed.dock)
+        return changed
+
+    def _with_focal(self, name: str, view: View, value: Any) -> View:
+        changed = with_focal(view, name, value, both=bool(self._lock.value))
+        if self._lock.value:
+            for one in ("fx", "fy"):
+                if one != name:
+                    self.sliders[one].load(changed)
+        return changed
+
+    def _with_lock(self, view: View) -> View:
+        return with_focal(view, "fx", view.camera.fx, both=True) if self._lock.value else view
+
+    def _with_named_index(self, name: str, view: View) -> View:
+        index = _NAMED_INDICES[name].get(self._names[name].value)
+        return view if index is None or view.camera.port is None else put(view, name, index)
+
 
 NOT_SAVED = "(not saved)"
 _MOST_CHIPS = 8
@@ -25,8 +132,8 @@ _MOST_CHIPS = 8
 class ChipsPanel(Panel):
     """A button for each chip."""
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._buttons = [self.gui.add_button("", visible=False, color="gray") for _ in range(_MOST_CHIPS)]
         self._chips: list[Chip] = []
         for index, button in enumerate(self._buttons):
@@ -40,7 +147,7 @@ class ChipsPanel(Panel):
                 button.label, button.hint = chip.label, chip.hint
             button.visible = chip is not None
 
-    def _press(self, index: int, client: viser.ClientHandle) -> None:
+    def _press(self, index: int, client: Client) -> None:
         if index < len(self._chips):
             self.change(self._chips[index].press, client, reload=True)
 
@@ -50,8 +157,8 @@ class BudgetPanel(Panel):
 
     table = "tank"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._shown: tuple[Camera, Dock] | None = None
         with self.gui.add_folder("Error budget", expand_by_default=False):
             self.add("button", "budget", lambda client: self._fill())
@@ -85,9 +192,9 @@ class TanksPanel(Panel):
 
     table = "tank"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
-        self._tanks = parts.tanks
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        self._tanks = app.tanks
         with self.gui.add_folder("My tank"):
             self._choice = self.add("dropdown", "choice", self._choose, options=(NOT_SAVED, *self._tanks.names()))
             self._name = self.add("text", "name")
@@ -97,10 +204,10 @@ class TanksPanel(Panel):
             self._take = self.add("button", "take", self.changing(with_these_as_mine))
             self._forget = self.add("button", "forget", self.changing(self._forgotten))
 
-    def welcome(self, client: viser.ClientHandle, uploads: ClientUploads) -> None:
+    def welcome(self, client: Client, uploads: ClientUploads) -> None:
         """Tell a new browser where the saved tanks cannot be read."""
         if self._tanks.trouble:
-            self.parts.notify("About the saved tanks", self._tanks.trouble, "yellow", client)
+            self.app.notify("About the saved tanks", self._tanks.trouble, "yellow", client)
 
     def load(self, view: View) -> None:
         """Show which saved tank is My tank, and what can be done with it."""
@@ -121,14 +228,14 @@ class TanksPanel(Panel):
         self._forget.visible = is_known
         self._take.visible = "picture" in (view.camera_of, view.dock_of)
 
-    def _choose(self, client: viser.ClientHandle) -> None:
+    def _choose(self, client: Client) -> None:
         name = str(self._choice.value)
         if name != NOT_SAVED:
             self.change(lambda view: with_tank(view, self._tanks.get(name)), client, reload=True)
 
     def _saved(self, view: View) -> View:
         tank = self._tanks.save(view.tank, str(self._name.value))
-        self.parts.notify("Saved", tank_words(tank), "green", None)
+        self.app.notify("Saved", tank_words(tank), "green", None)
         return with_tank(view, tank)
 
     def _forgotten(self, view: View) -> View:

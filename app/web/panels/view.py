@@ -7,7 +7,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-import viser
 from dockpose import Estimate
 from dockpose.app.drawing import colours
 from dockpose.app.drawing.colours import POSE_NAMES
@@ -16,7 +15,7 @@ from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.comparison import histogram_in, thresholds_by
 from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.web.live import Acts, WishBox, data_html, wish_to
-from dockpose.app.web.widgets import Change, Panel, Parts
+from dockpose.app.web.widgets import App, Change, Client, Panel
 from dockpose.camera.image import to_levels
 from dockpose.estimate import geometry
 from dockpose.estimate.canvas import to_bgr8
@@ -33,46 +32,48 @@ _COLOURS = {
     "small": colours.NOISE_COLOUR,
     "ellipse": colours.ELLIPSE_COLOUR,
     "mask": colours.MASK_COLOUR,
+    "pose": colours.POSE_COLOURS[0],
     "pose-a": colours.POSE_COLOURS[0],
     "pose-b": colours.POSE_COLOURS[1],
     "threshold": colours.THRESHOLD_COLOUR,
     "peaks": colours.PEAKS_COLOUR,
     "groups": colours.GROUPS_COLOUR,
     "bars": colours.BARS_COLOUR,
+    "kept": colours.ORANGE,
 }
+LOOK = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())  # of our elements, for their style sheet
 
 
 class PicturePanel(Panel):
     """The picture with its histogram."""
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._serials, self._picture_serial = itertools.count(1), 0
         self._sent: np.ndarray | None = None
         self._is_exact = False
         self._numbers, self._histogram, self._lights = HistogramNumbers(), {}, {}
         show = {wish_to("methods", shown=bool): lambda wish, client: self._show_methods(wish.shown)}
         wishes = WishBox(self.gui, "Done in the picture", {**acts_in_picture(self.change), **show})
-        look = "; ".join(f"--{name}: {colour}" for name, colour in _COLOURS.items())
-        self.gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{look}"></dockpose-picture>')
-        self.gui.add_html(f'<dockpose-histogram style="{look}"></dockpose-histogram>')
+        self.gui.add_html(f'<dockpose-picture channel="{wishes.channel}" style="{LOOK}"></dockpose-picture>')
+        self.gui.add_html(f'<dockpose-histogram style="{LOOK}"></dockpose-histogram>')
         self._picture, self._methods = self.gui.add_html(""), self.gui.add_html("")
 
     def show(self, analysis: Analysis) -> None:
         """Send the picture if it has changed, and put what was found in it."""
         last, self.analysis = self.analysis, analysis
-        image, is_playing = analysis.view.image, self.parts.sequence.is_playing
+        image, is_playing = analysis.view.image, self.app.sequence.is_playing
         if image is not self._sent or not (self._is_exact or is_playing):
             self._sent, self._is_exact, self._picture_serial = image, not is_playing, next(self._serials)
             self._picture.content = data_html("picture", picture_data(image, self._picture_serial, self._is_exact))
         if last is None or not _has_same_lights(last.estimate, analysis.estimate):
             self._lights = lights_numbers(analysis.estimate)
         numbers = self._lights | pose_numbers(analysis)
-        self.parts.live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
+        self.app.live.put(picture=self._picture_serial, overlay=numbers, isPlaying=is_playing)
         histogram = self._numbers.of(analysis, is_playing=is_playing)
         if histogram is not None and histogram != self._histogram:
             self._histogram = histogram
-            self.parts.live.put(histogram=histogram | {"serial": next(self._serials)})
+            self.app.live.put(histogram=histogram | {"serial": next(self._serials)})
         if last is not None and _histogram_of(last) != _histogram_of(analysis):
             self._show_methods(False)
 
@@ -87,10 +88,10 @@ class PicturePanel(Panel):
 def acts_in_picture(change: Change) -> Acts:
     """What is done for a mask that was drawn, in pixels, and for a level to which the threshold was dragged."""
 
-    def mask(wish: Any, client: viser.ClientHandle) -> None:
+    def mask(wish: Any, client: Client) -> None:
         change(lambda view: with_mask(view, wish.x, wish.y, wish.width, wish.height), client, reload=True)
 
-    def level(wish: Any, client: viser.ClientHandle) -> None:
+    def level(wish: Any, client: Client) -> None:
         change(lambda view: with_method(view, "fixed", wish.level), client, reload=True)
 
     return {wish_to("mask", x=float, y=float, width=float, height=float): mask, wish_to("level", level=int): level}

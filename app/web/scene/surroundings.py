@@ -29,12 +29,6 @@ def circle(corners: int) -> np.ndarray:
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def cross_and_ring() -> np.ndarray:
-    """Segments (N, 2, 3) of a dotted circle of radius 1, two diameters and a normal: unlike any estimated dock."""
-    across = np.array([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 0], [0, 1, 0]], [[0, 0, 0], [0, 0, -1]]])
-    return np.concatenate([circle(120)[::3], across])
-
-
 def add_lines(scene: viser.SceneApi, path: str, lines: np.ndarray, colour: Any, wide: float) -> Any:
     """Add segments (N, 2, 3) of a width in the screen's pixels."""
     return scene.add_line_segments(path, lines, colour, thickness=wide, thickness_units="screen")
@@ -46,7 +40,9 @@ class KnownDock:
     def __init__(self, scene: viser.SceneApi, name: str, colour: tuple[int, int, int]) -> None:
         path = f"/known_{name}"
         self._frame = scene.add_frame(path, show_axes=False, visible=False)
-        self._lines = add_lines(scene, f"{path}/lines", cross_and_ring(), colour, 1.8)
+        # A dotted circle of radius 1, two diameters and a normal: unlike any estimated dock.
+        across = np.array([[[-1, 0, 0], [1, 0, 0]], [[0, -1, 0], [0, 1, 0]], [[0, 0, 0], [0, 0, -1]]])
+        self._lines = add_lines(scene, f"{path}/lines", np.concatenate([circle(120)[::3], across]), colour, 1.8)
 
     def show(self, known: KnownPose | None, radius_m: float) -> None:
         """Draw the pose with the dock's radius."""

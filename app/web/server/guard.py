@@ -9,11 +9,10 @@ from contextlib import AbstractContextManager
 from typing import Any
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
-from dockpose.app.web.server.gate import Gate
+from dockpose.app.web.server.gate import Gate, Sockets
 from dockpose.app.web.server.journal import SOCKETS_LOG, OneLine, client_of
 from dockpose.app.web.server.messages import LARGEST_FRAME_BYTES
 from dockpose.app.web.server.pages import FOR_VIEWERS, LOOK_PATH, Page
-from dockpose.app.web.server.sockets import Sockets
 from dockpose.app.web.server.viser_private import serving_through
 from websockets import Headers
 from websockets.http11 import Request, Response

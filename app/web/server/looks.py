@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import viser
 from dockpose.app.web.server.guard import Guard, look_of
@@ -44,33 +45,30 @@ class Looks:
             self.heed(client, headers)
 
 
+@dataclass
 class UpdatePacing:
     """Decides which frames of a sequence are shown, and how long the 3D scene rests where a browser draws slowly."""
 
-    def __init__(
-        self,
-        draws_slowly: Callable[[], bool],
-        is_playing: Callable[[], bool],
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self._draws_slowly, self._is_playing, self._clock = draws_slowly, is_playing, clock
-        self._shown_s = -math.inf
+    draws_slowly: Callable[[], bool]
+    is_playing: Callable[[], bool]
+    clock: Callable[[], float] = time.monotonic
+    shown_s: float = -math.inf
 
     def shows_next(self) -> bool:
         """Whether to show the next frame, in all panels; otherwise it is shown nowhere."""
-        if self._is_playing() and self._clock() - self._shown_s < FRAME_EVERY_S:
+        if self.is_playing() and self.clock() - self.shown_s < FRAME_EVERY_S:
             return False
-        self._shown_s = self._clock()
+        self.shown_s = self.clock()
         return True
 
     def hides_scene(self) -> bool:
         """Whether the 3D scene is hidden, since drawing it would hold up each frame by a quarter of a second."""
-        return self._is_playing() and self._draws_slowly()
+        return self.is_playing() and self.draws_slowly()
 
     def drawing_rest_s(self) -> float:
         """Seconds for which the 3D scene rests after it was drawn."""
-        return DRAWING_REST_S if self._draws_slowly() else 0.0
+        return DRAWING_REST_S if self.draws_slowly() else 0.0
 
     def drawing_quiet_s(self) -> float:
         """Seconds without a newer result after which the 3D scene is drawn."""
-        return DRAWING_QUIET_S if self._draws_slowly() else 0.0
+        return DRAWING_QUIET_S if self.draws_slowly() else 0.0

@@ -110,7 +110,12 @@ def check_message(
         if not isinstance(find_form(message.uuid), viser.GuiFormHandle):
             raise RefusedError("there is no such form")
     elif isinstance(message, _RENDERED):
-        _check_picture(message.payload)
+        payload = message.payload  # a PNG file, whose first chunk has its size; empty where it could not be drawn
+        if payload and not (payload.startswith(_PNG) and payload[12:16] == b"IHDR"):
+            raise RefusedError("a rendered picture that is not a PNG file")
+        width, height = int.from_bytes(payload[16:20]), int.from_bytes(payload[20:24])
+        if width * height > _MOST_PIXELS:
+            raise RefusedError(f"a rendered picture of {width} x {height} pixels")
     return message
 
 
@@ -148,12 +153,3 @@ def _out_of_range(value: Any, low: float | None, high: float | None, decimals: i
     if not low - rounding <= value <= high + rounding:
         return f"{value:.10g} is outside {low:g} to {high:g}"
     return None
-
-
-def _check_picture(payload: bytes) -> None:
-    """A rendered picture is a PNG file whose first chunk has its size; an empty one says that it could not be drawn."""
-    if payload and not (payload.startswith(_PNG) and payload[12:16] == b"IHDR"):
-        raise RefusedError("a rendered picture that is not a PNG file")
-    width, height = int.from_bytes(payload[16:20]), int.from_bytes(payload[20:24])
-    if width * height > _MOST_PIXELS:
-        raise RefusedError(f"a rendered picture of {width} x {height} pixels")

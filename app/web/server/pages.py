@@ -64,15 +64,11 @@ def with_ours(html: str) -> str:
     """Give viser's page our name, icon, style and scripts."""
     html = re.sub(r"<title>[^<]*</title>", "<title>dockpose</title>", html, count=1)
     html = re.sub(r"<link\s+rel=\"icon\"[^>]*>", _ICON, html, count=1)
-    place = html.index("</head>")
-    return f"{html[:place]}{_tags()}{html[place:]}"
-
-
-def _tags() -> str:
     style, first = ("\n".join(map(_text, names)) for names in (_STYLES, _FIRST_SCRIPTS))
     scripts = "".join(f'<script src="/{name}" defer></script>' for name in _SCRIPTS)
     modules = "".join(f'<script type="module" src="/{name}"></script>' for name in _MODULES)
-    return f"<style>{style}</style><script>{first}</script>{scripts}{modules}"
+    tags = f"<style>{style}</style><script>{first}</script>{scripts}{modules}"
+    return html.replace("</head>", f"{tags}</head>", 1)
 
 
 def _text(name: str) -> str:

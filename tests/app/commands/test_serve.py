@@ -6,6 +6,7 @@ import pytest
 from dockpose.app.cli import main
 from dockpose.app.commands import serve as command
 from dockpose.app.inputs.pictures import sample_path
+from dockpose.app.web import app as web_app
 from dockpose.app.web.app import App
 from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.server.start import reachable_hosts
@@ -15,7 +16,7 @@ from dockpose.app.web.server.start import reachable_hosts
 def told_by(monkeypatch, capsys):
     """What is told by a service that is interrupted at once."""
     monkeypatch.setattr(command.threading, "Event", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
-    monkeypatch.setattr(App, "build", lambda *_, **__: FakeApp())
+    monkeypatch.setattr(web_app, "App", lambda *_, **__: FakeApp())
 
     def told_by(*words):
         assert main(["serve", *words]) == 0
@@ -74,9 +75,9 @@ def tank(tmp_path):
 
 
 def test_pages_of_a_picture_that_is_served_turn_in_its_folder_and_have_checksums(tank):
-    app = App.build(str(tank / "frame2.png"))
+    app = App(str(tank / "frame2.png"))
     try:
-        (source,) = (panel for panel in app._panels if isinstance(panel, SourcePanel))
+        source = app._layout.of(SourcePanel)
         seen = [app.view]
         for by in (1, 1, 1, -1):
             source.turn(by, None)  # pyright: ignore[reportArgumentType]  # no browser is told anything

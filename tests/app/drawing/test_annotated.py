@@ -1,22 +1,32 @@
+import cv2
 import numpy as np
 import pytest
-from dockpose import Camera, Dock, Estimate, estimate
-from dockpose.app.drawing.annotated import annotate
+from dockpose import Camera, Dock, Estimate, Settings, estimate
+from dockpose.app.drawing.annotated import WIDTH_PX, annotate, around_ring, caption, kept_pixels, montage
+from dockpose.app.drawing.colours import MASK_COLOUR, bgr
+from dockpose.app.processing.analysis import analyse
+from dockpose.app.state.changes import with_mask, with_method
+from dockpose.app.state.parameters import put
+from dockpose.app.state.view import with_sample
 from dockpose.camera.port import FlatPort
 from dockpose.estimate.geometry import in_picture
+from dockpose.pose.known import KnownPose
 from dockpose.simulate import render
 
 from tests.support.scenes import CAMERA, DOCK, random_scene
 
+POSE = KnownPose((0.0, 0.05, 0.9), 25.0, -20.0)
+
 
 @pytest.fixture(scope="module")
-def scene() -> tuple[np.ndarray, Estimate]:
+def scene() -> tuple[np.ndarray, Estimate, Estimate]:
     image, _ = render(random_scene(2, theta_x_deg=25.0, theta_y_deg=-20.0, position_m=(0.0, 0.05, 0.9)))
-    return image, estimate(image, CAMERA, DOCK)
+    hats = estimate(image, CAMERA, DOCK)
+    return image, hats, estimate(image, CAMERA, DOCK, Settings(method="fixed", level=255, min_area_px=1000))
 
 
 def test_the_picture_is_full_size_colour_and_a_copy(scene):
-    image, found = scene
+    image, found, _ = scene
     before = image.copy()
     drawn = annotate(image, found)
     assert drawn.shape == (480, 640, 3)
@@ -31,7 +41,7 @@ def changed_near(image, drawn, point, reach=12):
 
 
 def test_lights_centres_and_normals_are_marked_where_they_are(scene):
-    image, found = scene
+    image, found, _ = scene
     drawn = annotate(image, found)
     for point in found.markers.points_px:
         assert changed_near(image, drawn, point)
@@ -43,7 +53,7 @@ def test_lights_centres_and_normals_are_marked_where_they_are(scene):
 
 
 def test_the_two_poses_have_their_own_colours(scene):
-    image, found = scene
+    image, found, _ = scene
     drawn = annotate(image, found)
     for colour in ((178, 114, 0), (0, 159, 230)):  # Okabe-Ito blue and orange, BGR
         # Thin antialiased lines mix with the water, hence near the colour.
@@ -52,7 +62,7 @@ def test_the_two_poses_have_their_own_colours(scene):
 
 @pytest.mark.parametrize("picture", ["grey", "bgr", "16 bit"])
 def test_any_kind_of_picture_can_be_drawn_on(scene, picture):
-    image, _ = scene
+    image, *_ = scene
     kinds = {"grey": image, "bgr": np.dstack([image] * 3), "16 bit": image.astype(np.uint16) << 8}
     found = estimate(kinds[picture], CAMERA, DOCK)
     assert annotate(kinds[picture], found).shape == (480, 640, 3)
@@ -84,3 +94,134 @@ def test_behind_a_port_the_ellipse_runs_through_the_lights():
         assert changed_near(image, drawn, point, reach=2)
     # The lens alone, which does not know how far away the dock is, would put it elsewhere.
     assert np.linalg.norm(camera.distort(found.ellipse.points(720)) - outline, axis=1).max() > 10
+
+
+def cells(sheet, columns, rows, height):
+    """The tiles of a sheet, row by row."""
+    width = (WIDTH_PX - (columns + 1) * 8) // columns
+    return [
+        sheet[8 + row * (height + 8) :, 8 + column * (width + 8) :][:height, :width]
+        for row in range(rows)
+        for column in range(columns)
+    ]
+
+
+def test_there_is_a_tile_a_method_in_order(scene):
+    image, hats, none = scene
+    sheet = montage(image, {"hats": hats, "none": none, "again": hats})
+    assert sheet.dtype == np.uint8
+    # Two columns of 788 pixels, their pictures 591 high, and strips of 4 lines of 21 with a margin of 8.
+    height = 591 + 92
+    assert sheet.shape == (2 * (height + 8) + 8, 1600, 3)
+    first, second, third, fourth = cells(sheet, 2, 2, height)
+    expected = cv2.resize(annotate(image, hats, words=False), (788, 591), interpolation=cv2.INTER_LINEAR)
+    np.testing.assert_array_equal(first[:591], expected)
+    np.testing.assert_array_equal(third[:591], first[:591])
+    assert (second[:591] != first[:591]).any()
+    assert (third[591:] != first[591:]).any()  # another name
+    assert (fourth == 255).all()
+
+
+def test_it_changes_neither_the_picture_nor_its_mind(scene):
+    image, hats, _ = scene
+    before = image.copy()
+    first, second = montage(image, {"hats": hats}, POSE), montage(image, {"hats": hats}, POSE)
+    np.testing.assert_array_equal(first, second)
+    np.testing.assert_array_equal(image, before)
+
+
+def test_nine_tiles_make_three_columns_and_a_tall_picture_gets_margins():
+    image = np.full((900, 100), 7, np.uint8)
+    found = estimate(np.full((480, 640), 7, np.uint8), CAMERA, DOCK)
+    sheet = montage(image, dict.fromkeys("abcdefghi", found))
+    tile = cells(sheet, 3, 3, 626 + 92)[0]
+    assert sheet.shape[0] == 3 * (626 + 92 + 8) + 8
+    assert (tile[:626, 226:296] == 7).all()
+    assert (tile[:626, :225] != 7).all()
+
+
+def test_a_montage_of_nothing_is_refused(scene):
+    with pytest.raises(ValueError, match="estimates is empty"):
+        montage(scene[0], {})
+
+
+def test_the_caption_says_counts_pose_and_error(scene):
+    _, hats, none = scene
+    words = [text for text, _ in caption("hats", hats, POSE)]
+    assert hats.threshold is not None
+    assert words[0] == f"hats: level {hats.threshold.level}, 10 groups, 10 on the ring"
+    assert words[1].startswith("z 90.0 cm, theta x 2")
+    assert words[2].startswith("Agrees with the truth: off by 0.")
+    assert len(caption("hats", hats)) == 2
+    turned = KnownPose(POSE.position_m, 25.0, 20.0)
+    assert caption("hats", hats, turned)[2][0].startswith("Not the truth: off by 0.")
+    failed = caption("fixed", none, POSE)
+    assert failed[0][0] == "fixed: level 255, 0 groups, 0 on the ring"
+    assert failed[1][0].startswith("No pose. No lights: ")
+    assert len(failed) == 2
+
+
+def test_a_mask_is_outlined_and_hatched():
+    image = np.full((480, 640), 10, np.uint8)
+    found = estimate(image, CAMERA, DOCK, Settings(masks=((300, 200, 100, 50), (900, 900, 5, 5))))
+    drawn = annotate(image, found, words=False)
+    assert (drawn[200:250, 300] == bgr(MASK_COLOUR)).all()
+    assert (drawn[249, 300:400] == bgr(MASK_COLOUR)).all()
+    inside = (drawn[201:249, 301:399] == bgr(MASK_COLOUR)).all(axis=2).mean()
+    assert 0.05 < inside < 0.3
+    assert (drawn[:200] == 10).all()
+    assert (drawn[200:250, :300] == 10).all()
+    assert (drawn[252:275, 290:400] != 10).any()  # the word
+
+
+def test_a_part_around_the_ring_fills_the_tiles(scene):
+    image, hats, none = scene
+    part = around_ring(hats)
+    assert part is not None
+    left, top, right, bottom = part
+    ring = hats.markers.points_px[hats.ring.on_ring]
+    assert (ring > [left, top]).all()
+    assert (ring < [right, bottom]).all()
+    assert around_ring(none) is None
+    sheet = montage(image, {"hats": hats}, part=part)
+    # One column of 1584 pixels; the part is as wide as 4 to 3, so that its picture is 1188 high, give or take a pixel.
+    height = round(1584 * (bottom - top) / (right - left))
+    expected = cv2.resize(
+        annotate(image, hats, words=False)[top:bottom, left:right], (1584, height), interpolation=cv2.INTER_LINEAR
+    )
+    np.testing.assert_array_equal(sheet[8 : 8 + height, 8 : 8 + 1584], expected)
+
+
+def test_lights_are_kept(view):
+    found = analyse(view).estimate
+    kept = kept_pixels(view.image, found)
+    assert kept.shape == (480, 640)
+    assert found.markers is not None
+    for x, y in found.markers.points_px:
+        assert kept[round(y), round(x)]
+
+
+def test_masks_keep_nothing(view):
+    text = with_sample(view, "burnt_in_text")
+    rows, columns = text.image.shape[:2]
+    masked = with_mask(text, 0, 0, columns, rows / 2)
+    assert not kept_pixels(text.image, analyse(masked).estimate)[: rows // 2].any()
+
+
+def test_nothing_is_kept_above_every_pixel_and_all_at_level_0(view):
+    nothing = analyse(put(with_method(view, "fixed", 255), "level", 255)).estimate
+    everything = analyse(with_method(view, "fixed", 0)).estimate
+    assert not kept_pixels(view.image, nothing).any()
+    assert kept_pixels(view.image, everything).all()
+
+
+def test_levels_of_their_own_keep_the_pixels_they_list(view):
+    found = analyse(with_method(view, "hats_local", 0)).estimate
+    assert found.threshold is not None
+    assert found.threshold.kept is not None
+    assert kept_pixels(view.image, found).sum() == len(found.threshold.kept[0].index)
+
+
+def test_16_bit_picture(view):
+    deep = view.image.astype(np.uint16) * 256
+    assert (kept_pixels(deep, analyse(view).estimate) == kept_pixels(view.image, analyse(view).estimate)).all()

@@ -13,8 +13,7 @@ import pytest
 import yaml
 from dockpose import Camera, Dock, estimate
 from dockpose.app.drawing.annotated import LAYERS, annotate
-from dockpose.app.drawing.figures import to_pdf, to_png, to_svg
-from dockpose.app.drawing.vector import picture_figure
+from dockpose.app.drawing.figures import picture_figure, to_pdf, to_png, to_svg
 from dockpose.app.export.recordings.ros import covariance, pose_yaml
 from dockpose.app.export.report import histogram_figure
 from dockpose.estimate.geometry import scale_bar

@@ -1,28 +1,165 @@
+import cv2
+import numpy as np
 import pytest
-from dockpose import Camera
+from dockpose import Camera, Dock
 from dockpose.app.state import camera as optics
 from dockpose.app.state import view as state
-from dockpose.app.state.camera import with_camera_file, with_given_values, with_port
-from dockpose.app.state.changes import with_lights
+from dockpose.app.state.changes import chips, with_lights
 from dockpose.app.state.parameters import put
-from dockpose.camera.files import FORMATS
+from dockpose.app.state.scene import with_scene
+from dockpose.app.state.tank import Tank
+from dockpose.app.state.view import open_source, with_file, with_first_frame, with_frame, with_sample, with_upload
+from dockpose.camera.files import FORMATS, save_camera
 from dockpose.camera.port import SEA_WATER, FlatPort
+
+CAMERA = Camera(812.0, 812.0, 319.5, 239.5, 640, 480)
+MINE = Tank("Pool A", CAMERA, Dock(0.45, 8), knows_diameter=True)
+PICTURE = cv2.imencode(".png", np.full((480, 640), 20, np.uint8))[1].tobytes()
+SQUARE = cv2.imencode(".png", np.full((300, 300), 20, np.uint8))[1].tobytes()
+
+
+@pytest.fixture
+def sample():
+    return open_source(None, None, None, MINE)
+
+
+@pytest.fixture
+def own(sample):
+    return with_upload(sample, PICTURE, "a.png")
+
+
+def do(view, change, *arguments):
+    """As the page changes a view."""
+    return optics.kept(view, change(view, *arguments))
+
+
+def fx_of(tank):
+    assert tank.camera is not None
+    return tank.camera.fx
+
+
+def test_a_look_at_a_sample_never_touches_my_tank(own):
+    for name in ("plain", "tilted", "flat_port"):
+        look = do(own, with_sample, name)
+        assert (look.tank, look.camera_of, look.dock_of) == (MINE, "picture", "picture")
+        look = do(do(look, put, "fx", 555), put, "diameter_cm", 99)
+        assert (look.camera.fx, look.tank) == (555, MINE)
+        look = do(look, with_scene, look.scene)
+        assert look.tank == MINE
+        back = with_upload(look, PICTURE, "b.png")
+        assert (back.camera, back.dock, optics.is_in_force(back)) == (CAMERA, MINE.dock, True)
+
+
+def test_what_is_changed_on_an_own_picture_is_my_tank_s(own):
+    changed = do(do(own, put, "fx", 900), put, "diameter_cm", 50)
+    assert (fx_of(changed.tank), changed.tank.dock.diameter, changed.tank.name) == (900, 0.5, "Pool A")
+    back = do(changed, optics.with_given_values)
+    assert (back.tank, back.camera) == (MINE, CAMERA)
+
+
+def test_guessed_camera_is_the_operators_once_a_number_is_typed_and_its_note_goes(sample):
+    view = with_upload(open_source(None, None, None), SQUARE, "a.png")
+    assert (view.camera_of, "60 degrees was assumed" in view.notes[0]) == ("guess", True)
+    typed = do(view, put, "fx", 333)
+    assert (typed.camera_of, typed.notes, fx_of(typed.tank)) == ("tank", (), 333)
+    other = with_upload(sample, SQUARE, "a.png")  # My tank's camera is for another shape
+    assert (other.camera_of, other.tank, other.dock) == ("guess", MINE, MINE.dock)
+
+
+def test_defaults_are_an_assumption_that_my_tank_survives(own):
+    view = do(own, optics.with_default_values)
+    assert (view.tank, view.camera_of, view.dock_of) == (MINE, "guess", "guess")
+    assert optics.in_force_words(view) == "In use here: an assumed camera and dock."
+    back = do(view, optics.with_my_tank)
+    assert (back.camera, back.dock, optics.in_force_words(back)) == (CAMERA, MINE.dock, "")
+
+
+def test_camera_file_is_the_operators_whatever_is_looked_at(sample):
+    loaded = do(
+        sample,
+        optics.with_camera_file,
+        optics.camera_file(Camera(600, 600, 319.5, 239.5, 640, 480), "dockpose"),
+        "c.yaml",
+    )
+    assert (loaded.camera.fx, fx_of(loaded.tank), loaded.tank.dock) == (600, 600, MINE.dock)
+    assert optics.in_force_words(loaded) == "In use here: My tank's camera and the dock of the sample."
+
+
+def test_picture_with_a_yaml_beside_it_says_which_it_uses(sample, tmp_path):
+    (tmp_path / "dive.png").write_bytes(PICTURE)
+    other = Camera(500, 500, 319.5, 239.5, 640, 480)
+    save_camera(other, tmp_path / "dive.yaml", "dockpose")
+    view = with_file(sample, tmp_path / "dive.png", "dive.png")
+    assert (view.camera, view.dock, view.tank) == (other, MINE.dock, MINE)
+    assert optics.in_force_words(view) == "In use here: the camera of dive.yaml and My tank's dock."
+    assert do(view, optics.with_my_tank).camera == CAMERA
+
+
+def test_origin_of_what_a_picture_brings(sample):
+    assert optics.origin(sample) == "the sample"
+    assert optics.in_force_words(sample) == "In use here: camera and dock of the sample."
+    assert optics.in_force_words(do(sample, put, "fx", 600)).endswith("of the sample, changed by hand.")
+    assert optics.origin(with_scene(sample, sample.scene)) == "the simulated scene"
+    assert optics.origin(with_first_frame(sample, sample.image, "x", None, None)) == "the sequence"
+
+
+def test_sequence_is_seen_with_my_tank_unless_it_brings_its_own(sample):
+    first = with_first_frame(sample, sample.image, "frame 1", None, None)
+    assert (first.camera, first.camera_of, first.dock) == (CAMERA, "tank", MINE.dock)
+    later = with_frame(do(first, put, "fx", 900), sample.image, "frame 2")
+    assert (later.camera.fx, later.camera_of) == (900, "tank")
+    brought = with_first_frame(sample, sample.image, "frame 1", Camera(1, 1, 1, 1, 640, 480), None)
+    assert (brought.camera_of, brought.dock_of, brought.tank) == ("picture", "tank", MINE)
+    assert with_frame(brought, sample.image, "frame 2").camera_of == "picture"
+
+
+def test_another_tank_is_in_force_on_own_pictures_only(sample, own):
+    other = Tank("Pool B", Camera(700, 700, 319.5, 239.5, 640, 480), Dock(0.3, 12))
+    assert do(own, optics.with_tank, other).camera == other.camera
+    look = do(sample, optics.with_tank, other)
+    assert (look.tank, look.camera) == (other, sample.camera)
+
+
+def test_what_is_given_or_in_force_can_be_my_tank_but_no_assumption(sample):
+    view = open_source(None, CAMERA, Dock(0.2, 6), MINE)
+    assert (view.tank.camera, view.tank.dock, optics.is_in_force(view)) == (CAMERA, Dock(0.2, 6), True)
+    mine = do(sample, optics.with_these_as_mine)
+    assert (mine.tank.camera, mine.tank.dock, optics.is_in_force(mine)) == (sample.camera, sample.dock, True)
+    guess = optics.with_these_as_mine(with_upload(open_source(None, None, None), SQUARE, "a.png"))
+    assert (guess.tank.camera, guess.camera_of) == (None, "guess")
+
+
+def test_diameter_is_assumed_until_somebody_gives_it_or_a_picture_brings_it(sample):
+    assert sample.assumed == ()
+    view = with_upload(open_source(None, CAMERA, None), PICTURE, "a.png")
+    assert (view.assumed, view.dock.diameter) == (("dock",), 0.3)
+    with_eight = do(view, with_lights, 8)
+    assert (with_eight.assumed, with_eight.tank.dock.lights) == (("dock",), 8)  # which do not say how large the ring is
+    assert do(view, put, "diameter_cm", 45).assumed == ()
+    assert do(do(view, put, "diameter_cm", 45), put, "diameter_cm", 30).assumed == ()
+    (offer,) = [chip for chip in chips(view) if "assumed" in chip.label]
+    entered = do(view, offer.press)
+    assert (entered.assumed, entered.dock) == ((), view.dock)
+    assert with_upload(entered, PICTURE, "b.png").assumed == ()
+    assert not [chip for chip in chips(entered) if "assumed" in chip.label]
 
 
 def test_port_is_put_on_set_and_taken_off(view):
-    through = with_port(view, True)
+    through = optics.with_port(view, True)
     assert through.camera.port == optics.DEFAULT_PORT
     changed = put(put(through, "air_gap_mm", 35), "water_index", SEA_WATER)
     assert changed.camera.port == FlatPort(0.035, 0.010, water_index=SEA_WATER)
     dense = put(through, "glass_index", 99).camera.port
     assert dense is not None
     assert dense.glass_index == 2.0
-    assert with_port(changed, False).camera.port is None
+    assert optics.index_name(optics.WATERS, 1.34) == "sea water"
+    assert optics.index_name(optics.WATERS, 1.35) == optics.OTHER_INDEX
+    assert optics.with_port(changed, False).camera.port is None
 
 
 def test_field_of_view_is_narrower_in_the_water(view):
     assert optics.field_of_view_sentence(view.camera) == "Field of view: 49.1° wide, 37.8° high."
-    words = optics.field_of_view_sentence(with_port(view, True).camera)
+    words = optics.field_of_view_sentence(optics.with_port(view, True).camera)
     assert "in air" in words
     assert "36.3° wide" in words  # sin 24.55 deg / 1.333
 
@@ -35,22 +172,17 @@ def test_the_tone_curve_is_chosen_by_name_or_gamma(view):
     assert optics.with_tone(odd, "linear").camera == view.camera
 
 
-def test_names_of_indices():
-    assert optics.index_name(optics.WATERS, 1.34) == "sea water"
-    assert optics.index_name(optics.WATERS, 1.35) == optics.OTHER_INDEX
-
-
 @pytest.mark.parametrize("file_format", FORMATS)
 def test_camera_files_are_saved_and_loaded(view, file_format):
     changed = put(put(view, "fx", 812.5), "k1", -0.1)
-    loaded = with_camera_file(view, optics.camera_file(changed.camera, file_format), "mine.yaml")
+    loaded = optics.with_camera_file(view, optics.camera_file(changed.camera, file_format), "mine.yaml")
     assert loaded.camera == changed.camera == loaded.given_camera
     assert loaded.notes == ()
 
 
 def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):
     small = optics.camera_file(view.camera.for_size(320, 240), "ros")
-    loaded = with_camera_file(view, small, "mine.yaml")
+    loaded = optics.with_camera_file(view, small, "mine.yaml")
     assert loaded.camera.fx == view.camera.fx
     assert "My tank is for 320 x 240; its values were scaled to 640 x 480" in loaded.notes[0]
 
@@ -66,22 +198,19 @@ def test_camera_file_of_half_the_size_is_scaled_and_says_so(view):
 )
 def test_camera_file_that_does_not_fit_is_named(view, data, words):
     with pytest.raises(ValueError, match=words):
-        with_camera_file(view, data, "mine.yaml")
+        optics.with_camera_file(view, data, "mine.yaml")
 
 
 def test_port_needs_our_own_format_and_unknown_ones_are_refused(view):
     with pytest.raises(ValueError, match="port"):
-        optics.camera_file(with_port(view, True).camera, "ros")
+        optics.camera_file(optics.with_port(view, True).camera, "ros")
     with pytest.raises(ValueError, match="file_format is"):
         optics.camera_file(view.camera, "../etc")
 
 
-def test_default_values(view):
-    back = optics.with_default_values(with_port(put(view, "diameter_cm", 99), True))
+def test_default_and_given_values(view):
+    back = optics.with_default_values(optics.with_port(put(view, "diameter_cm", 99), True))
     assert (back.camera, back.dock) == (state.guess_camera(view.image), state.DEFAULT_DOCK)
-
-
-def test_back_to_the_given_values(view):
     changed = with_lights(put(put(view, "cy", 1), "diameter_cm", 99), 0)
-    back = with_given_values(changed)
+    back = optics.with_given_values(changed)
     assert (back.camera, back.dock) == (view.camera, view.dock)

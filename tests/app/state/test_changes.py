@@ -2,20 +2,13 @@ import math
 from dataclasses import replace
 
 import pytest
-from dockpose import Dock
+from dockpose import Dock, Settings
 from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state import changes as choices
-from dockpose.app.state.changes import (
-    MEASURED_LIMITS,
-    angles_text,
-    dropped_sentence,
-    with_angles,
-    with_lights,
-    with_measured,
-    with_pose_by_hand,
-)
-from dockpose.app.state.measured import MeasuredPose
+from dockpose.app.state.camera import with_these_as_mine
+from dockpose.app.state.parameters import put
+from dockpose.app.state.view import MeasuredPose, with_sample
 from dockpose.pose.known import KnownPose
 
 UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
@@ -24,7 +17,7 @@ UNEVEN = (0.0, 30.0, 75.0, 120.0, 180.0, 250.5, 300.0)
 @pytest.mark.parametrize("value", [math.nan, "8", None, True, [8]])
 def test_number_of_lights_that_is_no_number_is_refused(view, value):
     with pytest.raises(UserError, match="must be a number"):
-        with_lights(view, value)
+        choices.with_lights(view, value)
 
 
 def with_dock(view, **values):
@@ -33,22 +26,22 @@ def with_dock(view, **values):
 
 @pytest.mark.parametrize("text", ["0, 36, 72", "0 36 72", "0;36;72;", " 0°, 36° , 72°", "0\n36,,72.0"])
 def test_angles_are_read_and_the_number_of_lights_follows(view, text):
-    dock = with_angles(view, text).dock
+    dock = choices.with_angles(view, text).dock
     assert (dock.angles_deg, dock.lights, dock.diameter) == ((0, 36, 72), 3, view.dock.diameter)
-    assert angles_text(dock) == "0, 36, 72"
+    assert choices.angles_text(dock) == "0, 36, 72"
 
 
 def test_text_of_angles_is_read_back(view):
-    text = angles_text(Dock(0.3, angles_deg=UNEVEN))
+    text = choices.angles_text(Dock(0.3, angles_deg=UNEVEN))
     assert text == "0, 30, 75, 120, 180, 250.5, 300"
-    assert with_angles(view, text).dock.angles_deg == UNEVEN
+    assert choices.with_angles(view, text).dock.angles_deg == UNEVEN
 
 
 @pytest.mark.parametrize("text", ["", "  ", " , "])
 def test_blank_is_evenly_spaced_with_as_many_lights(view, text):
-    dock = with_angles(with_dock(view, angles_deg=UNEVEN), text).dock
+    dock = choices.with_angles(with_dock(view, angles_deg=UNEVEN), text).dock
     assert dock == Dock(0.3, 7)
-    assert angles_text(dock) == ""
+    assert choices.angles_text(dock) == ""
 
 
 @pytest.mark.parametrize(
@@ -68,35 +61,35 @@ def test_blank_is_evenly_spaced_with_as_many_lights(view, text):
 )
 def test_angles_that_cannot_be_are_refused_in_a_sentence(view, text, words):
     with pytest.raises(ValueError, match=words) as refused:
-        with_angles(view, text)
+        choices.with_angles(view, text)
     assert str(refused.value).count("\n") == 0
 
 
 def test_colours_stay_as_long_as_there_are_as_many(view):
     coloured = with_dock(view, colours=("red", "green", "blue"))
-    assert with_angles(coloured, "0, 100, 200").dock.colours == ("red", "green", "blue")
-    assert with_angles(coloured, "0, 100, 200, 300").dock.colours == ()
+    assert choices.with_angles(coloured, "0, 100, 200").dock.colours == ("red", "green", "blue")
+    assert choices.with_angles(coloured, "0, 100, 200, 300").dock.colours == ()
 
 
 @pytest.mark.parametrize("number", [4, 8, 0])
 def test_another_number_of_lights_drops_what_no_longer_fits_and_says_so(view, number):
     for values, word in (({"angles_deg": UNEVEN}, "7 angles"), ({"colours": ("red", "green", "blue")}, "3 colours")):
         before = with_dock(view, **values)
-        after = with_lights(before, number)
+        after = choices.with_lights(before, number)
         assert after.dock == Dock(0.3, number or None)
-        assert word in dropped_sentence(before.dock, after.dock)
+        assert word in choices.dropped_sentence(before.dock, after.dock)
 
 
 def test_same_number_of_lights_keeps_everything(view):
     before = with_dock(view, angles_deg=UNEVEN)
-    assert with_lights(before, 7) is before
-    assert dropped_sentence(before.dock, before.dock) == ""
-    assert dropped_sentence(Dock(0.3, 8), Dock(0.3, 10)) == ""
+    assert choices.with_lights(before, 7) is before
+    assert choices.dropped_sentence(before.dock, before.dock) == ""
+    assert choices.dropped_sentence(Dock(0.3, 8), Dock(0.3, 10)) == ""
 
 
 def test_even_spacing_written_out_gives_the_same_pose(view):
     typed = ", ".join(f"{angle:g}" for angle in range(0, 360, 36))
-    even, given = analyse(view).estimate, analyse(with_angles(view, typed)).estimate
+    even, given = analyse(view).estimate, analyse(choices.with_angles(view, typed)).estimate
     assert even.selected is not None
     assert given.selected is not None
     assert given.selected.position_m == pytest.approx(even.selected.position_m, abs=1e-4)
@@ -104,7 +97,7 @@ def test_even_spacing_written_out_gives_the_same_pose(view):
 
 @pytest.mark.parametrize(("value", "lights"), [(0, None), (-2, None), (1, 3), (8, 8), (8.4, 8), (1000, 60)])
 def test_number_of_lights(view, value, lights):
-    assert with_lights(view, value).dock.lights == lights
+    assert choices.with_lights(view, value).dock.lights == lights
 
 
 def test_centroid(view):
@@ -124,16 +117,14 @@ def test_mask_is_cut_to_the_picture_and_can_be_removed(view):
         choices.without_mask(view, first)
 
 
-@pytest.mark.parametrize("mask", [(700, 0, 10, 10), (0, 0, 0, 10), (0, 0, -5, 10), (0, 480, 10, 10)])
-def test_mask_that_covers_nothing_is_refused(view, mask):
-    with pytest.raises(UserError, match="covers nothing"):
+NOTHING = [(700, 0, 10, 10), (0, 0, 0, 10), (0, 0, -5, 10), (0, 480, 10, 10)]
+NO_NUMBER = [(value, 0, 10, 10) for value in (math.nan, None, "10", True)]
+
+
+@pytest.mark.parametrize("mask", [*NOTHING, *NO_NUMBER])
+def test_mask_that_covers_nothing_or_is_no_number_is_refused(view, mask):
+    with pytest.raises(UserError, match="covers nothing" if mask in NOTHING else "must be a number"):
         choices.with_mask(view, *mask)
-
-
-@pytest.mark.parametrize("value", [math.nan, None, "10", True])
-def test_mask_that_is_no_number_is_refused(view, value):
-    with pytest.raises(UserError, match="must be a number"):
-        choices.with_mask(view, value, 0, 10, 10)
 
 
 def test_number_of_masks_is_limited(view):
@@ -143,15 +134,11 @@ def test_number_of_masks_is_limited(view):
         choices.with_mask(view, 0, 0, 1, 1)
 
 
-def test_method_that_finds_its_level_has_none(view):
+def test_method_takes_the_level_it_starts_from_and_one_that_finds_its_level_has_none(view):
     fixed = choices.with_method(view, "fixed", 166)
+    assert (fixed.settings.method, fixed.settings.level) == ("fixed", 166)
     assert choices.with_method(fixed, "otsu", 166).settings == choices.with_method(view, "otsu").settings
     assert choices.with_method(fixed, "hats").settings.level is None
-
-
-def test_method_takes_the_level_it_starts_from(view):
-    settings = choices.with_method(view, "fixed", 166).settings
-    assert (settings.method, settings.level) == ("fixed", 166)
 
 
 @pytest.mark.parametrize("method", ["otsus", "", None, 1])
@@ -162,28 +149,90 @@ def test_unknown_method_is_refused(view, method):
 
 def test_pose_by_hand_is_used_and_said(view):
     other = analyse(view).estimate.candidates[1]
-    found = analyse(with_pose_by_hand(view, other)).estimate
+    found = analyse(choices.with_pose_by_hand(view, other)).estimate
     assert found.choice is not None
     assert (found.choice.selected, found.choice.selected_by) == (1, "hand")
     assert "by hand" in found.message
-    again = analyse(with_pose_by_hand(with_pose_by_hand(view, other), None)).estimate
+    again = analyse(choices.with_pose_by_hand(choices.with_pose_by_hand(view, other), None)).estimate
     assert again.choice is not None
     assert (again.choice.selected, again.choice.selected_by) == (0, "spacing")
 
 
 def test_measured_pose(view):
-    values = dict(zip(MEASURED_LIMITS, (10, -20, 5000, 5, -90), strict=True))
-    measured = with_measured(view, values)
+    values = dict(zip(choices.MEASURED_LIMITS, (10, -20, 5000, 5, -90), strict=True))
+    measured = choices.with_measured(view, values)
     assert measured.measured == MeasuredPose(10, -20, 5000, 5, -90)
     assert measured.measured_pose == KnownPose((0.1, -0.2, 50.0), 5, -90)
-    assert with_measured(view, None).measured is None
+    assert choices.with_measured(view, None).measured is None
     for wrong in ("1", True, float("nan"), 5001):
         with pytest.raises(UserError, match="measured z"):
-            with_measured(view, values | {"z (cm)": wrong})
+            choices.with_measured(view, values | {"z (cm)": wrong})
 
 
 def test_what_was_not_measured_is_blank_and_no_pose_is_made_of_it(view):
-    assert with_measured(view, {}).measured == MeasuredPose()
-    partly = with_measured(view, {"z (cm)": 110, "x (cm)": None})
+    assert choices.with_measured(view, {}).measured == MeasuredPose()
+    partly = choices.with_measured(view, {"z (cm)": 110, "x (cm)": None})
     assert partly.measured == MeasuredPose(z_cm=110)
     assert (partly.measured_pose, replace(partly, truth=None).known_pose) == (None, None)
+
+
+def labels(view, *arguments):
+    return [chip.label for chip in choices.chips(view, *arguments)]
+
+
+def pressed(view, words, *arguments):
+    (chip,) = [chip for chip in choices.chips(view, *arguments) if words in chip.label]
+    return chip.press(view)
+
+
+def test_each_setting_that_rules_the_next_picture_is_a_chip_and_goes_with_one_press(view):
+    assert labels(view) == []
+    pose = analyse(view).estimate.candidates[0]
+    changed = choices.with_centroid(put(choices.with_method(view, "fixed", 99), "min_area_px", 7), "binary")
+    changed = choices.with_mask(changed, 0, 0, 50, 20)
+    changed = choices.with_pose_by_hand(changed, pose)
+    shown = labels(changed)
+    for words in ("Pose chosen by hand", "Fixed level 99", "Lights of 7 px", "middle of the pixels", "50 × 20 px"):
+        assert any(words in label for label in shown)
+        changed = pressed(changed, words)
+    assert (labels(changed), changed.settings, changed.by_hand) == ([], Settings(), None)
+    assert "Method otsu  ✕" in labels(choices.with_method(view, "otsu"))
+
+
+def test_level_and_masks_stay_chips_on_the_next_picture_and_a_chosen_pose_does_not(view):
+    pose = analyse(view).estimate.candidates[1]
+    changed = choices.with_pose_by_hand(choices.with_mask(choices.with_method(view, "fixed", 99), 0, 0, 50, 20), pose)
+    shown = labels(with_sample(changed, "tilted"))
+    assert len(shown) == 2
+    assert "Fixed level 99" in shown[0]
+
+
+def test_many_masks_have_one_chip(view):
+    for number in range(3):
+        view = choices.with_mask(view, 10 * number, 0, 5, 5)
+    assert labels(view) == ["3 masks  ✕"]
+    assert pressed(view, "3 masks").settings.masks == ()
+
+
+def test_my_tank_is_offered_where_another_is_in_force(view):
+    mine = with_these_as_mine(view)
+    assert labels(mine) == []
+    look = with_sample(mine, "flat_port")
+    assert pressed(look, "Use My tank").camera == view.camera.for_size(800, 600)
+
+
+def test_number_of_lights_that_fits_is_offered(view):
+    wrong = analyse(replace(view, dock=Dock(0.30, 8)))
+    assert wrong.fitting_lights == 10
+    (label,) = labels(wrong.view, wrong.fitting_lights)
+    assert label == "10 lights form a ring; the dock is set to 8. Use 10?"
+    assert wrong.trust.colour == "red"
+    right = analyse(pressed(wrong.view, "Use 10?", wrong.fitting_lights))
+    assert (right.estimate.status, right.fitting_lights, right.trust.colour) == ("ok", None, "green")
+
+
+def test_nothing_is_offered_where_there_is_no_ring_or_lights_are_only_hidden(view):
+    for name in ("missing", "green_haze", "mirror", "bright_background"):
+        assert analyse(with_sample(view, name)).fitting_lights is None, name
+    dark = analyse(choices.with_method(replace(view, dock=Dock(0.30, 8)), "fixed", 255))
+    assert (dark.estimate.status != "ok", dark.fitting_lights) == (True, None)

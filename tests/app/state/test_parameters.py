@@ -36,16 +36,11 @@ def test_every_number_reads_back_what_was_put(view, name):
 
 
 @pytest.mark.parametrize("name", PARAMETERS)
-def test_numbers_out_of_range_are_brought_into_it(view, name):
+def test_numbers_out_of_range_are_brought_into_it_and_labels_and_hints_are_there(view, name):
     parameter = PARAMETERS[name]
     limits = parameter.range(view)
     for value, end in ((-1e300, limits.low), (1e300, limits.high)):
         assert parameter.get(put(view, name, value)) == pytest.approx(end)
-
-
-@pytest.mark.parametrize("name", PARAMETERS)
-def test_labels_and_hints_are_there(name):
-    parameter = PARAMETERS[name]
     assert parameter.label
     assert parameter.hint.endswith(".")
 

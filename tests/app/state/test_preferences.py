@@ -25,13 +25,11 @@ from dockpose.app.web.panels.source import SourcePanel
 from dockpose.app.web.server.options import Options
 
 
-def test_settings_file_is_read_back(view):
+def test_settings_file_is_read_back_and_what_it_leaves_out_stays(view):
     changed = put(put(put(view, "fx", 812.5), "diameter_cm", 45), "level", 99)
     back = with_settings_file(view, settings_file(changed), "mine.yaml")
     assert (back.camera, back.dock, back.settings) == (changed.camera, changed.dock, changed.settings)
 
-
-def test_what_a_file_leaves_out_stays(view):
     back = with_settings_file(view, b"settings: {method: otsu}", "mine.yaml")
     assert (back.settings.method, back.camera, back.dock) == ("otsu", view.camera, view.dock)
 
@@ -68,14 +66,11 @@ def test_broken_memory_is_as_none(tmp_path, content):
     assert Memory(tmp_path).now == Remembered()
 
 
-def test_memory_that_cannot_be_written_is_no_fault(tmp_path):
+def test_memory_that_cannot_be_written_is_no_fault_and_without_a_folder_no_card_is_shown(tmp_path):
     (tmp_path / "file").write_text("in the way")
     kept = Memory(tmp_path / "file" / "dockpose")
     kept.change(dark=True)
     kept.write()
-
-
-def test_without_a_folder_nothing_is_remembered_and_no_card_shown():
     assert not Memory(None).now.shows_first_card
 
 
@@ -89,13 +84,18 @@ def test_folder_for_settings(monkeypatch, platform, end):
     assert str(memory.config_folder()).endswith(end)
 
 
-def test_app_starts_with_the_last_settings(tmp_path):
+def test_app_starts_with_the_last_settings_unless_they_show_no_pose(tmp_path):
     options = Options(remember_in=tmp_path)
-    with App.build(options=options) as app:
+    with App(options=options) as app:
         app.change(lambda view: with_method(view, "otsu", 0))
         assert app.wait_until_idle(120)
-    with App.build(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options) as app:
+    with App(camera=Camera(700, 700, 319.5, 239.5, 640, 480), options=options) as app:
         assert app.view.settings.method == "otsu"
+    kept = Memory(tmp_path)
+    kept.change(settings=Settings(method="fixed", level=254))
+    kept.write()
+    with App(options=options) as app:
+        assert (app.view.settings, "a fixed level of 254" in app.view.note) == (Settings(), True)
 
 
 @pytest.mark.parametrize(
@@ -124,15 +124,6 @@ def test_last_settings_stay_where_no_others_show_a_dock_either(view):
     dark = replace(view, image=np.zeros_like(view.image))
     settings = Settings(method="fixed", level=200)
     assert with_last_settings(dark, settings).settings == settings
-
-
-def test_app_starts_with_a_pose_after_a_fixed_level(tmp_path):
-    options = Options(remember_in=tmp_path)
-    kept = Memory(tmp_path)
-    kept.change(settings=Settings(method="fixed", level=254))
-    kept.write()
-    with App.build(options=options) as app:
-        assert (app.view.settings, "a fixed level of 254" in app.view.note) == (Settings(), True)
 
 
 def test_the_last_uploaded_picture_is_back_at_the_next_start(tmp_path, view):
@@ -185,10 +176,7 @@ def test_what_the_page_keeps_is_its_owners_alone_also_where_it_was_not(tmp_path,
 
 def test_another_picture_or_forgetting_deletes_the_one_that_was_kept(tmp_path, view):
     png = cv2.imencode(".png", np.eye(9, dtype=np.uint8))[1].tobytes()
-    for forget in (
-        lambda kept: kept.forget_picture(),
-        lambda kept: kept.keep_picture(state.with_sample(view, "tilted")),
-    ):
+    for forget in (Memory.forget_picture, lambda kept: kept.keep_picture(state.with_sample(view, "tilted"))):
         kept = Memory(tmp_path)
         kept.keep_picture(state.with_upload(view, png, "a.png"))
         assert (tmp_path / "last-picture.png").exists()
@@ -209,21 +197,21 @@ def test_a_picture_that_cannot_be_deleted_is_named(tmp_path):
 def test_forgotten_uploads_are_nowhere_any_more(tmp_path):
     """Neither on the disk, nor in memory, nor at the next start."""
     options = Options(remember_in=tmp_path)
-    with App.build(options=options) as app:
+    with App(options=options) as app:
         png = cv2.imencode(".png", np.eye(300, dtype=np.uint8) * 200)[1].tobytes()
-        (source,) = [panel for panel in app._panels if isinstance(panel, SourcePanel)]
+        source = app._layout.of(SourcePanel)
         app.change(lambda shown: source._with_new_upload(shown, png, "mine.png"), reload=True)
         assert app.wait_until_idle(60)
         assert (tmp_path / "last-picture.png").exists()
         shown = weakref.ref(app.view.image)
-        app.change(lambda view: source._without_uploads(view, Mock()), reload=True)
+        source._forget_uploads(Mock())
         assert app.wait_until_idle(60)
-        assert app._kept.kept_bytes == 0
+        assert app.kept.kept_bytes == 0
         assert not source._forget.visible
         gc.collect()
         assert shown() is None
     assert not any(b"mine.png" in path.read_bytes() for path in tmp_path.iterdir())
     assert not (tmp_path / "last-picture.png").exists()
-    again = App.build(options=options)
+    again = App(options=options)
     again.stop()
     assert again.view.list_name == "samples"

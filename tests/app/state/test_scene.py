@@ -9,7 +9,7 @@ from dockpose.app.state import scene as scenes
 from dockpose.app.state import view as state
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_missing, with_psf, with_scene, with_text, with_water
-from dockpose.app.web.panels.simulator import scene_bytes
+from dockpose.app.web.panels.source import scene_bytes
 from dockpose.simulate import Scene, load_scene
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import PRESETS
@@ -47,16 +47,12 @@ def test_camera_in_use_is_kept_while_the_scene_changes_and_can_be_taken_over(vie
 
 
 def test_presets_and_psf(view):
+    assert [scenes.turbidity_of(water) for water in PRESETS.values()] == pytest.approx([0, 1 / 3, 2 / 3, 1])
     assert scene_of(with_water(view, "harbour")).water == PRESETS["harbour"]
     assert scene_of(with_psf(view, "gaussian")).psf.model == "gaussian"
     for refused in (lambda: with_water(view, "mud"), lambda: with_psf(view, "mtf"), lambda: with_psf(view, ["voss"])):
         with pytest.raises(ValueError, match=r"must be one of|belong together"):
             refused()
-
-
-def test_presets_turbidity():
-    places = [scenes.turbidity_of(water) for water in PRESETS.values()]
-    assert places == pytest.approx([0, 1 / 3, 2 / 3, 1])
 
 
 @pytest.mark.parametrize(("text", "missing"), [("", ()), ("0, 3,3", (0, 3)), (" 9 1 ", (1, 9))])

@@ -9,19 +9,14 @@ from tests.support.clock import Clock
 
 
 @pytest.fixture
-def clock():
-    return Clock()
+def history():
+    return History(Clock())
 
 
-@pytest.fixture
-def history(clock):
-    return History(clock)
-
-
-def walk(history, clock, view, *steps, pause_s=1.0):
+def walk(history, view, *steps, pause_s=1.0):
     for step in steps:
         after = step(view)
-        clock.now_s += pause_s
+        history._clock.now_s += pause_s
         history.note(view, after)
         view = after
     return view
@@ -31,8 +26,8 @@ def fx(value):
     return lambda view: put(view, "fx", value)
 
 
-def test_undo_and_redo_go_back_and_forth(history, clock, view):
-    last = walk(history, clock, view, fx(710), fx(720), lambda one: put(one, "level", 90))
+def test_undo_and_redo_go_back_and_forth(history, view):
+    last = walk(history, view, fx(710), fx(720), lambda one: put(one, "level", 90))
     back = history.undo(last)
     assert (back.camera.fx, back.settings) == (720, view.settings)
     history.note(last, back)  # as the app does with every change
@@ -41,37 +36,34 @@ def test_undo_and_redo_go_back_and_forth(history, clock, view):
     assert history.redo(last) is last
 
 
-def test_a_drag_is_one_step(history, clock, view):
-    last = walk(history, clock, view, *map(fx, range(701, 741)), pause_s=0.05)
+def test_a_drag_is_one_step(history, view):
+    last = walk(history, view, *map(fx, range(701, 741)), pause_s=0.05)
     assert history.undo(last) is view
     assert history.undo(view) is view
 
 
-def test_other_numbers_moved_at_once_are_steps_of_their_own(history, clock, view):
-    last = walk(history, clock, view, fx(710), lambda one: put(one, "diameter_cm", 50), pause_s=0.05)
+def test_other_numbers_moved_at_once_are_steps_of_their_own(history, view):
+    last = walk(history, view, fx(710), lambda one: put(one, "diameter_cm", 50), pause_s=0.05)
     assert history.undo(last).camera.fx == 710
 
 
-def test_a_new_change_ends_what_could_be_redone(history, clock, view):
-    last = walk(history, clock, view, fx(710))
+def test_a_new_change_ends_what_could_be_redone(history, view):
+    last = walk(history, view, fx(710))
     back = history.undo(last)
-    other = walk(history, clock, back, fx(900))
+    other = walk(history, back, fx(900))
     assert history.redo(other) is other
     assert history.undo(other) is back
 
 
-def test_scenes_are_undone_but_other_pictures_are_not(history, clock, view):
-    turned = walk(history, clock, view, lambda one: put(one, "z_cm", 90))
+def test_scenes_are_undone_but_other_pictures_are_not(history, view):
+    turned = walk(history, view, lambda one: put(one, "z_cm", 90))
     assert history.undo(turned) is view
-    other = walk(history, clock, view, lambda one: replace(one, image=np.zeros((4, 4), np.uint8)))
+    other = walk(history, view, lambda one: replace(one, image=np.zeros((4, 4), np.uint8)))
     assert history.undo(other) is other
 
 
-def test_what_changed_nothing_is_no_step(history, clock, view):
-    same = walk(history, clock, view, fx(view.camera.fx))
+def test_changes_are_named_and_what_changed_nothing_is_no_step(history, view):
+    same = walk(history, view, fx(view.camera.fx))
     assert history.undo(same) is same
-
-
-def test_changes_are_named(view):
     assert changed_names(view, fx(710)(view)) == {"camera.fx"}
     assert changed_names(view, put(view, "theta_x_deg", 3)) == {"scene.pose.theta_x_deg"}

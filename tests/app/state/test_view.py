@@ -5,12 +5,15 @@ import cv2
 import numpy as np
 import pytest
 from dockpose import Camera, Dock
+from dockpose.app.errors import UserError
 from dockpose.app.inputs.pictures import load_sample, sample_names, sample_path
 from dockpose.app.state import view as state
-from dockpose.app.state.in_force import with_these_as_mine
+from dockpose.app.state.camera import with_these_as_mine
 from dockpose.app.state.parameters import put
 from dockpose.app.state.scene import with_scene
+from dockpose.app.state.view import MeasuredPose, number_text, typed_number
 from dockpose.camera.image import ImageError
+from dockpose.pose.known import KnownPose
 
 
 def png(width, height):
@@ -24,21 +27,20 @@ def test_starts_on_the_first_sample(view):
     assert view.note == ""
 
 
-def test_opens_a_picture_with_the_values_beside_it():
+def test_opens_a_picture_with_the_values_beside_it_which_given_ones_go_before():
     view = state.open_source(str(sample_path("tilted")), None, None)
     assert (view.source, view.sample, view.camera) == ("tilted.png", None, load_sample("tilted").camera)
     assert view.truth is not None
-
-
-def test_given_camera_and_dock_go_before_those_beside_the_picture():
     camera, dock = Camera(800, 810, 300, 200, 640, 480), Dock(2.0, 12)
     view = state.open_source(str(sample_path("tilted")), camera, dock)
     assert (view.camera, view.dock) == (camera, dock)
 
 
-def test_camera_of_another_shape_is_refused():
+def test_camera_of_another_shape_is_refused_and_a_missing_picture_named():
     with pytest.raises(ValueError, match="640 x 480"):
         state.open_source(None, Camera(800, 800, 300, 300, 600, 600), None)
+    with pytest.raises(ImageError, match=r"nowhere\.png"):
+        state.open_source("nowhere.png", None, None)
 
 
 def test_picture_of_unknown_camera_gets_a_guess_and_a_note(tmp_path):
@@ -48,11 +50,6 @@ def test_picture_of_unknown_camera_gets_a_guess_and_a_note(tmp_path):
     assert (view.camera.cx, view.camera.cy) == (199.5, 149.5)
     assert view.dock == state.DEFAULT_DOCK
     assert "400 x 300" in view.notes[0]
-
-
-def test_missing_picture_is_named():
-    with pytest.raises(ImageError, match=r"nowhere\.png"):
-        state.open_source("nowhere.png", None, None)
 
 
 def test_sample_brings_its_own_values_and_keeps_the_settings(view):
@@ -76,13 +73,10 @@ def test_upload_of_the_same_size_is_seen_with_my_tank(view):
     assert (uploaded.source, uploaded.sample, uploaded.truth, uploaded.notes) == ("a.png", None, None, ())
 
 
-def test_upload_at_half_size_scales_the_camera_and_says_so(view):
+def test_upload_at_half_size_scales_the_camera_and_one_of_another_shape_gets_a_guess_and_both_say_so(view):
     uploaded = state.with_upload(with_these_as_mine(view), png(320, 240), "a.png")
     assert uploaded.camera.fx == view.camera.fx / 2
     assert "scaled" in uploaded.notes[0]
-
-
-def test_upload_of_another_shape_gets_a_guessed_camera_and_says_so(view):
     uploaded = state.with_upload(with_these_as_mine(view), png(300, 300), "a.png")
     assert uploaded.notes[0].startswith("The camera of My tank is for 640 x 480. No camera is known")
     assert (uploaded.camera.width, uploaded.camera.height) == (300, 300)
@@ -112,8 +106,32 @@ def test_the_checksum_is_that_of_the_bytes_that_were_opened(view, tmp_path):
     assert state.with_upload(view, data, "mine.png").sha256 == right
     assert state.with_sample(view, "tilted").sha256 == right
     assert view.sha256 == hashlib.sha256(sample_path("plain").read_bytes()).hexdigest()
-
-
-def test_simulated_pictures_and_frames_have_no_checksum(view):
+    # Simulated pictures and frames have none.
     assert with_scene(view, view.scene).sha256 is None
     assert state.with_frame(view, view.image, "dive.mp4, frame 1").sha256 is None
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("", None), (" ", None), ("0", 0), (" 1,5 ", 1.5), ("−4", -4), ("-.5", -0.5), ("007", 7)]
+)
+def test_blank_is_never_zero_and_zero_never_blank(text, number):
+    assert typed_number("z", text) == number
+    assert number is None or typed_number("z", number_text(number)) == number
+
+
+@pytest.mark.parametrize("text", ["T", "1t", "-", "1e400", "nan", "1 2", "1.2.3"])
+def test_what_is_no_number_is_refused_by_name(text):
+    with pytest.raises(UserError, match=r"^Measured z is .*it must be a number"):
+        typed_number("Measured z", text)
+
+
+@pytest.mark.parametrize("text", ["-", "−", ".", "-,"])
+def test_number_that_is_still_typed_is_blank(text):
+    assert typed_number("z", text, is_finished=False) is None
+
+
+def test_only_a_whole_pose_is_one():
+    assert MeasuredPose(1, 2, 3, 4, 5).pose == KnownPose((0.01, 0.02, 0.03), 4, 5)
+    for missing in MeasuredPose.__struct_fields__:
+        values = dict.fromkeys(MeasuredPose.__struct_fields__, 1.0) | {missing: None}
+        assert MeasuredPose(**values).pose is None

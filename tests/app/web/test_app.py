@@ -14,11 +14,24 @@ from viser import _messages as messages
 
 from tests.support.visitors import Visitor
 
+AREA = "Min. area (px)"
+
 
 @pytest.fixture
 def app():
-    with App.build(port=0) as running:
+    with App(port=0) as running:
         yield running
+
+
+@pytest.fixture
+def area(app):
+    """A browser, and the control of the least area, with its id."""
+    with Visitor(app.address) as visitor:
+        assert visitor.until(lambda visitor: AREA in visitor.ids)
+        yield visitor, visitor.ids[AREA], control(app.server.gui, visitor.ids[AREA])
+        assert visitor.until(lambda visitor: app.view.settings.min_area_px == 60)
+        assert visitor.until(lambda visitor: not app.choices._open)
+        assert control(app.server.gui, visitor.ids[AREA]).value == 60
 
 
 @pytest.fixture
@@ -29,57 +42,42 @@ def busy_port():
         yield taken.getsockname()[1]
 
 
-def test_serves_a_page_on_the_loopback_address_and_prints_nothing(capsys):
-    with App.build(port=0) as app:
-        assert app.address.startswith(f"http://127.0.0.1:{app.port}/?token=")
-        assert urlopen(app.address, timeout=60).status == 200
-    assert capsys.readouterr().out == ""
-
-
-def test_listens_on_no_other_address(app):
-    with socket.socket() as elsewhere:
-        elsewhere.bind(("127.0.0.2", app.port))  # free, since only 127.0.0.1 is taken
-
-
-def test_asked_for_port_is_the_one_that_is_taken():
+def test_serves_a_page_at_the_port_asked_for_on_the_loopback_address_alone_and_prints_nothing(capsys):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    with App.build(port=port) as app:
+    with App(port=port) as app, socket.socket() as elsewhere:
         assert app.port == port
+        assert app.address.startswith(f"http://127.0.0.1:{port}/?token=")
+        assert urlopen(app.address, timeout=60).status == 200
+        elsewhere.bind(("127.0.0.2", port))  # free, since only 127.0.0.1 is taken
+    assert capsys.readouterr().out == ""
 
 
-def test_busy_port_is_named_and_no_other_one_taken(busy_port):
-    with pytest.raises(PortBusyError, match=rf"port {busy_port} on 127\.0\.0\.1"):
-        App.build(port=busy_port)
-
-
-def test_port_taken_after_the_check_is_noticed(busy_port, monkeypatch):
-    monkeypatch.setattr(opening, "check_port_is_free", lambda host, port: None)
-    with pytest.raises(PortBusyError, match=str(busy_port)):
-        App.build(port=busy_port)
+def test_busy_port_is_named_and_no_other_one_taken_also_where_it_was_taken_after_the_check(busy_port, monkeypatch):
+    for _ in range(2):
+        with pytest.raises(PortBusyError, match=rf"port {busy_port} on 127\.0\.0\.1"):
+            App(port=busy_port)
+        monkeypatch.setattr(opening, "check_port_is_free", lambda host, port: None)
 
 
 def test_unknown_host_is_named():
     with pytest.raises(OSError, match=r"no\.such\.host\.invalid"):
-        App.build(host="no.such.host.invalid")
+        App(host="no.such.host.invalid")
 
 
 def test_no_browser_can_open_a_tunnel_or_upload_to_a_shared_control(app):
-    handlers = app._server._websock_server._incoming_handlers
+    handlers = app.server._websock_server._incoming_handlers
     assert not handlers.get(messages.ShareUrlRequest)
     assert not handlers.get(messages.FileTransferStartUpload)
     assert not handlers.get(messages.FileTransferPart)
 
 
-def test_change_is_worked_on(app):
+def test_change_is_worked_on_and_a_refused_one_keeps_the_view(app):
     app.change(lambda view: put(view, "diameter_cm", 60))
     assert app.wait_until_idle(120)
     assert app.view.dock.diameter == pytest.approx(0.6)
-    assert app._scene.extent.high[2] > 2
-
-
-def test_refused_change_keeps_the_view(app):
+    assert app.scene.extent.high[2] > 2
     before = app.view
     app.change(lambda view: put(view, "fx", float("nan")))
     assert app.view is before
@@ -97,62 +95,49 @@ def test_what_is_set_while_another_act_ends_is_not_lost(app, label, value, seen)
     assert app.wait_until_idle(60)
     with Visitor(app.address) as visitor:
         assert visitor.until(lambda visitor: label in visitor.ids)
-        handle = control(app._server.gui, visitor.ids[label])
+        handle = control(app.server.gui, visitor.ids[label])
         with app._lock:  # another act has begun
             visitor.set(label, value)
             assert visitor.until(lambda visitor: handle.value == value)
             app._load(app._view)  # and ends by setting all controls
         assert visitor.until(lambda visitor: seen(app.view))
-        assert visitor.until(lambda visitor: not app._choices._open)
+        assert visitor.until(lambda visitor: not app.choices._open)
         assert handle.value == value
 
 
-def test_what_the_program_sets_between_a_value_and_its_callback_does_not_replace_it(app):
-    label = "Min. area (px)"
-    with Visitor(app.address) as visitor:
-        assert visitor.until(lambda visitor: label in visitor.ids)
-        handle = control(app._server.gui, visitor.ids[label])
-        tell = handle._impl.sync_cb
+def test_what_the_program_sets_between_a_value_and_its_callback_does_not_replace_it(area):
+    visitor, _, handle = area
+    tell = handle._impl.sync_cb
 
-        def tell_and_set(client_id, updates):
-            tell(client_id, updates)
-            handle.value = 7
+    def tell_and_set(client_id, updates):
+        tell(client_id, updates)
+        handle.value = 7
 
-        handle._impl.sync_cb = tell_and_set
-        visitor.set(label, 60)
-        assert visitor.until(lambda visitor: app.view.settings.min_area_px == 60)
-        assert visitor.until(lambda visitor: not app._choices._open)
-        assert handle.value == 60
+    handle._impl.sync_cb = tell_and_set
+    visitor.set(AREA, 60)
 
 
-def test_a_choice_that_has_just_been_replaced_is_not_put_back(app):
+def test_a_choice_that_has_just_been_replaced_is_not_put_back(app, area):
     """One thread has read the first choice and is about to set it when the second comes, and is acted on."""
-    label = "Min. area (px)"
+    visitor, key, handle = area
     app.wait_until_idle(60)
-    with Visitor(app.address) as visitor:
-        assert visitor.until(lambda visitor: label in visitor.ids)
-        key = visitor.ids[label]
-        handle = control(app._server.gui, key)
 
-        class Interrupted:
-            """A control that is set by a person whenever a thread of the program asks for its value."""
+    class Interrupted:
+        """A control that is set by a person whenever a thread of the program asks for its value."""
 
-            @property
-            def value(self):
-                visitor.set(label, 60)
-                # Until its act has ended; for a moment only, where it waits for this thread.
-                visitor.until(lambda visitor: app.view.settings.min_area_px == 60, 0.5)
-                return handle.value
+        @property
+        def value(self):
+            visitor.set(AREA, 60)
+            # Until its act has ended; for a moment only, where it waits for this thread.
+            visitor.until(lambda visitor: app.view.settings.min_area_px == 60, 0.5)
+            return handle.value
 
-            @value.setter
-            def value(self, value):
-                handle.value = value
+        @value.setter
+        def value(self, value):
+            handle.value = value
 
-        app._choices._open[key] = key, Interrupted(), 50
-        app._choices.put_back()
-        assert visitor.until(lambda visitor: app.view.settings.min_area_px == 60)
-        assert visitor.until(lambda visitor: not app._choices._open)
-        assert handle.value == 60
+    app.choices._open[key] = key, Interrupted(), 50
+    app.choices.put_back()
 
 
 def test_what_is_refused_is_not_put_back(app):
@@ -163,7 +148,7 @@ def test_what_is_refused_is_not_put_back(app):
         assert visitor.until(lambda visitor: app.view.measured is not None)
         visitor.set(label, "4 apples")
         assert visitor.until(lambda visitor: visitor.notices)
-        assert visitor.until(lambda visitor: not app._choices._open)
+        assert visitor.until(lambda visitor: not app.choices._open)
         assert visitor.values[visitor.ids[label]] != "4 apples"
 
 
@@ -193,4 +178,4 @@ def test_error_in_a_panel_is_told_and_the_next_view_is_worked_on(app, monkeypatc
     monkeypatch.undo()
     app.change(lambda view: put(view, "diameter_cm", 60))
     assert app.wait_until_idle(120)
-    assert app._scene.extent.high[2] > 2
+    assert app.scene.extent.high[2] > 2

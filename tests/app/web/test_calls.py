@@ -12,7 +12,7 @@ import dockpose
 import dockpose.app
 import pytest
 from dockpose.app.web.app import App
-from dockpose.app.web.panels.camera import CameraPanel
+from dockpose.app.web.panels.tank import CameraPanel
 
 OURS = tuple(str(Path(package.__file__ or "").resolve().parent) for package in (dockpose, dockpose.app))
 BEFORE = 1097  # calls when the lights were searched for with each move, and sentences painted that had not changed
@@ -50,7 +50,7 @@ def calls():
 
 @pytest.fixture(scope="module")
 def app(calls):
-    with App.build(port=0) as running:
+    with App(port=0) as running:
         assert running.wait_until_idle(TIMEOUT_S)
         yield running
 
@@ -65,7 +65,7 @@ def wait(app):
 
 def move(app, value):
     """Move the slider of the diameter as a person does."""
-    slider = next(panel for panel in app._panels if isinstance(panel, CameraPanel)).sliders["diameter_cm"].handle
+    slider = app._layout.of(CameraPanel).sliders["diameter_cm"].handle
     slider.value = value
     slider._impl.sync_cb(1, {"value": value})  # type: ignore[misc]
     for function in slider._impl.update_cb:

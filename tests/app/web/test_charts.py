@@ -1,15 +1,10 @@
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from dockpose.app.processing.comparison import LevelSweep
-from dockpose.app.web.charts import (
-    error_points,
-    fitting_ends,
-    round_above,
-    sweep_sentence,
-    sweep_top_px,
-    swept_so_far,
-    without_gaps,
-)
+from dockpose.app.web.charts import Chart, SweepChart, error_points, fitting_ends, sweep_sentence, sweep_top_px
 
 from tests.support.rows import changed
 
@@ -28,13 +23,20 @@ def test_axis_of_nothing():
     assert fitting_ends(np.array([np.nan]), 1.0) == (0.0, 1.0)
 
 
+class _Gui:
+    """Stands for viser's controls: what is added has the looks that it was given."""
+
+    def __getattr__(self, name):
+        return lambda *content, **look: SimpleNamespace(content=content, **look)
+
+
+GUI: Any = _Gui()
+
+
 def test_gaps_are_hidden_below_the_axis():
-    assert without_gaps(np.array([1.0, np.nan]), (-1.0, 3.0)).tolist() == [1.0, -5.0]
-
-
-@pytest.mark.parametrize(("number", "above"), [(0, 1), (1, 1), (1.1, 2), (2, 2), (3, 5), (7, 10), (10, 10), (450, 500)])
-def test_axis_ends_at_a_round_number(number, above):
-    assert round_above(number) == above
+    chart = Chart(GUI, "x", [], (), 100)
+    chart.show((np.array([0.0, 1.0]), np.array([1.0, np.nan])), x=(0.0, 1.0), y=(-1.0, 3.0))
+    assert chart.handle.data[1].tolist() == [1.0, -5.0]
 
 
 def test_points_of_the_chart():
@@ -49,17 +51,19 @@ def test_points_of_the_chart():
     assert error_points([], (0, 1, 2)).shape == (0, 4)
 
 
-def test_a_sweep_that_found_nothing_is_drawn_without_gaps():
-    assert np.isfinite(without_gaps(NOTHING.errors_px, (0.0, sweep_top_px(NOTHING)))).all()
-
-
-def test_sentences_of_a_sweep():
+def test_a_sweep_grows_and_one_that_found_nothing_is_drawn_without_gaps():
+    chart = SweepChart(GUI)
+    chart.grow(NOTHING)
+    assert np.isfinite(chart._chart.handle.data).all()
+    assert "Levels up to 255 of 255 are drawn. No level" in chart._sentence.content
+    chart.show(FOUND)
     assert "true centre" in sweep_sentence(FOUND)
-    assert swept_so_far(FOUND).startswith("Levels up to 120 of 255 are drawn. A dock at 2 of 2 levels")
+    assert ">A dock at 2 of 2 levels" in chart._sentence.content
     assert sweep_top_px(NOTHING) == 1
-    assert "No level" in sweep_sentence(NOTHING)
 
 
-@pytest.mark.parametrize(("error_px", "top"), [(0.0, 1), (0.9, 1), (0.95, 2), (4, 5), (4.6, 10), (30, 50), (95, 200)])
+@pytest.mark.parametrize(
+    ("error_px", "top"), [(0.0, 1), (0.9, 1), (0.95, 2), (4, 5), (4.6, 10), (30, 50), (95, 200), (450, 500)]
+)
 def test_axis_of_a_sweep_ends_at_a_round_number(error_px, top):
     assert sweep_top_px(LevelSweep(np.array([9]), np.full((1, 3), error_px), "nothing")) == top

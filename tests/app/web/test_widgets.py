@@ -27,8 +27,8 @@ def errors():
 @pytest.fixture
 def task(errors):
     with ExitStack() as closing:
-        parts: Any = SimpleNamespace(server=SimpleNamespace(gui=Gui()), fail=errors.append, closing=closing)
-        yield BackgroundWork(parts, "Stop.")
+        app: Any = SimpleNamespace(server=SimpleNamespace(gui=Gui()), fail=errors.append, closing=closing)
+        yield BackgroundWork(app, "Stop.")
 
 
 def ended(task):

@@ -32,12 +32,15 @@ def test_the_board_is_drawn_where_it_was_found():
     assert (np.abs(changed.max(axis=0) - high) < 8).all()
 
 
-def test_what_was_seen_is_told_and_names_are_escaped():
+def test_what_was_seen_or_dropped_is_told_and_names_are_escaped():
     found = sightings(TRUE, 0, count=3)[0]
     assert "board seen and taken</b>, 54 corners" in seen_html("a.png", found, "")
     assert "board seen, not taken: it is blurred" in seen_html("a.png", found, "it is blurred")
     assert "no board was found in it" in seen_html("a.png", None, "no board was found in it")
     assert "<script>" not in seen_html("<script>", None, "x") + pictures_html([BoardView("<script>", None, 5)])
+    views = BoardView("a", 0.1234, 54), BoardView("b", None, 54, "you dropped it"), BoardView("c", None, 54)
+    for words in ("0.123 px over 54 corners", "dropped: you dropped it", ">54 corners<"):
+        assert words in pictures_html(views)
 
 
 def test_coverage_counts_views_and_says_what_is_wanted():
@@ -46,12 +49,3 @@ def test_coverage_counts_views_and_says_what_is_wanted():
     assert "Still wanted" in few
     assert "That is enough." in coverage_html(coverage_of(sightings(TRUE, 0, count=60), SIZE, TRUE.fx))
     assert "0 views" in coverage_html(coverage_of([], SIZE))
-
-
-def test_each_picture_has_its_error_or_why_it_was_dropped():
-    text = pictures_html(
-        [BoardView("a", 0.1234, 54), BoardView("b", None, 54, "you dropped it"), BoardView("c", None, 54)]
-    )
-    assert "0.123 px over 54 corners" in text
-    assert "dropped: you dropped it" in text
-    assert ">54 corners<" in text

@@ -21,9 +21,6 @@ def test_row_of_the_likelier_candidate_agrees_with_the_truth(analysis):
     true = [float(cell) for cell in result_cells(analysis.view.truth)[:5]]
     assert found == pytest.approx(true, abs=0.3)
     assert len(result_cells(analysis.estimate.candidates[0])) == len(COLUMNS)
-
-
-def test_unknown_values_are_a_dash(analysis):
     pose = replace(analysis.estimate.candidates[0], probability=None, rms_px=None)
     assert result_cells(pose)[-2:] == ["–", "–"]
 
@@ -47,14 +44,11 @@ def test_no_error_is_given_and_nothing_is_green_where_camera_or_dock_is_assumed(
     assert "assumed" in status_html(analysis)
 
 
-def test_table_names_the_chosen_one(analysis, empty):
+def test_table_names_the_chosen_one_and_the_status_says_what_was_found_or_not(analysis, empty):
     table = table_html(analysis)
     assert table.index("A, chosen") < table.index(" B<")
     assert "Truth" in table
     assert "chosen" not in table_html(empty)
-
-
-def test_status_says_what_was_found_or_not(analysis, empty):
     assert "Dock found" in status_html(analysis)
     assert "No pose" in status_html(empty)
     assert empty.estimate.message in status_html(empty)

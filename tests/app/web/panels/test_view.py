@@ -8,24 +8,15 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from dockpose.app.drawing.montage import kept_pixels
+from dockpose.app.drawing.annotated import kept_pixels
 from dockpose.app.errors import UserError
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_mask, with_method
 from dockpose.app.state.parameters import put
 from dockpose.app.state.view import open_source
 from dockpose.app.web.live import data_html, decoder
+from dockpose.app.web.panels import view as shown
 from dockpose.app.web.panels.detect import threshold_sentence
-from dockpose.app.web.panels.view import (
-    HistogramNumbers,
-    acts_in_picture,
-    groups_top,
-    histogram_numbers,
-    lights_numbers,
-    picture_data,
-    pose_numbers,
-    runs,
-)
 from dockpose.estimate import geometry
 from dockpose.thresholds import Threshold
 from msgspec import DecodeError
@@ -34,7 +25,7 @@ from msgspec import DecodeError
 def fulfilled(view, text):
     views = []
     nobody: Any = None
-    acts = acts_in_picture(lambda function, client, *, reload=False: views.append(function(view)))
+    acts = shown.acts_in_picture(lambda function, client, *, reload=False: views.append(function(view)))
     wish = decoder(acts).decode(text)
     acts[type(wish)](wish, nobody)
     return views[0]
@@ -46,7 +37,7 @@ def tilted():
 
 
 def overlay_numbers(analysis):
-    return lights_numbers(analysis.estimate) | pose_numbers(analysis)
+    return shown.lights_numbers(analysis.estimate) | shown.pose_numbers(analysis)
 
 
 def decoded(data):
@@ -65,16 +56,14 @@ def test_overlay_has_what_was_found(tilted):
     assert len(data_html("overlay", numbers)) < 16_000
 
 
-def test_outline_of_the_chosen_dock_runs_through_its_lights(tilted):
+def test_outline_of_the_chosen_dock_runs_through_its_lights_and_a_length_there_is_that_of_its_diameter(tilted):
     numbers = overlay_numbers(tilted)
     outline = np.array(numbers["poses"][0]["outline"])
     for group in numbers["groups"]:
         # The outline has 120 points, so that none is nearer than half a step from some light.
         assert np.linalg.norm(outline - group["at"], axis=1).min() < 3.5
 
-
-def test_length_at_the_dock_is_that_of_its_diameter(tilted):
-    """Seen squarely a dock of 30 cm is fx 0.30 / z pixels wide."""
+    # Seen squarely a dock of 30 cm is fx 0.30 / z pixels wide.
     pose = tilted.estimate.selected
     pixels = tilted.view.camera.fx * 0.30 / pose.position_m[2]
     assert pixels * overlay_numbers(tilted)["cmPerPx"] == pytest.approx(30, rel=0.01)
@@ -96,26 +85,23 @@ def test_level_per_light_sends_the_pixels_that_are_kept(tilted):
 
 
 def test_runs_of_consecutive_numbers():
-    assert runs(np.array([7, 3, 4, 5, 9, 8])) == [[3, 3], [7, 3]]
-    assert runs(np.array([], int)) == []
+    assert shown.runs(np.array([7, 3, 4, 5, 9, 8])) == [[3, 3], [7, 3]]
+    assert shown.runs(np.array([], int)) == []
 
 
-def test_exact_picture_has_each_pixel(tilted):
+def test_exact_picture_has_each_pixel_and_one_of_16_bits_is_sent_on_the_scale_of_the_levels(tilted):
     grey = tilted.view.image
-    sent = picture_data(grey, 1, True)
+    sent = shown.picture_data(grey, 1, True)
     assert (sent["isExact"], sent["type"], sent["width"], sent["height"]) == (True, "image/png", 640, 480)
     np.testing.assert_array_equal(decoded(sent), grey)
-
-
-def test_picture_of_16_bits_is_sent_on_the_scale_of_the_levels():
     deep = np.array([[0, 1000, 4095]], np.uint16)  # 12 bits are in use: 16 steps are a level
-    np.testing.assert_array_equal(decoded(picture_data(deep, 1, True)), [[0, 62, 255]])
+    np.testing.assert_array_equal(decoded(shown.picture_data(deep, 1, True)), [[0, 62, 255]])
 
 
 def test_quick_and_huge_pictures_say_that_they_are_not_exact(tilted):
-    quick = picture_data(tilted.view.image, 1, False)
+    quick = shown.picture_data(tilted.view.image, 1, False)
     assert (quick["type"], quick["isExact"]) == ("image/jpeg", False)
-    huge = picture_data(np.zeros((4000, 8000), np.uint8), 1, True)
+    huge = shown.picture_data(np.zeros((4000, 8000), np.uint8), 1, True)
     assert (huge["width"], huge["height"], huge["isExact"]) == (8000, 4000, False)
     assert decoded(huge).shape == (2000, 4000)
 
@@ -139,12 +125,9 @@ def test_wishes_are_carried_out(tilted):
 @pytest.mark.parametrize(
     "text",
     [
-        "",
-        "[]",
-        '{"do":"level","level":77}',
+        *("", "[]", '{"do":"level","level":77}'),
         '{"do":"level","number":1,"level":"77"}',
-        '{"do":"level","number":1,"level":1e999}',
-        '{"do":"run","number":1}',
+        *('{"do":"level","number":1,"level":1e999}', '{"do":"run","number":1}'),
         '{"do":"mask","number":1,"x":0,"y":0,"width":null,"height":1}',
         '{"do":"level","number":1,"level":77,"more":1}',
     ],
@@ -161,7 +144,7 @@ def test_mask_off_the_picture_and_level_out_of_range_are_refused_or_clamped(tilt
 
 
 def numbers_of(analysis):
-    numbers = HistogramNumbers().of(analysis, is_playing=False)
+    numbers = shown.HistogramNumbers().of(analysis, is_playing=False)
     assert numbers is not None
     return numbers
 
@@ -178,7 +161,7 @@ def test_numbers_are_those_of_the_threshold(analysis):
 
 def test_threshold_that_keeps_nothing(analysis):
     threshold = replace(analysis.estimate.threshold, level=256)
-    numbers = histogram_numbers(threshold.histogram, threshold)
+    numbers = shown.histogram_numbers(threshold.histogram, threshold)
     assert (numbers["peaks"], numbers["groupsTop"]) == ([], 10)
     assert "above 255" in threshold_sentence(replace(analysis.estimate, threshold=threshold))
 
@@ -190,14 +173,14 @@ def test_peaks_with_what_they_vote_for():
     groups = np.full(256, -1)
     groups[50:101], groups[101:185], groups[185:191], groups[191:] = 4, 3, 1, 0
     threshold = Threshold("hats", 100, 100, counts, "", groups, floor=50)
-    votes = {peak["level"]: peak["groups"] for peak in histogram_numbers(counts, threshold)["peaks"]}
+    votes = {peak["level"]: peak["groups"] for peak in shown.histogram_numbers(counts, threshold)["peaks"]}
     assert votes == {190: 1, 180: 3, 100: 4}
-    assert groups_top(threshold) == 10
+    assert shown.groups_top(threshold) == 10
 
 
 def test_level_set_by_hand_keeps_the_curve(analysis):
     by_hand = [analyse(with_method(analysis.view, "fixed", level)) for level in (40, 150)]
-    numbers, before = HistogramNumbers(), numbers_of(analysis)
+    numbers, before = shown.HistogramNumbers(), numbers_of(analysis)
     for level, one in zip((40, 150), by_hand, strict=True):
         now = numbers.of(one, is_playing=False) or {}
         assert one.view.settings.level == level
@@ -207,11 +190,8 @@ def test_level_set_by_hand_keeps_the_curve(analysis):
     assert numbers_of(masked)["groups"] != before["groups"]
 
 
-def test_while_playing_no_curve_is_computed_for_a_level_set_by_hand(analysis):
+def test_no_curve_is_computed_while_playing_for_a_level_set_by_hand_and_nothing_where_all_is_masked(analysis):
     by_hand = analyse(with_method(analysis.view, "fixed", 150))
-    assert set((HistogramNumbers().of(by_hand, is_playing=True) or {})["groups"]) == {-1}
-
-
-def test_nothing_is_computed_where_all_is_masked(analysis):
+    assert set((shown.HistogramNumbers().of(by_hand, is_playing=True) or {})["groups"]) == {-1}
     masked = analyse(with_method(with_mask(analysis.view, 0, 0, 640, 480), "fixed", 150))
-    assert HistogramNumbers().of(masked, is_playing=False) is None
+    assert shown.HistogramNumbers().of(masked, is_playing=False) is None

@@ -5,15 +5,7 @@ import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.app.processing.analysis import analyse
 from dockpose.app.state.changes import with_method
-from dockpose.app.web.scene.scene import (
-    docks_of,
-    extent_of,
-    grid_cell_m,
-    image_plane,
-    lights_on_ring,
-    rays_to_lights,
-    ring_segments,
-)
+from dockpose.app.web.scene import scene as drawn
 from dockpose.app.web.scene.surroundings import labels
 from dockpose.app.web.scene.viewpoints import NAMES, OVERVIEW, Extent, viewpoint
 from dockpose.camera.port import FlatPort
@@ -26,16 +18,17 @@ from tests.app.web.scene.test_surroundings import on_screen
 
 def test_image_plane_puts_the_corner_pixels_on_their_rays():
     camera = Camera(700, 650, 300, 260, 640, 480)
-    width, height, (x, y, z) = image_plane(camera, 0.5)
+    width, height, (x, y, z) = drawn.image_plane(camera, 0.5)
     corner = np.array([[x - width / 2, y - height / 2, z], [x + width / 2, y + height / 2, z]])
     np.testing.assert_allclose(camera.project(corner), [[-0.5, -0.5], [639.5, 479.5]])
 
 
 def test_rays_end_on_the_lights(found):
-    lines = rays_to_lights(found)
+    lines = drawn.rays_to_lights(found)
     pose = found.selected
     model = (
-        lights_on_ring(found.dock, pose.roll_rad) * found.dock.radius @ pose.T_camera_dock[:3, :3].T + pose.position_m
+        drawn.lights_on_ring(found.dock, pose.roll_rad) * found.dock.radius @ pose.T_camera_dock[:3, :3].T
+        + pose.position_m
     )
     gaps = np.linalg.norm(lines[:, 1][:, None] - model[None], axis=2).min(axis=1)
     assert len(lines) == 10
@@ -52,32 +45,32 @@ def test_rays_leave_the_port_and_end_on_the_lights():
         water=preset("clear"),
     )
     found = estimate(render(scene)[0], camera, scene.dock)
-    lines, pose = rays_to_lights(found), found.selected
+    lines, pose = drawn.rays_to_lights(found), found.selected
     assert pose is not None
     assert found.markers is not None
     assert found.ring is not None
     np.testing.assert_allclose(lines[:, 0, 2], 0.04)  # the outer face of the glass
     np.testing.assert_allclose(camera.project(lines[:, 1]), found.markers.points_px[found.ring.on_ring], atol=1e-6)
-    model = lights_on_ring(scene.dock, pose.roll_rad) * scene.dock.radius @ pose.T_camera_dock[:3, :3].T
+    model = drawn.lights_on_ring(scene.dock, pose.roll_rad) * scene.dock.radius @ pose.T_camera_dock[:3, :3].T
     gaps = np.linalg.norm(lines[:, 1][:, None] - (model + pose.position_m)[None], axis=2).min(axis=1)
     assert len(lines) == 6
     assert gaps.max() < 0.001
 
 
 def test_lights_are_where_the_dock_has_them():
-    quarter = lights_on_ring(Dock(0.30, angles_deg=(0, 90, 180)), math.pi / 2)
+    quarter = drawn.lights_on_ring(Dock(0.30, angles_deg=(0, 90, 180)), math.pi / 2)
     np.testing.assert_allclose(quarter, [[0, 1, 0], [-1, 0, 0], [0, -1, 0]], atol=1e-12)
-    assert lights_on_ring(Dock(0.30), None).shape == (0, 3)
+    assert drawn.lights_on_ring(Dock(0.30), None).shape == (0, 3)
 
 
 def test_no_rays_without_a_pose(view):
     empty = analyse(with_method(view, "fixed", 255)).estimate
-    assert rays_to_lights(empty).shape == (0, 2, 3)
-    assert extent_of(docks_of(empty)).depth_m == 1
+    assert drawn.rays_to_lights(empty).shape == (0, 2, 3)
+    assert drawn.extent_of(drawn.docks_of(empty)).depth_m == 1
 
 
 def test_dashed_ring_has_gaps():
-    whole, dashed = ring_segments(dashed=False), ring_segments(dashed=True)
+    whole, dashed = drawn.ring_segments(dashed=False), drawn.ring_segments(dashed=True)
     np.testing.assert_allclose(np.linalg.norm(whole, axis=2), 1)
     np.testing.assert_allclose(whole[1:, 0], whole[:-1, 1])
     assert len(dashed) == len(whole) / 2
@@ -119,13 +112,13 @@ def test_first_viewpoint_needs_no_browser_yet():
     ("depth", "cell"), [(0.1, 0.01), (1.1, 0.1), (3.0, 0.1), (6.0, 0.5), (14.0, 1.0), (1000.0, 5.0)]
 )
 def test_grid_squares_suit_the_distance(depth, cell):
-    assert grid_cell_m(Extent(np.zeros(3), np.array([1, 1, depth]))) == cell
+    assert drawn.grid_cell_m(Extent(np.zeros(3), np.array([1, 1, depth]))) == cell
 
 
 def test_extent_holds_known_docks_too(found):
     far = KnownPose((0.0, 0.0, 9.0), 0.0, 0.0)
-    assert extent_of(docks_of(found, far)).depth_m == pytest.approx(9 + found.dock.radius)
-    assert extent_of(docks_of(found, None)).depth_m < 3
+    assert drawn.extent_of(drawn.docks_of(found, far)).depth_m == pytest.approx(9 + found.dock.radius)
+    assert drawn.extent_of(drawn.docks_of(found, None)).depth_m < 3
 
 
 def test_known_pose_faces_as_an_estimated_one_does(found):

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dockpose.app.processing.analysis import analyse
-from dockpose.app.state.measured import MeasuredPose
-from dockpose.app.state.view import open_source, with_sample
+from dockpose.app.state.view import MeasuredPose, open_source, with_sample
 from dockpose.app.web.scene.scene import docks_of, extent_of
 from dockpose.app.web.scene.surroundings import labels, port_radius_m
 from dockpose.app.web.scene.viewpoints import CLOSE_UP, NAMES, viewpoint

@@ -5,26 +5,17 @@ from typing import Any
 import numpy as np
 import pytest
 from dockpose import Camera
-from dockpose.app.web.scene.viewpoints import (
-    CLOSE_UP,
-    FROM_CAMERA,
-    OVERVIEW,
-    Extent,
-    Viewpoint,
-    Viewpoints,
-    shows,
-    viewpoint,
-)
+from dockpose.app.web.scene import viewpoints as places
 
 CAMERA = Camera(700, 700, 319.5, 239.5, 640, 480)
 
 
 def docks_at(x, y, z, radius=0.15):
-    return Extent(np.array([x, y, z]) - radius, np.array([x, y, z]) + radius)
+    return places.Extent(np.array([x, y, z]) - radius, np.array([x, y, z]) + radius)
 
 
 def with_camera(docks):
-    return Extent(np.minimum(docks.low, 0), np.maximum(docks.high, 0))
+    return places.Extent(np.minimum(docks.low, 0), np.maximum(docks.high, 0))
 
 
 class Browser:
@@ -45,11 +36,12 @@ class Browser:
             callback(self.camera)
 
     def sees(self, extent):
-        return shows(Viewpoint(self.camera.position, self.camera.look_at, self.camera.fov), extent, self.camera.aspect)
+        at = places.Viewpoint(self.camera.position, self.camera.look_at, self.camera.fov)
+        return places.shows(at, extent, self.camera.aspect)
 
 
 @pytest.fixture
-def shown() -> tuple[Viewpoints, Any]:
+def shown() -> tuple[places.Viewpoints, Any]:
     """A browser in which a dock a metre ahead is shown, and the viewpoints that look after it."""
     browser, connected = Browser(0.6), []
     server: Any = types.SimpleNamespace(
@@ -58,7 +50,7 @@ def shown() -> tuple[Viewpoints, Any]:
         get_clients=lambda: {1: browser},
         initial_camera=types.SimpleNamespace(),
     )
-    viewpoints = Viewpoints(server)
+    viewpoints = places.Viewpoints(server)
     docks = docks_at(0, 0, 1)
     viewpoints.show(with_camera(docks), docks, CAMERA, is_other=True)
     for callback in connected:
@@ -77,7 +69,7 @@ def test_dock_that_leaves_the_view_is_followed_and_one_that_does_not_leaves_it_a
     assert browser.camera.position is before
     show(viewpoints, docks_at(1.5, -0.5, 3))
     assert browser.sees(docks_at(1.5, -0.5, 3))
-    assert browser.sees(Extent(np.zeros(3), np.zeros(3) + 1e-6))  # the camera, too
+    assert browser.sees(places.Extent(np.zeros(3), np.zeros(3) + 1e-6))  # the camera, too
 
 
 def test_dock_that_comes_near_is_shown_larger(shown):
@@ -94,7 +86,7 @@ def test_scene_that_was_turned_by_hand_stays(shown):
     assert browser.camera.position is turned
     browser.reshape(2.0)
     assert browser.camera.position is turned
-    viewpoints.look_from(browser, OVERVIEW)  # the button
+    viewpoints.look_from(browser, places.OVERVIEW)  # the button
     assert browser.sees(docks_at(1.5, -0.5, 3))
     show(viewpoints, docks_at(-1.5, 0.5, 3))  # and from then on it is followed again
     assert browser.sees(docks_at(-1.5, 0.5, 3))
@@ -111,13 +103,13 @@ def test_another_picture_moves_a_turned_scene_only_where_its_dock_would_not_be_s
 
 def test_chosen_viewpoint_is_kept_for_other_pictures(shown):
     viewpoints, browser = shown
-    viewpoints.look_from(browser, CLOSE_UP)
+    viewpoints.look_from(browser, places.CLOSE_UP)
     docks = docks_at(0.4, 0.2, 2)
     show(viewpoints, docks, is_other=True)
-    expected = viewpoint(CLOSE_UP, docks, CAMERA, 0.6)
+    expected = places.viewpoint(places.CLOSE_UP, docks, CAMERA, 0.6)
     np.testing.assert_allclose(browser.camera.position, expected.position)
     assert browser.sees(docks)
-    viewpoints.look_from(browser, FROM_CAMERA)
+    viewpoints.look_from(browser, places.FROM_CAMERA)
     show(viewpoints, docks_at(0, 0, 5))
     np.testing.assert_allclose(browser.camera.position, 0)
 
@@ -134,7 +126,8 @@ def test_window_of_another_shape_is_fitted_anew(shown):
 @pytest.mark.parametrize("aspect", [0.3, 1.0, 2.5])
 def test_close_up_shows_the_docks_larger_than_the_whole(aspect):
     docks = docks_at(0.2, -0.1, 3)
-    close, whole = viewpoint(CLOSE_UP, docks, CAMERA, aspect), viewpoint(OVERVIEW, with_camera(docks), CAMERA, aspect)
-    assert shows(close, docks, aspect)
+    close = places.viewpoint(places.CLOSE_UP, docks, CAMERA, aspect)
+    whole = places.viewpoint(places.OVERVIEW, with_camera(docks), CAMERA, aspect)
+    assert places.shows(close, docks, aspect)
     distances = [np.linalg.norm(place.position - (0.2, -0.1, 3)) for place in (close, whole)]
     assert distances[0] < distances[1] / 2

@@ -1,15 +1,21 @@
-"""The gate in a running page: whatever one browser sends, the others stay, and the program is calm."""
-
 import asyncio
+import contextlib
 import logging
+import os
+import socket
+import urllib.request
+import zlib
 
 import pytest
 from dockpose.app.web.server import gate, journal
+from dockpose.app.web.server.gate import MOST_OPEN, MOST_WAITING
 from dockpose.app.web.server.journal import Journal
 from viser import _messages as messages
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
-from tests.support.visitors import Visitor
+from tests.attack.requests import frame
+from tests.support.clock import until
+from tests.support.visitors import SUBPROTOCOL, Visitor, asked, cookie_of
 
 LABEL = "Min. area (px)"
 
@@ -17,9 +23,17 @@ LABEL = "Min. area (px)"
 @pytest.fixture(scope="module")
 def visitors(app):
     with Visitor(app.address) as one, Visitor(app.address) as other:
-        assert one.until(lambda page: "Upload pictures" in page.buttons and page.is_replayed.is_set())
-        assert other.until(lambda page: "Upload pictures" in page.buttons and page.is_replayed.is_set())
+        for visitor in (one, other):
+            assert visitor.until(lambda page: "Upload pictures" in page.buttons and page.is_replayed.is_set())
         yield one, other
+
+
+def follow(one, other):
+    """Set a number in one browser, which comes after all that it sent before, and return it once the other has it."""
+    new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
+    one.set(LABEL, new)
+    assert other.until(lambda page: page.values[page.ids[LABEL]] == new)
+    return new
 
 
 def test_two_browsers_that_come_at_once_both_get_their_buttons(visitors):
@@ -35,9 +49,7 @@ def test_a_number_that_cannot_be_sent_locks_nobody_out(app, visitors, label, val
     one, other = visitors
     before = other.values[other.ids[label]]
     one.set(label, value)
-    new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
-    one.set(LABEL, new)  # comes after it
-    assert other.until(lambda page: page.values[page.ids[LABEL]] == new)
+    new = follow(one, other)
     assert one.is_open
     assert other.values[other.ids[label]] == before or label == LABEL
     with Visitor(app.address) as third:
@@ -51,9 +63,7 @@ def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors, mon
     one.values[number] = -7
     monkeypatch.setattr(gate, "_SEND_BACK_S", 1e6)  # somebody may still be typing
     one.set("Number of lights", -7)
-    new = 20 + 5 * (one.values[one.ids[LABEL]] == 20)
-    one.set(LABEL, new)  # comes after it
-    assert other.until(lambda page: page.values[page.ids[LABEL]] == new)
+    follow(one, other)
     assert one.values[number] == -7
     monkeypatch.setattr(gate, "_SEND_BACK_S", 0.0)
     one.set("Number of lights", -7)
@@ -63,7 +73,7 @@ def test_a_value_that_is_not_taken_is_replaced_by_the_one_in_force(visitors, mon
 
 def test_a_control_that_one_browser_alone_is_shown_takes_its_values(app, visitors):
     one, other = visitors
-    client = app._server.get_clients()[min(app._server.get_clients())]
+    client = app.server.get_clients()[min(app.server.get_clients())]
     box = client.gui.add_checkbox("Only here", False)
     mine = one if one.until(lambda page: "Only here" in page.ids, 1) else other
     mine.set("Only here", True)
@@ -92,13 +102,10 @@ def test_malformed_messages_close_nothing_and_make_few_lines(app, visitors, capl
 def test_what_cannot_be_sent_is_told_to_whoever_queues_it(app, visitors):
     """As a value that the program itself worked out wrongly."""
     one, other = visitors
-    handle = app._server.gui._gui_input_handle_from_uuid[one.ids[LABEL]]
+    handle = app.server.gui._gui_input_handle_from_uuid[one.ids[LABEL]]
     with pytest.raises(ValueError, match="GuiUpdateMessage cannot be sent"):
-        app._server.gui._websock_interface.queue_message(
-            messages.GuiUpdateMessage(handle._impl.uuid, {"value": 10**20})
-        )
-    one.set(LABEL, 42)
-    assert other.until(lambda page: page.values[page.ids[LABEL]] == 42)
+        app.server.gui._websock_interface.queue_message(messages.GuiUpdateMessage(handle._impl.uuid, {"value": 10**20}))
+    follow(one, other)
 
 
 @pytest.mark.slow
@@ -180,3 +187,93 @@ def test_a_message_may_be_queued_while_browsers_come_and_go(app):
         assert await asyncio.wait_for(waiter, 5)
 
     asyncio.run(queue_beside())
+
+
+resource = pytest.importorskip("resource")
+
+
+@pytest.fixture(scope="module")
+def page(served):
+    server, guard = served
+    return server.get_port(), guard.token
+
+
+def open_sockets():
+    """How many descriptors this process has; the server is in it."""
+    return len(os.listdir("/proc/self/fd"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: "])
+def test_hundreds_that_ask_nothing_leave_room_for_others(page, said):
+    port, token = page
+    before = open_sockets()
+    ours = []
+    with contextlib.ExitStack() as all_sockets:
+        for _ in range(400):
+            one = all_sockets.enter_context(socket.create_connection(("127.0.0.1", port), timeout=60))
+            with contextlib.suppress(OSError):  # who is cut off is so at once
+                one.sendall(said)
+            ours.append(one)
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/?token={token}", timeout=60) as answer:
+            assert answer.status == 200
+        assert open_sockets() - before - len(ours) <= MOST_WAITING + 5
+        assert MOST_WAITING + MOST_OPEN < 1024 / 2  # of what a process may have open by default
+        ours[0].settimeout(60)
+        with contextlib.suppress(ConnectionError):
+            assert ours[0].recv(1) == b""  # the oldest were cut off
+        ours[-1].settimeout(0.05)
+        with pytest.raises(TimeoutError):  # the newest may still ask
+            ours[-1].recv(1)
+    until(lambda: open_sockets() <= before + 5)
+
+
+def opening_of(page, more=""):
+    """What a browser asks for to open the page's WebSocket, with further lines."""
+    port, token = page
+    host = f"127.0.0.1:{port}"
+    return (
+        f"GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+        f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n{more}"
+        f"Cookie: {cookie_of(f'http://{host}/?token={token}')}\r\n\r\n"
+    ).encode()
+
+
+def test_frames_that_inflate_are_refused_told_and_let_go_of_where_nobody_reads(page, monkeypatch, caplog):
+    monkeypatch.setattr(journal, "_EVERY_S", 0.0)  # the tests before have had their lines in this second
+    before, port = open_sockets(), page[0]
+    opening = opening_of(page, "Sec-WebSocket-Extensions: permessage-deflate\r\n")
+    with contextlib.ExitStack() as open_ones:
+        for _ in range(3):
+            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", port), timeout=60))
+            one.sendall(opening)
+            answer = one.recv(4096)
+            assert answer.startswith(b"HTTP/1.1 101")
+            assert b"deflate" not in answer
+            bomb = zlib.compress(bytes(16 * 2**20), wbits=-15)
+            one.sendall(frame(bomb, first=0xC2))
+        until(lambda: open_sockets() <= before + 3)  # ours, whose other ends are gone
+    told = [text for text in caplog.messages if "reserved bits" in text]
+    assert len(told) == 3
+    assert all(text.startswith("127.0.0.1: closed its connection: ") for text in told)
+
+
+def test_where_too_many_pages_are_open_one_more_is_refused_until_one_is_closed(page, monkeypatch, caplog):
+    port, token = page
+    monkeypatch.setattr(gate, "MOST_OPEN", 3)
+    monkeypatch.setattr(journal, "_EVERY_S", 0.0)
+    opening = opening_of(page)
+    with contextlib.ExitStack() as open_ones:
+        ours = []
+        for _ in range(3):
+            one = open_ones.enter_context(socket.create_connection(("127.0.0.1", port), timeout=60))
+            one.sendall(opening)
+            assert one.recv(12) == b"HTTP/1.1 101"
+            ours.append(one)
+        assert asked(port, opening) == "HTTP/1.1 503 Service Unavailable"
+        assert [one.startswith("127.0.0.1: refused a page: too many are open") for one in caplog.messages] == [True]
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/?token={token}", timeout=60) as answer:
+            assert answer.status == 200  # what is no page is still answered
+        ours[0].close()
+        until(lambda: asked(port, opening) == "HTTP/1.1 101 Switching Protocols")

@@ -1,6 +1,5 @@
 import contextlib
 import http.client
-import time
 from importlib.metadata import version
 from urllib.request import urlopen
 
@@ -15,6 +14,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
+from tests.support.clock import until
 from tests.support.visitors import Visitor, asked
 
 
@@ -97,13 +97,10 @@ def test_foreign_origin_is_refused(app, origin):
         open_socket(app, origin=origin)
 
 
-def test_socket_opens_for_the_own_page_only(app):
+def test_socket_opens_for_the_own_page_only_and_by_no_token_in_the_address(app):
     open_socket(app).close()
     with pytest.raises(InvalidStatus, match="403"):
         open_socket(app, cookie="")
-
-
-def test_token_in_the_address_opens_no_socket(app):
     with pytest.raises(InvalidStatus, match="403"):
         connect(f"ws://127.0.0.1:{app.port}/?token={app._guard.token}")
 
@@ -174,6 +171,7 @@ def test_proxy_with_its_own_name():
     headers = Headers({"Host": "tank.example.org", "Origin": "https://tank.example.org", "Cookie": "dockpose=t"})
     assert guard.refusal(headers, "/") is None
     assert guard.cookie(headers, "/").startswith("dockpose=t;")
+    assert cookie_name("127.0.0.1:8080") == "dockpose_8080"
 
 
 def test_two_hosts_or_origins_in_one_request_are_refused():
@@ -181,11 +179,6 @@ def test_two_hosts_or_origins_in_one_request_are_refused():
     twice = Headers([("Host", "127.0.0.1"), ("Host", "127.0.0.1")])
     assert guard.refusal(twice, "/?token=t") is not None
     assert guard.refusal(Headers(), "/?token=t") is not None
-
-
-def test_each_port_has_its_own_cookie():
-    assert cookie_name("127.0.0.1:8080") == "dockpose_8080"
-    assert cookie_name("tank.example.org") == "dockpose"
 
 
 def test_viewers_may_look_and_are_told_apart():
@@ -229,12 +222,12 @@ def test_without_a_link_for_viewers_an_empty_token_opens_nothing():
 
 
 def test_what_a_viewer_sends_changes_nothing(tmp_path):
-    with App.build(port=0, options=Options(remember_in=tmp_path, view_link=True)) as running:
+    with App(port=0, options=Options(remember_in=tmp_path, view_link=True)) as running:
         (address,) = running.addresses(for_viewers=True)
         with urlopen(address, timeout=60) as answer:
             cookie = answer.headers["Set-Cookie"].split(";")[0]
             assert 'data-role="view"' in answer.read().decode()
-        handles = running._server.gui._gui_input_handle_from_uuid.values()
+        handles = running.server.gui._gui_input_handle_from_uuid.values()
         level = next(handle for handle in handles if getattr(handle, "label", "") == "Min. area (px)")
         before = level.value
         for sent, value in ((cookie, 55), (cookie_of(running), 66)):
@@ -243,15 +236,12 @@ def test_what_a_viewer_sends_changes_nothing(tmp_path):
                 assert level.value == before  # of the viewer's nothing came before that
                 message = messages.GuiUpdateMessage(level._impl.uuid, {"value": value})
                 socket.send(msgspec.msgpack.encode(message.as_serializable_dict()))
-                end_s = time.monotonic() + 60
-                while value == 66 and level.value == before and time.monotonic() < end_s:
-                    time.sleep(0.05)
-        assert level.value == 66
+                until(lambda value=value: value != 66 or level.value == 66)
 
 
 @pytest.fixture(scope="module")
 def shared():
-    with App.build(port=0, options=Options(view_link=True)) as running:
+    with App(port=0, options=Options(view_link=True)) as running:
         yield running
 
 
@@ -289,7 +279,7 @@ def test_each_browser_has_the_colours_of_its_system_and_viewers_slow_nobody_down
             assert one.was_dark == [True]  # once: what all are sent may come later than what one is
         for one in (plain, odd):
             assert one.until(lambda page: page.is_replayed.is_set() and page.is_dark is False, 60)
-        assert plain.until(lambda _: len(shared._server.get_clients()) == 4, 60)
+        assert plain.until(lambda _: len(shared.server.get_clients()) == 4, 60)
         assert len(shared._looks.slow) == 1
         assert (plain.is_dark, odd.is_dark) == (False, False)
         for said in ("idB", "idC", "", "id"):  # its system is light now; other browsers stay as they are

@@ -1,43 +1,30 @@
-import threading
-
-import pytest
 from dockpose.app.web.server.looks import UpdatePacing
 
 from tests.support.clock import Clock
 
 
-@pytest.fixture
-def clock():
-    return Clock()
+def pacing(draws_slowly, is_playing, clock):
+    return UpdatePacing(lambda: draws_slowly, lambda: is_playing, clock)
 
 
-@pytest.fixture
-def slow():
-    return threading.Event()
-
-
-def shown(pacing, clock, frames, rate_hz):
+def shown(is_playing, frames, rate_hz):
     """How many of the frames that come at a rate are shown."""
-    count = 0
+    clock, count = Clock(), 0
+    pace = pacing(False, is_playing, clock)
     for _ in range(frames):
-        if pacing.shows_next():
-            count += 1
+        count += pace.shows_next()
         clock.now_s += 1 / rate_hz
     return count
 
 
-def test_each_frame_is_shown_while_none_follows_by_itself(clock, slow):
-    assert shown(UpdatePacing(slow.is_set, lambda: False, clock), clock, 50, 100) == 50
+def test_each_frame_is_shown_while_none_follows_by_itself_and_else_no_more_than_33_a_second():
+    assert shown(False, 50, 100) == 50
+    assert shown(True, 300, 30) == 300
+    assert shown(True, 1000, 100) <= 334
 
 
-def test_each_frame_is_shown_at_30_hz_and_no_more_than_33_a_second(clock, slow):
-    assert shown(UpdatePacing(slow.is_set, lambda: True, clock), clock, 300, 30) == 300
-    assert shown(UpdatePacing(slow.is_set, lambda: True, clock), clock, 1000, 100) <= 334
-
-
-def test_scene_is_hidden_only_without_a_graphics_card_and_while_playing_altogether(clock, slow):
-    playing, still = (UpdatePacing(slow.is_set, lambda plays=plays: plays, clock) for plays in (True, False))
-    assert (playing.drawing_rest_s(), playing.hides_scene()) == (0, False)
-    slow.set()
-    assert (playing.hides_scene(), still.hides_scene()) == (True, False)
+def test_scene_is_hidden_only_without_a_graphics_card_and_while_playing_altogether():
+    fast, slow, still = (pacing(*one, Clock()) for one in ((False, True), (True, True), (True, False)))
+    assert (fast.drawing_rest_s(), fast.hides_scene()) == (0, False)
+    assert (slow.hides_scene(), still.hides_scene()) == (True, False)
     assert still.drawing_rest_s() > 0.25

@@ -6,10 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 import viser
-from dockpose.app.web.server import start
-from dockpose.app.web.server.guard import Guard
 from dockpose.app.web.server.messages import LARGEST_BYTES, RefusedError, check_message, why_not
-from dockpose.app.web.server.start import open_server
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from viser import _messages as messages
@@ -18,11 +15,8 @@ from tests.support.visitors import VIEWPOINT, packed
 
 
 @pytest.fixture(scope="module")
-def gui():
-    server = open_server("127.0.0.1", 0, Guard("127.0.0.1"))
-    yield server.gui
-    with start.silence():
-        server.stop()
+def gui(served):
+    return served[0].gui
 
 
 @pytest.fixture(scope="module")
@@ -170,10 +164,9 @@ def test_only_parts_of_files_and_pictures_are_large(gui):
     assert len(check(gui, packed(part)).content) == LARGEST_BYTES
     with pytest.raises(RefusedError, match="not one of the page"):
         check(gui, packed(messages.FileTransferPart("a", "b", 0, bytes(5 * 2**20))))
-    with pytest.raises(RefusedError):
-        check(gui, packed(messages.FileTransferStartUpload("a", "b", "n" * LARGEST_BYTES, "", 1, 1)))
-    with pytest.raises(RefusedError):
-        check(gui, packed(messages.FileTransferStartUpload("a", "b", "n" * 1001, "", 1, 1)))
+    for letters in (LARGEST_BYTES, 1001):
+        with pytest.raises(RefusedError):
+            check(gui, packed(messages.FileTransferStartUpload("a", "b", "n" * letters, "", 1, 1)))
 
 
 def test_a_rendered_picture_is_no_bomb(gui):

@@ -63,67 +63,44 @@ def test_a_message_that_is_gone(monkeypatch, port, name):
     assert name in refused(port)
 
 
-def test_a_message_without_its_size(monkeypatch, port):
-    other = dataclasses.make_dataclass("FileTransferStartUpload", ["transfer_uuid", "filename", "bytes"])
-    monkeypatch.setattr(messages, "FileTransferStartUpload", other)
-    assert "FileTransferStartUpload" in refused(port)
+def init_without_states(self, *arguments, init=viser.GuiApi.__init__, **keywords):
+    init(self, *arguments, **keywords)
+    del self._current_file_upload_states
 
 
-def test_an_attribute_that_is_gone(monkeypatch, port):
-    real = viser.GuiApi.__init__
-
-    def init(self, *arguments, **keywords):
-        real(self, *arguments, **keywords)
-        del self._current_file_upload_states
-
-    monkeypatch.setattr(viser.GuiApi, "__init__", init)
-    assert "_current_file_upload_states" in refused(port)
-
-
-def test_a_start_that_passes_the_guard_by(monkeypatch, port):
-    monkeypatch.setattr(start, "guarded", lambda guard, gate, pages: contextlib.nullcontext())
-    assert "HTTP request without the token is not refused" in refused(port)
-
-
-def test_a_guard_that_sees_no_sockets(monkeypatch, port):
+def pass_sockets(self, headers, path, refusal=Guard.refusal):
     """As if viser opened its WebSocket by another way than its pages."""
-    refusal = Guard.refusal
-    monkeypatch.setattr(
-        Guard, "refusal", lambda self, headers, path: None if "Upgrade" in headers else refusal(self, headers, path)
-    )
-    assert "WebSocket request without the token is not refused" in refused(port)
+    return None if "Upgrade" in headers else refusal(self, headers, path)
 
 
-def test_a_viser_that_starts_its_server_by_a_name_of_its_own(monkeypatch, port):
-    """As after ``from websockets.asyncio.server import serve``: replacing the module's function has no effect there."""
-    own = types.SimpleNamespace(serve=websocket_server.serve)
-    bound = types.SimpleNamespace(asyncio=types.SimpleNamespace(server=own), exceptions=websockets.exceptions)
-    bound.datastructures = websockets.datastructures
-    monkeypatch.setattr(viser.infra._infra, "websockets", bound)
-    assert "HTTP request without the token is not refused" in refused(port)
+def ignore_origin(self, headers, path, refusal=Guard.refusal):
+    return refusal(self, Headers([pair for pair in headers.raw_items() if pair[0] != "Origin"]), path)
 
 
-def test_a_guard_that_does_not_look_at_the_origin(monkeypatch, port):
-    refusal = Guard.refusal
-
-    def without_origin(self, headers, path):
-        return refusal(self, Headers([pair for pair in headers.raw_items() if pair[0] != "Origin"]), path)
-
-    monkeypatch.setattr(Guard, "refusal", without_origin)
-    assert "another origin is not refused" in refused(port)
-
-
-def test_messages_that_pass_the_gate_by(monkeypatch, port):
-    monkeypatch.setattr(Gate, "stand_before", lambda self, connection, only_views: None)
-    monkeypatch.setattr(protection, "_TIMEOUT_S", 1.0)
-    assert "do not pass the gate" in refused(port)
+# As after ``from websockets.asyncio.server import serve``: replacing the module's function has no effect there.
+OWN_NAME = types.SimpleNamespace(
+    asyncio=types.SimpleNamespace(server=types.SimpleNamespace(serve=websocket_server.serve)),
+    exceptions=websockets.exceptions,
+    datastructures=websockets.datastructures,
+)
+WITHOUT_SIZE = dataclasses.make_dataclass("FileTransferStartUpload", ["transfer_uuid", "filename", "bytes"])
 
 
-def test_a_server_that_cannot_be_asked_before_it_answers(monkeypatch, port):
-    monkeypatch.setattr(websocket_server, "serve", lambda handler, host, port: None)
-    assert "checked before they are answered" in refused(port)
-
-
-def test_handlers_that_stay(monkeypatch, port):
-    monkeypatch.setattr(WebsockMessageHandler, "unregister_handler", lambda *_: None)
-    assert "ShareUrlRequest" in refused(port)
+@pytest.mark.parametrize(
+    ("owner", "name", "other", "words"),
+    [
+        (messages, "FileTransferStartUpload", WITHOUT_SIZE, "FileTransferStartUpload"),
+        (viser.GuiApi, "__init__", init_without_states, "_current_file_upload_states"),
+        (start, "guarded", lambda *_: contextlib.nullcontext(), "HTTP request without the token is not refused"),
+        (Guard, "refusal", pass_sockets, "WebSocket request without the token is not refused"),
+        (viser.infra._infra, "websockets", OWN_NAME, "HTTP request without the token is not refused"),
+        (Guard, "refusal", ignore_origin, "another origin is not refused"),
+        (Gate, "stand_before", lambda self, connection, only_views: None, "do not pass the gate"),
+        (websocket_server, "serve", lambda handler, host, port: None, "checked before they are answered"),
+        (WebsockMessageHandler, "unregister_handler", lambda *_: None, "ShareUrlRequest"),
+    ],
+)
+def test_whatever_else_is_not_as_it_is_relied_on(monkeypatch, port, owner, name, other, words):
+    monkeypatch.setattr(owner, name, other)
+    monkeypatch.setattr(protection, "_TIMEOUT_S", 1.0 if owner is Gate else protection._TIMEOUT_S)
+    assert words in refused(port)

@@ -14,14 +14,9 @@ def test_a_token_stays_over_restarts_and_differs_by_port(tmp_path):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="owners and modes of files are POSIX")
-def test_only_the_user_can_read_it(tmp_path):
-    token_for(tmp_path, "8080")
-    assert stat.S_IMODE((tmp_path / "token-8080").stat().st_mode) == 0o600
-
-
-@pytest.mark.skipif(os.name != "posix", reason="owners and modes of files are POSIX")
-def test_a_token_that_others_could_read_is_replaced(tmp_path):
+def test_only_the_user_can_read_it_and_it_is_replaced_where_others_could(tmp_path):
     first = token_for(tmp_path, "8080")
+    assert stat.S_IMODE((tmp_path / "token-8080").stat().st_mode) == 0o600
     (tmp_path / "token-8080").chmod(0o644)
     second = token_for(tmp_path, "8080")
     assert second != first
@@ -37,10 +32,7 @@ def test_a_damaged_file_is_replaced(tmp_path, content):
     assert path.read_text().strip() == token != content.decode("latin-1")
 
 
-def test_without_a_folder_each_start_has_its_own():
+def test_without_a_folder_each_start_has_its_own_and_one_that_cannot_be_written_is_no_obstacle(tmp_path):
     assert token_for(None, "8080") != token_for(None, "8080")
-
-
-def test_a_folder_that_cannot_be_written_is_no_obstacle(tmp_path):
     (tmp_path / "file").write_text("")
     assert len(token_for(tmp_path / "file", "8080")) == 24

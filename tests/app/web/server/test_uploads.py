@@ -32,7 +32,7 @@ def test_names_of_uploads_are_made_harmless(name, clean):
 
 @pytest.fixture(scope="module")
 def app():
-    with App.build(port=0, options=Options(upload_limit_bytes=LIMIT)) as running:
+    with App(port=0, options=Options(upload_limit_bytes=LIMIT)) as running:
         yield running
 
 
@@ -67,8 +67,8 @@ def test_a_picture_arrives_and_is_forgotten_here(app, page):
     start(page, "../mine.png", len(content), 2, "t")
     part(page, content[half:], "t", 1)
     part(page, content[:half], "t", 0)
-    until(lambda: app._kept.names() == ["mine.png"])
-    assert app._kept.get("mine.png") == content
+    until(lambda: app.kept.names() == ["mine.png"])
+    assert app.kept.get("mine.png") == content
     until(lambda: held(app) == 0)
 
 

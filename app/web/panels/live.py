@@ -14,7 +14,8 @@ from dockpose.app.inputs.received import safe_name
 from dockpose.app.inputs.sequences import wishes_from
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.web.html import small
-from dockpose.app.web.widgets import Panel, Parts
+from dockpose.app.web.server.options import RECORDINGS_FOLDER
+from dockpose.app.web.widgets import App, Panel
 from dockpose.sources import ExposureWatch, Live
 
 CAMERA = "camera "  # with its number, the name of one
@@ -28,8 +29,8 @@ class LiveControls(Panel):
 
     table = "live"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
         self._recording: Recording | None = None
         self._recorded: Path | None = None
         self._summary = ""
@@ -43,10 +44,10 @@ class LiveControls(Panel):
             name: self.gui.add_text(**box, initial_value="", visible=False) for name, box in self.said["boxes"].items()
         }
         self._ask = self.add("button", "ask", self.trying(lambda client: self.ask()))
-        parts.closing.callback(self.stop)
+        app.closing.callback(self.stop)
 
     def _source(self) -> Live | None:
-        player = self.parts.sequence.player
+        player = self.app.sequence.player
         return player.frames if player is not None and isinstance(player.frames, Live) else None
 
     def reset(self) -> None:
@@ -71,7 +72,7 @@ class LiveControls(Panel):
             return
         sentence = self._watch.see(analysis.tracked_frame.frame, analysis.estimate)
         if sentence:
-            self.parts.notify("About the exposure", sentence, "yellow", None)
+            self.app.notify("About the exposure", sentence, "yellow", None)
         if sentence or time.monotonic() - self._told_s >= _TOLD_EVERY_S:
             self._tell()
 
@@ -88,7 +89,7 @@ class LiveControls(Panel):
         live = self._source()
         if live is None or self._recording is not None:
             return
-        folder = self.parts.recordings
+        folder = self.app.options.sessions.with_name(RECORDINGS_FOLDER)
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -132,7 +133,7 @@ class LiveControls(Panel):
 
     def _tell_of_recording(self, sentence: str) -> None:
         if self._recording is not None and self._recording.has_failed:
-            self.parts.notify("About the recording", sentence, "yellow", None)
+            self.app.notify("About the recording", sentence, "yellow", None)
 
     def _send(self, client: Any) -> None:
         if self._recorded is None:

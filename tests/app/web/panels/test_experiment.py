@@ -1,31 +1,25 @@
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-import viser
-from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.inputs.pictures import load_dock, sample_path
 from dockpose.app.inputs.received import read_sent
 from dockpose.app.processing.analysis import Analysis, analyse
-from dockpose.app.state.measured import MeasuredPose
-from dockpose.app.state.view import open_source
-from dockpose.app.web.notifications import attempt
-from dockpose.app.web.panels.experiment.panel import ExperimentPanel
-from dockpose.app.web.panels.experiment.rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
-from dockpose.app.web.server.start import silence
-from dockpose.app.web.widgets import Choices, Parts
+from dockpose.app.state.view import MeasuredPose, open_source
+from dockpose.app.web.app import App
+from dockpose.app.web.panels.experiment import ExperimentPanel
+from dockpose.app.web.panels.experiment_rows import BLANK, pages, rows_on_page, session_table, state_html, taken_words
+from dockpose.app.web.server.options import Options
+from dockpose.app.web.widgets import Choices
 from dockpose.camera.files import load_camera
 
 from tests.support.rows import changed
-
-
-def numbered(count):
-    return [changed(number=n) for n in range(1, count + 1)]
 
 
 @pytest.mark.parametrize(("count", "number"), [(0, 1), (1, 1), (10, 1), (11, 2), (2000, 200)])
@@ -34,7 +28,7 @@ def test_pages(count, number):
 
 
 def test_newest_rows_come_first():
-    rows = numbered(12)
+    rows = [changed(number=number) for number in range(1, 13)]
     assert [row.number for row in rows_on_page(rows, 1)] == [12, 11, 10, 9, 8, 7, 6, 5, 4, 3]
     assert [row.number for row in rows_on_page(rows, 2)] == [2, 1]
     assert rows_on_page(rows, 3) == []
@@ -59,24 +53,18 @@ def test_outside_text_is_escaped():
 
 
 @pytest.fixture
-def panel(tmp_path):
-    with silence():
-        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+def panel(served, tmp_path):
     told = []
 
     def notify(title, sentence, colour, client):
         told.append((title, sentence))
 
-    def attempt_(act, client):
-        return attempt(act, notify, lambda error: told.append(("failed", error)), client)
-
     with ExitStack() as closing:
-        parts = SimpleNamespace(sessions=SessionFolder(tmp_path), notify=notify, attempt=attempt_, choices=Choices())
-        parts.server, parts.change, parts.closing = server, None, closing
-        made = ExperimentPanel(cast("Parts", parts))
+        app: Any = SimpleNamespace(options=Options(sessions=tmp_path), notify=notify, choices=Choices())
+        app.server, app.change, app.closing = served[0], None, closing
+        app.attempt, app.refuse = partial(App.attempt, app), partial(App.refuse, app)
+        made = ExperimentPanel(app)
         yield SimpleNamespace(panel=made, told=told, client=SimpleNamespace(), folder=tmp_path)
-    with silence():
-        server.stop()
 
 
 def test_what_is_taken_is_what_is_shown(panel):

@@ -1,5 +1,3 @@
-"""The controls of a camera that is open on the page, with a camera that answers as Video4Linux does."""
-
 import time
 from datetime import datetime
 
@@ -9,8 +7,7 @@ import pytest
 from dockpose import Dock
 from dockpose.app.export.recording import Recording
 from dockpose.app.web.app import App
-from dockpose.app.web.notifications import attempt
-from dockpose.app.web.panels.play.live import recording_path, recording_words
+from dockpose.app.web.panels.live import recording_path, recording_words
 from dockpose.app.web.server.options import RECORDINGS_FOLDER, Options
 from dockpose.simulate import render
 from dockpose.sources import Arrival, Frame, Wishes, open_frames
@@ -29,17 +26,18 @@ def app(tmp_path, monkeypatch):
     make = V4l2Camera.make([picture] * 5000, rates_hz=(50.0,), sizes=((320, 240), (640, 480)))
     monkeypatch.setattr(cv2, "VideoCapture", make)
     options = Options(sessions=tmp_path / "sessions", wishes=Wishes(exposure=120, format="MJPG"))
-    with App.build("0", SMALL, Dock(0.30, 10), port=0, options=options) as running:
+    with App("0", SMALL, Dock(0.30, 10), port=0, options=options) as running:
         running.camera = make.last  # pyright: ignore[reportAttributeAccessIssue]
         yield running
 
 
 def controls(app):
-    return app._layout.sequence._camera
+    return app.sequence._camera
 
 
 def test_what_the_camera_took_is_shown_and_can_be_changed(app):
     live = controls(app)
+    assert app.sequence.player.frames.wishes.width == 320  # of the tank that is known
     until(lambda: "320 x 240 MJPG at 50 frames/s; exposure 120 asked, 117 set" in live._words.content)
     assert [live._boxes[name].value for name in ("exposure", "gain", "rate_hz", "format")] == ["120", "", "", "MJPG"]
     live._boxes["exposure"].value, live._boxes["gain"].value = "50", "3"
@@ -50,7 +48,7 @@ def test_what_the_camera_took_is_shown_and_can_be_changed(app):
 
 def test_a_recording_is_begun_counted_and_finished(app, tmp_path):
     live = controls(app)
-    until(lambda: app._sequence.player.index > 2)
+    until(lambda: app.sequence.player.index > 2)
     assert live._record.visible
     assert not live._stop.visible
     live.record()
@@ -73,22 +71,23 @@ def test_closing_the_camera_finishes_the_recording_and_hides_the_controls(app, t
     live = controls(app)
     live.record()
     until(lambda: live._recording.frames > 5)
-    app._sequence.close()
+    app.sequence.close()
     (path,) = (tmp_path / RECORDINGS_FOLDER).iterdir()
     with open_frames(str(path)) as frames:
         assert len(list(frames)) > 5
     assert not any(control.visible for control in (live._record, live._stop, live._ask, live._words))
 
 
-def test_a_folder_that_cannot_be_made_is_said_and_the_camera_goes_on(app, tmp_path):
+def test_a_folder_that_cannot_be_made_is_said_and_the_camera_goes_on(app, tmp_path, monkeypatch):
     (tmp_path / RECORDINGS_FOLDER).write_text("a file in its place")
     told = []
     live = controls(app)
-    attempt(live.record, lambda title, sentence, colour, client: told.append(sentence), app.fail, None)
+    monkeypatch.setattr(app, "notify", lambda title, sentence, colour, client: told.append(sentence))
+    app.attempt(live.record, None)
     assert len(told) == 1
     assert "cannot be made" in told[0]
-    index = app._sequence.player.index
-    until(lambda: app._sequence.player.index > index + 2)
+    index = app.sequence.player.index
+    until(lambda: app.sequence.player.index > index + 2)
 
 
 def test_names_of_recordings_are_never_taken_twice(tmp_path):
@@ -113,13 +112,9 @@ def test_words_of_a_recording(tmp_path):
 
 
 def test_a_stream_or_nothing_has_no_camera_to_ask(tmp_path):
-    with App.build(port=0, options=Options(sessions=tmp_path / "sessions")) as running:
+    with App(port=0, options=Options(sessions=tmp_path / "sessions")) as running:
         live = controls(running)
         assert not any(control.visible for control in (live._record, live._ask, live._words))
         live.record()  # as by a click that came late
         live.ask()
         assert not (tmp_path / RECORDINGS_FOLDER).exists()
-
-
-def test_the_page_asks_for_the_size_of_the_tank_that_is_known(app):
-    assert app._sequence.player.frames.wishes.width == 320

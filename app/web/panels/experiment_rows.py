@@ -12,8 +12,8 @@ from dockpose.app.experiment import Row
 from dockpose.app.experiment.record import EDITABLE, MEASURED_COLUMNS
 from dockpose.app.export.data import summaries, table
 from dockpose.app.resources import read_toml
-from dockpose.app.state.measured import MeasuredPose, number_text, typed_number
-from dockpose.app.web.html import SMALL
+from dockpose.app.state.view import MeasuredPose, number_text, typed_number
+from dockpose.app.web.html import small
 from dockpose.app.web.html import table as html_table
 
 LABELS = dict(zip(MEASURED_COLUMNS, ("x (cm)", "y (cm)", "z (cm)", "θx (°)", "θy (°)", "Distance (cm)"), strict=True))
@@ -31,7 +31,6 @@ _NOTE = (
     "on other pages."
 )
 _TO_BEGIN = "To begin, take a frame: that starts a session called after the day. Or name one, or choose one, below."
-_NO_ROWS = "No frame was taken yet."
 
 
 def texts_of(row: Row) -> Texts:
@@ -97,7 +96,7 @@ def rows_on_page(rows: Sequence[Row], page: int) -> list[Row]:
 def session_table(rows: Sequence[Row], page: int) -> str:
     """The table, with the number of rows shown and in all."""
     if not rows:
-        return f'<div style="{SMALL}">{_NO_ROWS}</div>'
+        return small("No frame was taken yet.")
     shown = rows_on_page(rows, page)
     lines = [_summary_line(name, cells) for name, cells in summaries(rows).items()]
     lines += [_row_lines(row) for row in shown]
@@ -137,4 +136,4 @@ def taken_words(row: Row) -> str:
 def state_html(folder: Path | None, rows: int, said: str) -> str:
     """Which session is open, where it is on the disk, and what was done last."""
     where = _TO_BEGIN if folder is None else f"{rows} frame{'' if rows == 1 else 's'} in {folder}."
-    return f'<div id="experiment" style="{SMALL}"><b>{escape(said)}</b> {escape(where)}</div>'
+    return small(f"<b>{escape(said)}</b> {escape(where)}", 'id="experiment"')

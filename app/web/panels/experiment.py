@@ -4,19 +4,19 @@ import threading
 from functools import partial
 from html import escape
 
-import viser
 from dockpose.app.experiment import Row, Session
+from dockpose.app.experiment.session import SessionFolder
 from dockpose.app.export.bundle import bundle_name, session_files, to_zip
 from dockpose.app.export.words import Checked, check_session
 from dockpose.app.processing.analysis import Analysis
 from dockpose.app.processing.background import Progress
 from dockpose.app.resources import read_toml
 from dockpose.app.state.camera import camera_file, dock_file
-from dockpose.app.state.measured import MeasuredPose
+from dockpose.app.state.view import MeasuredPose
 from dockpose.app.web.charts import ErrorCharts
 from dockpose.app.web.html import small
-from dockpose.app.web.panels.experiment import rows as log_rows
-from dockpose.app.web.widgets import BackgroundWork, Panel, Parts, on_person
+from dockpose.app.web.panels import experiment_rows as log_rows
+from dockpose.app.web.widgets import App, BackgroundWork, Client, Panel, on_person
 
 NO_SESSION, NEXT_FRAME, ALL = "(none)", "the next frame", "all.zip"
 WHAT = read_toml("controls.toml")["log"]["files"]
@@ -27,9 +27,9 @@ class ExperimentPanel(Panel):
 
     table = "log"
 
-    def __init__(self, parts: Parts) -> None:
-        super().__init__(parts)
-        self._sessions = parts.sessions
+    def __init__(self, app: App) -> None:
+        super().__init__(app)
+        self._sessions = SessionFolder(app.options.sessions)
         self._lock = threading.RLock()
         self._session: Session | None = None
         self._chosen_row: int | None = None  # whose boxes are shown; None for the next frame's
@@ -81,8 +81,8 @@ class ExperimentPanel(Panel):
             name: self.add("button", f"save_{name}", self.trying(partial(self._save_corrected, name)))
             for name in ("dock", "camera")
         }
-        self.parts.closing.callback(self._close_session)
-        self._saver = BackgroundWork(self.parts)
+        self.app.closing.callback(self._close_session)
+        self._saver = BackgroundWork(self.app)
 
     def _close_session(self) -> None:
         with self._lock:
@@ -100,7 +100,7 @@ class ExperimentPanel(Panel):
         else:
             self._drafts[None] = texts
 
-    def _open_chosen(self, client: viser.ClientHandle) -> None:
+    def _open_chosen(self, client: Client) -> None:
         with self._lock:
             name = str(self._choice.value)
             try:
@@ -110,9 +110,9 @@ class ExperimentPanel(Panel):
                 raise
             self._replace(session, "" if session is None else "Reopened.")
         for sentence in () if session is None else session.notices:
-            self.parts.notify("About the session", sentence, "yellow", client)
+            self.app.notify("About the session", sentence, "yellow", client)
 
-    def _start_new(self, client: viser.ClientHandle) -> Session:
+    def _start_new(self, client: Client) -> Session:
         with self._lock:
             session = self._sessions.start(str(self._name.value))
             self._replace(session, "Started.")
@@ -127,7 +127,7 @@ class ExperimentPanel(Panel):
         self._session, self._page_number = session, 1
         self._show_session(said)
 
-    def _take(self, client: viser.ClientHandle) -> None:
+    def _take(self, client: Client) -> None:
         with self._lock:
             analysis, texts = self.analysis, self._next_texts
             if analysis is None:
@@ -142,9 +142,9 @@ class ExperimentPanel(Panel):
                 self._next_texts = log_rows.texts_of_pose(self._known_pose)
             if session is self._session:
                 self._show_rows(said)
-        self.parts.notify("Taken", said, "green", client)
+        self.app.notify("Taken", said, "green", client)
 
-    def _choose_row(self, client: viser.ClientHandle) -> None:
+    def _choose_row(self, client: Client) -> None:
         with self._lock:
             word = str(self._target.value).removeprefix("row ")
             self._show_row(int(word) if word.isdecimal() else None)
@@ -160,16 +160,16 @@ class ExperimentPanel(Panel):
         self._save_row.label = "Save the row" if row is None else f"Save row {row.number}"
         self._target.value = target_name(self._chosen_row)
 
-    def _save_chosen(self, client: viser.ClientHandle) -> None:
+    def _save_chosen(self, client: Client) -> None:
         with self._lock:
             if self._session is None or self._chosen_row is None:
                 return
             row = self._session.edit(self._chosen_row, **log_rows.values_of(self._fields.texts))
             said = f"Row {row.number} is on disk as changed."
             self._show_rows(said)
-        self.parts.notify("Saved", said, "green", client)
+        self.app.notify("Saved", said, "green", client)
 
-    def _turn_page(self, client: viser.ClientHandle) -> None:
+    def _turn_page(self, client: Client) -> None:
         with self._lock:
             self._page_number = int(self._page.value)
             self._show_rows(self._said)
@@ -203,7 +203,7 @@ class ExperimentPanel(Panel):
         folder = None if self._session is None else self._session.folder
         self._words.content = log_rows.state_html(folder, len(rows), said)
 
-    def _download(self, client: viser.ClientHandle) -> None:
+    def _download(self, client: Client) -> None:
         session, name = self._session, WHAT.get(str(self._what.value))
         if session is None or name is None:
             return
@@ -215,7 +215,7 @@ class ExperimentPanel(Panel):
         called = bundle_name(session.record.name, ".zip" if name == ALL else f"_{name}")
         self._saver.save(client, called, make)
 
-    def _check_tape(self, client: viser.ClientHandle) -> None:
+    def _check_tape(self, client: Client) -> None:
         with self._lock:
             if self._session is not None:
                 self._show_checked(None)
@@ -228,7 +228,7 @@ class ExperimentPanel(Panel):
         for button in self._corrected.values():
             button.visible = checked is not None and checked.contradicts
 
-    def _save_corrected(self, name: str, client: viser.ClientHandle) -> None:
+    def _save_corrected(self, name: str, client: Client) -> None:
         checked = self._checked
         if checked is not None:
             corrected = dock_file(checked.corrected_dock) if name == "dock" else camera_file(checked.corrected_camera)

@@ -1,4 +1,4 @@
-from dockpose.app.web.panels.camera import with_focal
+from dockpose.app.web.panels.tank import with_focal
 
 
 def test_one_focal_length_or_both(view):

@@ -1,17 +1,22 @@
-"""That all of the page shows the same frame, by what is sent to the browsers."""
+"""That all of the page shows the same frame, by what is sent to the browsers; and what is sent of a course."""
 
 import base64
 import contextlib
 import json
 import re
 import time
+from dataclasses import replace
 from html import unescape
 
 import cv2
 import numpy as np
 import pytest
 from dockpose.app.drawing.numbers import pose_cells
+from dockpose.app.processing.analysis import Trajectory
 from dockpose.app.web.app import App
+from dockpose.app.web.panels.play import course_points
+
+from tests.app.processing.test_analysis import LOST, frame, seen
 
 FRAMES = 12
 
@@ -44,30 +49,30 @@ class Sent:
 
 @pytest.fixture
 def app():
-    with App.build(port=0) as running:
+    with App(port=0) as running:
         assert running.wait_until_idle(120)
         yield running
 
 
 def played(app, monkeypatch):
     """What was found in each frame, and what was sent while a course was played."""
-    app._sequence.choose("simulated sweep", None)
-    player, found = app._sequence.player, {}
+    app.sequence.choose("simulated sweep", None)
+    player, found = app.sequence.player, {}
     while player.index < 0 or not app.wait_until_idle(120):
         time.sleep(0.01)
-    read = app._sequence.follower.read
+    read = app.sequence.follower.read
 
     def noted(view, frame):
         analysis = found[frame.index] = read(view, frame)
         return analysis
 
-    monkeypatch.setattr(app._sequence.follower, "read", noted)
-    sent = Sent(app._server, monkeypatch)
-    app._sequence.play(True)
+    monkeypatch.setattr(app.sequence.follower, "read", noted)
+    sent = Sent(app.server, monkeypatch)
+    app.sequence.play(True)
     while player.index < FRAMES:
         time.sleep(0.01)  # or this loop takes the time of the player's
         assert app.wait_until_idle(120)
-    app._sequence.play(False)
+    app.sequence.play(False)
     assert app.wait_until_idle(120)
     return found, sent
 
@@ -140,7 +145,7 @@ def test_each_update_holds_one_frame_in_all_panels_and_in_3d(app, monkeypatch):
 
 @pytest.mark.slow
 def test_browser_that_draws_slowly_sees_no_3d_scene_while_playing_and_the_right_one_at_rest(app, monkeypatch):
-    app._pacing._draws_slowly = lambda: True
+    app._pacing.draws_slowly = lambda: True
     found, sent = played(app, monkeypatch)
     pages = [page for update in sent.updates for page in map(page_of, update) if page is not None]
     hidden = [page["hidesScene"] for page in pages]
@@ -154,4 +159,16 @@ def test_browser_that_draws_slowly_sees_no_3d_scene_while_playing_and_the_right_
     newest = found[app._newest.tracked_frame.frame.index].estimate
     np.testing.assert_allclose(position, newest.candidates[0].position_m, rtol=1e-6)
     assert f"frame {app._newest.tracked_frame.frame.index + 1} of" in app.view.source
-    assert app._scene._poses[0].frame.visible
+    assert app.scene._poses[0].frame.visible
+
+
+def test_points_of_a_course_tell_what_was_seen_predicted_or_lost():
+    trajectory = Trajectory()
+    guessed = seen(0.1, 0.8)
+    predicted = replace(guessed, track=replace(guessed.track, predicted=True))
+    for index, tracked in ((0, seen(0.1)), (1, predicted), (2, LOST), (3, seen(0.3, 0.5))):
+        trajectory.note(frame(index, index / 25), tracked)
+    assert course_points(trajectory) == [
+        [0, 0.0, 150.0, 0.9, 0], [1, 0.04, 150.0, 0.8, 1], [2, 0.08, None, None, 2], [3, 0.12, 150.0, 0.5, 0]
+    ]  # fmt: skip
+    assert [point[0] for point in course_points(trajectory, 2, 9)] == [2, 3]

@@ -1,1 +1,0 @@
-"""The tab of the experiment log: session, measured values and the table of rows."""

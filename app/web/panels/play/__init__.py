@@ -1,1 +1,0 @@
-"""The tab Play: which sequence is played, and a camera or stream that is live."""

@@ -59,9 +59,9 @@ def test_grey_by_hand():
 
 def test_the_darkest_channel_has_white_alone_bright_and_a_grey_picture_has_none():
     image = np.array([[[10, 20, 30], [255, 0, 255], [255, 254, 255]]], np.uint8)
-    assert darkest_channel(image).tolist() == [[10, 0, 254]]
+    np.testing.assert_array_equal(darkest_channel(image), [[10, 0, 254]])
     with_alpha = np.dstack([image, np.zeros((1, 3), np.uint8)])
-    assert darkest_channel(with_alpha).tolist() == [[10, 0, 254]]
+    np.testing.assert_array_equal(darkest_channel(with_alpha), [[10, 0, 254]])
     assert darkest_channel(GRADIENT) is None
     assert darkest_channel(np.dstack([GRADIENT] * 3)) is None
 

@@ -7,7 +7,7 @@ import numpy as np
 from dockpose.dock import Dock
 from dockpose.lights.ellipse import NoEllipseError
 from dockpose.paper.lights.levels import poses_of_all
-from dockpose.paper.tank.poses import CAMERA, DIAMETER_M
+from dockpose.paper.tables import CAMERA, DIAMETER_M
 from dockpose.pose.circle import CirclePose, rotation_from_angles
 from dockpose.pose.pnp import METHODS, NoPoseError, solve
 from dockpose.pose.solve import find_poses

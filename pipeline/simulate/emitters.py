@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from dockpose.simulate.optics.water import BANDS
 from dockpose.simulate.parts import COLOURS, Mirror
-from dockpose.simulate.scene import Scene
-from dockpose.simulate.truth import Truth, random_stream
+from dockpose.simulate.scene import Scene, Truth, random_stream
 
 _WATER_INDEX = 1.333  # of refraction, fresh water at 20 degrees Celsius
 _GLINTS = 5  # a rippled surface breaks a reflection into about this many glints
@@ -26,7 +25,7 @@ class Emitters:
 
 def emitters_of(scene: Scene, truth: Truth) -> Emitters:
     """Collect everything in a scene that shines and whose light can reach the camera."""
-    lights = _dock_lights(scene, truth, truth.lights_m, truth.normal)
+    lights = _dock_lights(scene, truth)
     parts = [lights, _lamps(scene)]
     if scene.mirror is not None:
         parts += [_mirrored(scene, scene.mirror, part, truth.normal if part is lights else None) for part in parts]
@@ -35,15 +34,15 @@ def emitters_of(scene: Scene, truth: Truth) -> Emitters:
     return Emitters(*(getattr(joined, name)[reach] for name in Emitters.__annotations__))
 
 
-def _dock_lights(scene: Scene, truth: Truth, points_m: np.ndarray, normal: np.ndarray) -> Emitters:
-    count = len(points_m)
+def _dock_lights(scene: Scene, truth: Truth) -> Emitters:
+    count = len(truth.lights_m)
     brightness = np.array(scene.lights.brightness or np.ones(count)) * truth.lit
     sizes = np.array(scene.lights.size or np.ones(count))
     colours = np.array([COLOURS[name] for name in scene.light_colours])
     return Emitters(
-        points_m=points_m,
+        points_m=truth.lights_m,
         levels=scene.lights.level * brightness,
-        intensity=_beam(points_m, normal, scene.lights.beam_exponent),
+        intensity=_beam(truth.lights_m, truth.normal, scene.lights.beam_exponent),
         radii_m=scene.lights.radius_m * sizes,
         colours=colours.reshape(count, len(BANDS)),
     )

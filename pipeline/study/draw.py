@@ -11,10 +11,8 @@ from dockpose.simulate.emitters import emitters_of
 from dockpose.simulate.optics.glow import light_on_sensor
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background, Lamp, Lights, Mirror, Pose, Sensor, Snow, Text
-from dockpose.simulate.render import expose
-from dockpose.simulate.scene import Scene
-from dockpose.simulate.surroundings import add_snow, background_picture
-from dockpose.simulate.truth import Truth, truth_of
+from dockpose.simulate.render import add_snow, background_picture, expose
+from dockpose.simulate.scene import Scene, Truth, truth_of
 
 # Sizes of pictures, and how often each is drawn; large ones are few for their cost.
 SIZES = {(320, 240): 0.2, (640, 480): 0.42, (800, 600): 0.15, (1280, 720): 0.17, (1920, 1080): 0.06}

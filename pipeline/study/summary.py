@@ -8,8 +8,18 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from dockpose.study.judge import FALSE_DOCK, HOLD_SIGMAS, REFUSED, SUCCESS, WRONG_POSE
-from dockpose.study.scenes import HATS, PRODUCT, RIVALS, methods, title_of
+from dockpose.study.judge import (
+    FALSE_DOCK,
+    HATS,
+    HOLD_SIGMAS,
+    PRODUCT,
+    REFUSED,
+    RIVALS,
+    SUCCESS,
+    WRONG_POSE,
+    methods,
+    title_of,
+)
 from dockpose.study.statistics import Difference, Share, median, paired_difference, quantile, wilson
 
 _TEXT = frozenset({"method", "status", "outcome", "selected_by"})

@@ -10,12 +10,11 @@ from dockpose.dock import Dock
 from dockpose.simulate import Lights, Pose, Scene
 from dockpose.simulate.emitters import emitters_of
 from dockpose.simulate.optics.glow import light_on_sensor
-from dockpose.simulate.optics.hankel import ANGLES
-from dockpose.simulate.optics.psf import PointSpread, Psf
+from dockpose.simulate.optics.psf import ANGLES, PointSpread, Psf
 from dockpose.simulate.optics.water import Water
 from dockpose.simulate.parts import Background, Lamp
 from dockpose.simulate.render import expose
-from dockpose.simulate.truth import truth_of
+from dockpose.simulate.scene import truth_of
 from dockpose.thresholds import LEVELS
 from dockpose.thresholds.histogram import SMOOTHING
 

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from dockpose.simulate.emitters import Emitters, energy_of
-from dockpose.simulate.optics.hankel import ANGLES, FREQUENCIES, spread_of
-from dockpose.simulate.optics.psf import PointSpread, point_spread
+from dockpose.simulate.optics.psf import ANGLES, FREQUENCIES, PointSpread, point_spread, spread_of
 from dockpose.simulate.optics.water import Water
-from dockpose.simulate.scene import Scene
-from dockpose.simulate.truth import random_stream
+from dockpose.simulate.scene import Scene, random_stream
 from numpy.fft import fftfreq, irfft2, rfft2
 from scipy.fft import next_fast_len
 from scipy.special import j1
@@ -62,11 +60,13 @@ def _lamps(scene: Scene, emitters: Emitters, water: Water) -> list[_Lamp]:
     centres = scene.camera.project(emitters.points_m)
     angles = _angle_of_px(scene, emitters.points_m, centres)
     rng = random_stream(scene, "psf")
-    lamps = []
+    # The glow of lamps farther outside of the picture is negligible.
+    size, lamps = np.array([scene.camera.width, scene.camera.height]), []
+    near = np.all(np.abs(centres - size / 2) < size * (0.5 + 1 / _MARGIN), axis=1)
     for index, energy in enumerate(energy_of(scene, emitters)):
         distance_m = float(np.linalg.norm(emitters.points_m[index]))
         spread = point_spread(scene.psf, water, distance_m, rng)
-        if not _near_picture(centres[index], scene):
+        if not near[index]:
             continue
         rad_per_px = math.sqrt(abs(np.linalg.det(angles[index])))
         radius_rad = emitters.radii_m[index] / distance_m
@@ -85,12 +85,6 @@ def _lamps(scene: Scene, emitters: Emitters, water: Water) -> list[_Lamp]:
             )
         )
     return lamps
-
-
-def _near_picture(centre: np.ndarray, scene: Scene) -> bool:
-    """Whether a lamp is in the picture or up to a quarter of it outside; the glow of others is negligible."""
-    size = np.array([scene.camera.width, scene.camera.height])
-    return bool(np.isfinite(centre).all() and (np.abs(centre - size / 2) < size * (0.5 + 1 / _MARGIN)).all())
 
 
 def _angle_of_px(scene: Scene, points_m: np.ndarray, centres_px: np.ndarray) -> np.ndarray:

@@ -70,12 +70,7 @@ class SqliteFile(Storage):
             raise SourceError(f"is damaged: SQLite finds no row of it in {_STEPS * _TIMES} steps") from error
 
     def _read_all(self) -> None:
-        self._check_tables()
-        self._read_topics()
-        self._places = self._listed()
-
-    def _check_tables(self) -> None:
-        """Refuse what computes instead of being there: views, virtual tables and generated columns."""
+        """Read both tables, and refuse what computes instead: views, virtual tables and generated columns."""
         for name in ("topics", "messages"):
             query = "SELECT type, rootpage FROM sqlite_master WHERE name = ? COLLATE NOCASE"
             kind, page = next(self._rows(query, name), ("missing", 0))
@@ -87,8 +82,6 @@ class SqliteFile(Storage):
                     raise SourceError(
                         f"is not a bag of ROS 2: the column {column!r} of its table {name!r} is generated"
                     )
-
-    def _read_topics(self) -> None:
         for key, *words in self._rows("SELECT id, name, type, serialization_format FROM topics NOT INDEXED"):
             if not isinstance(key, int) or not all(isinstance(word, str) for word in words):
                 raise SourceError(f"the row {shown((key, *words))} of its table 'topics' is not a topic")
@@ -96,6 +89,7 @@ class SqliteFile(Storage):
                 raise SourceError(f"its table 'topics' is damaged: it has over {len(self.topics)} rows, or one twice")
             name, kind, encoding = words
             self.topics[key] = Topic(name, kind_of_message(kind), encoding)
+        self._places = self._listed()
 
     def _listed(self) -> list[Place]:
         """All messages in the order of their numbers, as far as they are there."""

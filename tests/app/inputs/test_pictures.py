@@ -13,7 +13,7 @@ from dockpose.app.inputs.pictures import expand, load_sample, sample_names, samp
 from dockpose.app.web.panels.source import SAMPLE_WORDS
 from dockpose.simulate import load_scene, render
 from dockpose.simulate.files import render_folder
-from dockpose.simulate.truth import truth_of
+from dockpose.simulate.scene import truth_of
 from dockpose.sources import SourceError
 
 MOST_BYTES = 3_000_000

@@ -11,7 +11,7 @@ from dockpose.simulate.emitters import emitters_of
 from dockpose.simulate.optics.glow import light_on_sensor
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
-from dockpose.simulate.surroundings import background_picture
+from dockpose.simulate.render import background_picture
 from dockpose.sources import ExposureWatch, Frame
 from dockpose.sources.exposure import exposure_hint
 

@@ -11,7 +11,7 @@ import av
 import numpy as np
 import pytest
 from dockpose.sources import SourceError, open_frames
-from dockpose.sources.container import whole_boxes
+from dockpose.sources.ffmpeg import whole_boxes
 
 MICROSECONDS = Fraction(1, 1_000_000)
 WIDTH, HEIGHT = 64, 48

@@ -2,7 +2,7 @@ import json
 
 import numpy as np
 import pytest
-from dockpose.study.scenes import HATS, PRODUCT, methods
+from dockpose.study.judge import HATS, PRODUCT, methods
 from dockpose.study.summary import FACTORS, Factor, columns_of, of_method, summary_of
 
 from tests.support.studied import table

@@ -3,8 +3,7 @@
 import pandas as pd
 import pytest
 from dockpose.app.cli import main
-from dockpose.study.judge import OUTCOMES
-from dockpose.study.scenes import methods
+from dockpose.study.judge import OUTCOMES, methods
 from dockpose.study.summary import FACTORS
 
 SCENES = 6

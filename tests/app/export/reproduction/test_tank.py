@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from dockpose.app.drawing.figures import new_figure
 from dockpose.app.export.reproduction.tank import budget_part, table_part
-from dockpose.paper.tables import TABLES
-from dockpose.paper.tank.error_budget import CAMERA, ITEMS, Budget
-from dockpose.paper.tank.poses import Row, reproduce_row
+from dockpose.paper.error_budget import CAMERA, ITEMS, Budget
+from dockpose.paper.tables import TABLES, Row, reproduce_row
 
 
 def off_by(name, offset, epnp=0.0):

@@ -1,7 +1,7 @@
 import pytest
 from dockpose.app.export.parts import Plot
 from dockpose.app.export.study.plots import factor_figure, methods_figure
-from dockpose.study.scenes import methods, title_of
+from dockpose.study.judge import methods, title_of
 from dockpose.study.summary import summary_of
 from dockpose.thresholds import METHODS as THRESHOLDS
 from dockpose.thresholds import register_threshold

@@ -3,7 +3,6 @@ import math
 import numpy as np
 import pytest
 from dockpose.simulate.optics import water as waters
-from dockpose.simulate.optics.hankel import FREQUENCIES
 
 # Derived from Petzold's table by others than this code: mean cosine and Wells' theta0 = median / sqrt(3).
 MEAN_COSINE = {"clear": 0.8714, "coastal": 0.9468, "harbour": 0.9197}
@@ -28,13 +27,6 @@ def test_the_measured_points_are_met():
     angles, values = waters.phase_function("harbour")
     for degrees, per_sr in ((0.1, 1788), (1, 72.86), (10, 1.157)):
         assert np.interp(math.radians(degrees), angles, values) == pytest.approx(per_sr, rel=0.02)
-
-
-def test_the_mean_transform_starts_at_one_and_falls():
-    transform = np.interp([1e-4, 0.1, 1, 10, 100, 1e4], FREQUENCIES, waters.mean_phase_transform("harbour"))
-    assert transform[0] == pytest.approx(1, abs=1e-3)
-    assert (np.diff(transform) < 0).all()
-    assert transform[-1] > 0
 
 
 def test_attenuation_and_albedo_by_hand():

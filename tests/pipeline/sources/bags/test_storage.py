@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 import zstandard
 from dockpose.sources import Bag, SourceError
-from dockpose.sources.bags import files, storage
+from dockpose.sources.bags import storage
 from dockpose.sources.bags.storage import expanded
 from mcap.writer import CompressionType, IndexType
 
@@ -226,7 +226,7 @@ def test_a_chunk_that_is_a_bomb_is_refused(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("says_size", [True, False])
 def test_a_compressed_file_that_is_a_bomb_is_refused(tmp_path, monkeypatch, says_size):
-    monkeypatch.setattr(files, "MOST_BYTES", 1_000_000)
+    monkeypatch.setattr(storage, "MOST_BYTES", 1_000_000)
     data = bytes(20_000_000)
     stream = zstandard.ZstdCompressor().compressobj()
     packed = COMPRESS["zstd"](data) if says_size else stream.compress(data) + stream.flush()

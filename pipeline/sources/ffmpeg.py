@@ -99,14 +99,10 @@ def _growing(stamps: np.ndarray) -> np.ndarray:
 
 def is_without_clock(container: InputContainer, source: str) -> bool:
     """Whether a file has frames without times, for which FFmpeg makes up a rate where none is given."""
-    return container.format.name in _RAW or (container.format.name == "avi" and _is_avi_without_rate(Path(source)))
-
-
-def _is_avi_without_rate(path: Path) -> bool:
-    """Whether neither the stream's header (strh: scale and rate) nor the file's (avih) tells a rate."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
+    if container.format.name != "avi" or not Path(source).is_file():
+        return container.format.name in _RAW
+    # Of an AVI the stream's header (strh: scale and rate) or the file's (avih) tells the rate.
+    with open(source, "rb") as file:
         head = file.read(4096)
     frame, stream = head.find(b"avih") + 8, head.find(b"vids")
     if frame < 8 or stream < 0 or any(head[frame : frame + 4]):
@@ -122,12 +118,11 @@ def video_in(source: str) -> tuple[InputContainer, bool]:
         container = _opened_cut_short(source)
         if container is None:
             raise SourceError(why_not(source)) from error
-    if not container.streams.video:
+    streams = container.streams.video
+    if not streams or streams[0].codec_context is None:
         container.close()
-        raise SourceError(f"{source}: has no video in it")
-    if container.streams.video[0].codec_context is None:
-        container.close()
-        raise SourceError(f"{source}: is a video whose coding cannot be decoded here; convert it to H.264")
+        uncoded = "is a video whose coding cannot be decoded here; convert it to H.264"
+        raise SourceError(f"{source}: {uncoded if streams else 'has no video in it'}")
     is_mp4 = "mp4" in container.format.name.split(",")
     return container, is_mp4 and Path(source).is_file() and whole_boxes(Path(source))[1]
 
@@ -221,7 +216,10 @@ def picture_of(frame: av.VideoFrame, *, grey: bool = False) -> np.ndarray:
     name = frame.format.name
     if name.startswith(_LUMA_FIRST) and (grey or name.startswith("gray")):
         return _luma(frame)
-    return _converted(frame, grey=grey)
+    is_deep = max(component.bits for component in frame.format.components) > 8 and not name.startswith("pal")
+    if grey and not frame.format.is_rgb:
+        return frame.to_ndarray(format="gray16le" if is_deep else "gray")
+    return frame.to_ndarray(format="bgr48le" if is_deep else "bgr24")
 
 
 def orientation_of(frame: av.VideoFrame) -> int:
@@ -247,14 +245,6 @@ def _luma(frame: av.VideoFrame) -> np.ndarray:
         return levels.astype(np.uint8 if bits == 8 else np.uint16)
     stretch = _stretched(bits)
     return np.asarray(cv2.LUT(levels, stretch)) if bits == 8 else stretch[levels]
-
-
-def _converted(frame: av.VideoFrame, *, grey: bool) -> np.ndarray:
-    bits = max(component.bits for component in frame.format.components)
-    is_deep = bits > 8 and not frame.format.name.startswith("pal")
-    if grey and not frame.format.is_rgb:
-        return frame.to_ndarray(format="gray16le" if is_deep else "gray")
-    return frame.to_ndarray(format="bgr48le" if is_deep else "bgr24")
 
 
 @lru_cache(maxsize=8)

@@ -63,13 +63,9 @@ def kind_of(source: str) -> Kind:
             return Kind.STREAM
         if glob.has_magic(source):
             return Kind.GLOB
-    ending = path.suffix.lower()
-    if ending in _SCENE_ENDINGS:
-        return Kind.SIMULATED
-    if ending in BAG_ENDINGS:
-        return Kind.BAG
-    if ending in VIDEO_ENDINGS:
-        return Kind.VIDEO
+    for endings, kind in ((_SCENE_ENDINGS, Kind.SIMULATED), (BAG_ENDINGS, Kind.BAG), (VIDEO_ENDINGS, Kind.VIDEO)):
+        if path.suffix.lower() in endings:
+            return kind
     return Kind.PAGES if is_file and has_pages(path) else Kind.PICTURE
 
 

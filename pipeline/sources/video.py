@@ -62,8 +62,7 @@ class Video(Frames):
             length = int(self._order.stamps[-1] - self._order.stamps[0]) * self._time_base
             self.rate_hz = float((self._order.count - 1) / length) if length else None
         self._kept: _Decoder | None = None
-        self._tell_cut_short(is_broken_off)
-        self._tell_jumps()
+        self._tell_faults(is_broken_off)
 
     @property
     def is_counted(self) -> bool:
@@ -136,17 +135,10 @@ class Video(Frames):
             self._tell(f"{self.source}: {text}")
         self.rate_hz = rate_hz or self.rate_hz or _ASSUMED_HZ
 
-    def _tell_jumps(self) -> None:
-        joins = () if self._order is None else self._order.joins
-        if joins:
-            where = f"frame {joins[0]}" + (f" and {len(joins) - 1} more" if len(joins) > 1 else "")
-            text = "as where files were joined; times go on from the frame before, of which a part may be missing"
-            self._tell(f"{self.source}: its clock jumps at {where}, {text}")
-
-    def _tell_cut_short(self, is_broken_off: bool) -> None:
+    def _tell_faults(self, is_broken_off: bool) -> None:
         if self._order is None:
             return
-        count = str(self._order.count)
+        count, joins = str(self._order.count), self._order.joins
         if self._told is not None and self._order.count < self._told:
             is_broken_off = True
             count = f"{count} of the {self._told}"
@@ -154,6 +146,10 @@ class Video(Frames):
             self.is_cut_short = True
             there = f"{count} frames are there, the last of them perhaps in part"
             self._tell(f"{self.source}: the video is cut short: {there}")
+        if joins:
+            where = f"frame {joins[0]}" + (f" and {len(joins) - 1} more" if len(joins) > 1 else "")
+            text = "as where files were joined; times go on from the frame before, of which a part may be missing"
+            self._tell(f"{self.source}: its clock jumps at {where}, {text}")
 
 
 def began_unix_s(container: str, creation_time: str | None) -> float | None:

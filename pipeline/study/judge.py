@@ -15,16 +15,16 @@ RIGHT_SHARE, RIGHT_DEG = 0.05, 5.0  # of the range, and of the direction of the 
 HOLD_SIGMAS = 1.96  # standard errors of a 95 % interval
 OUTCOMES = ("success", "wrong pose", "refused", "false dock", "correct refusal")
 SUCCESS, WRONG_POSE, REFUSED, FALSE_DOCK, CORRECT_REFUSAL = OUTCOMES
-_UNITS = {"x": "m", "y": "m", "z": "m", "theta_x": "deg", "theta_y": "deg"}
+UNITS = {"x": "m", "y": "m", "z": "m", "theta_x": "deg", "theta_y": "deg"}
 # Columns of a judgement in a table, in order.
 COLUMNS = (
     *("status", "outcome", "chosen_right", "either_right", "chosen_nearer", "position_right"),
     *("position_error_m", "position_error_share", "angle_error_deg", "probability", "detection", "selected_by"),
     *("lights_found", "lights_on_ring"),
-    *(f"error_{name}_{unit}" for name, unit in _UNITS.items()),
-    *(f"sigma_{name}_{unit}" for name, unit in _UNITS.items()),
-    *(f"{name}_in_95" for name in _UNITS),
-    *(f"sigma_total_{name}_{unit}" for name, unit in _UNITS.items()),
+    *(f"error_{name}_{unit}" for name, unit in UNITS.items()),
+    *(f"sigma_{name}_{unit}" for name, unit in UNITS.items()),
+    *(f"{name}_in_95" for name in UNITS),
+    *(f"sigma_total_{name}_{unit}" for name, unit in UNITS.items()),
 )
 Value = str | int | float | bool | None
 
@@ -69,7 +69,7 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
     ):
         thetas_deg = [None if sigma is None else math.degrees(sigma) for sigma in theta_rad or [None] * 2]
         sigmas = (*(position_m or [None] * 3), *thetas_deg)
-        row |= {f"{prefix}_{name}_{unit}": sigma for (name, unit), sigma in zip(_UNITS.items(), sigmas, strict=True)}
+        row |= {f"{prefix}_{name}_{unit}": sigma for (name, unit), sigma in zip(UNITS.items(), sigmas, strict=True)}
     if not has_dock:
         row["outcome"] = FALSE_DOCK
         return row
@@ -87,7 +87,7 @@ def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> 
         "angle_error_deg": angle_deg,
     }
     signed = signed_errors(chosen, truth.position_m, truth.normal)
-    for (name, unit), error in zip(_UNITS.items(), signed, strict=True):
+    for (name, unit), error in zip(UNITS.items(), signed, strict=True):
         sigma = row[f"sigma_{name}_{unit}"]
         row[f"error_{name}_{unit}"] = error
         row[f"{name}_in_95"] = abs(error) <= HOLD_SIGMAS * sigma if isinstance(sigma, float) else None

@@ -198,7 +198,12 @@ def open_frames(
         number = camera_number(name) or 0
         frames = Live(f"camera {number}", lambda: Camera(number, grey=grey), tell, wishes=wishes)
     elif kind is Kind.STREAM:
-        frames = _open_stream(name, tell, timeout_s, grey)
+        first = [StreamCapture(name, timeout_s, grey=grey)]
+        if first[0].is_recording:  # the address is that of a file
+            first.pop().release()
+            frames = Video(name, tell, scan=False, grey=grey)
+        else:
+            frames = Live(name, lambda: first.pop() if first else StreamCapture(name, timeout_s, grey=grey), tell)
     else:
         paths = list_pictures(name)
         if kind is Kind.PICTURE and not paths[0].exists():
@@ -215,12 +220,3 @@ def _kind_and_name(source: object) -> tuple[Kind, str]:
     if not isinstance(name, str):
         raise ValueError(f"source is {shown(source)}; it must be a path, a camera's number or a stream's address")
     return kind_of(name), name
-
-
-def _open_stream(address: str, tell: Tell | None, timeout_s: float, grey: bool) -> Frames:
-    """A live stream, or a recording where the address turns out to be that of a file."""
-    first = [StreamCapture(address, timeout_s, grey=grey)]
-    if first[0].is_recording:
-        first.pop().release()
-        return Video(address, tell, scan=False, grey=grey)
-    return Live(address, lambda: first.pop() if first else StreamCapture(address, timeout_s, grey=grey), tell)

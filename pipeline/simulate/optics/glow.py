@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from dockpose.simulate.emitters import Emitters, energy_of
+from dockpose.simulate.emitters import Emitters, emitters_of, energy_of
 from dockpose.simulate.optics.psf import ANGLES, FREQUENCIES, PointSpread, point_spread, spread_of
 from dockpose.simulate.optics.water import Water
-from dockpose.simulate.scene import Scene, random_stream
+from dockpose.simulate.scene import Scene, random_stream, truth_of
 from numpy.fft import fftfreq, irfft2, rfft2
 from scipy.fft import next_fast_len
 from scipy.special import j1
@@ -36,6 +36,11 @@ class _Lamp:
     glow: np.ndarray
     radius_px: float
     rad_per_px: float
+
+
+def light_of(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Direct light (H, W) and glow (H, W) of all that shines in a scene, in grey levels."""
+    return light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water)
 
 
 def light_on_sensor(scene: Scene, emitters: Emitters, water: Water) -> tuple[np.ndarray, np.ndarray]:

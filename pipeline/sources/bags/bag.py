@@ -3,7 +3,7 @@
 import contextlib
 import struct
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache, partial
 from itertools import accumulate
 from pathlib import Path
@@ -128,7 +128,11 @@ class Bag(Indexed):
             self._stamps_ns = self._clock()
             self._times_ns, back = growing(self._stamps_ns)
             self._runs_back = bool(back)
-            self._tell_back(back)
+            if back:
+                jump_s = (self._stamps_ns[back[0] - 1] - self._stamps_ns[back[0]]) / 1e9
+                more = f" and {len(back) - 1} times more" if len(back) > 1 else ""
+                jump = f"by {jump_s:.6g} s at frame {back[0]}{more}"
+                self._tell(f"{source}: its clock jumps back {jump}; time goes on by the usual interval there")
             if self._stamps_ns[0] != self._stamps_ns[-1]:
                 self.rate_hz = (self.count - 1) * 1e9 / self._times_ns[-1]
             self.camera, self.camera_topic = self._camera()  # and where it is from; None where there is none
@@ -212,13 +216,6 @@ class Bag(Indexed):
         except (SourceError, struct.error, IndexError):
             return None
         return seconds * 10**9 + nanoseconds
-
-    def _tell_back(self, back: Sequence[int]) -> None:
-        if back:
-            jump_s = (self._stamps_ns[back[0] - 1] - self._stamps_ns[back[0]]) / 1e9
-            more = f" and {len(back) - 1} times more" if len(back) > 1 else ""
-            jump = f"by {jump_s:.6g} s at frame {back[0]}{more}"
-            self._tell(f"{self.source}: its clock jumps back {jump}; time goes on by the usual interval there")
 
     def _camera(self) -> tuple[Camera | None, str | None]:
         """The camera that the topic beside that of the pictures describes, and that topic."""

@@ -13,16 +13,12 @@ from dockpose.pose.circle import circle_poses
 from dockpose.simulate import Lights, Pose, Sensor, render, truth_of
 from dockpose.simulate.emitters import emitters_of
 from dockpose.simulate.optics import glow
+from dockpose.simulate.optics.glow import light_of
 from dockpose.simulate.optics.psf import Psf
 from dockpose.simulate.optics.water import Water, preset
 from dockpose.simulate.parts import Background, Glare, Lamp, Mirror, Occluder, Panel, Snow, Text
 
 from tests.support.scenes import CAMERA, DOCK, PLAIN, QUIET, changed, near, random_scene
-
-
-def light_of(scene):
-    """The direct light and the glow of all lamps."""
-    return glow.light_on_sensor(scene, emitters_of(scene, truth_of(scene)), scene.water)
 
 
 def test_truth_by_hand():

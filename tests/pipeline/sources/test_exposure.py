@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from dockpose import Camera, Dock, estimate
 from dockpose.simulate import Lights, Pose, Scene, Sensor, render, truth_of
-from dockpose.simulate.emitters import emitters_of
-from dockpose.simulate.optics.glow import light_on_sensor
+from dockpose.simulate.optics.glow import light_of
 from dockpose.simulate.optics.water import water_of_turbidity
 from dockpose.simulate.parts import Background
 from dockpose.simulate.render import background_picture
@@ -49,7 +48,7 @@ def scene_of(seed: int) -> Scene:
 def middle_light(scene: Scene) -> tuple[float, float]:
     """Middle light's share of what is cut off of its core, and its height in deviations of the noise."""
     truth, found = truth_of(scene), []
-    light = sum(light_on_sensor(scene, emitters_of(scene, truth), scene.water), background_picture(scene, scene.water))
+    light = sum(light_of(scene), background_picture(scene, scene.water))
     for x, y in np.rint(truth.lights_px[truth.visible]).astype(int):
         near = light[max(0, y - 12) : y + 13, max(0, x - 12) : x + 13]
         around = light[max(0, y - 25) : y + 26, max(0, x - 25) : x + 26]

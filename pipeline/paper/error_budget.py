@@ -46,10 +46,8 @@ def rendered_calibration(camera: Camera, seed: int) -> Calibration:
 
 
 def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> list[Camera]:
-    """Calibrate a camera again and again by Zhang's way, from other views and other Gaussian errors of the corners.
-
-    The numbers of one belong together: its focal length, centre and distortion err in ways that partly cancel.
-    """
+    """Calibrate a camera again and again by Zhang's way, from other views and other Gaussian errors of the corners."""
+    # The numbers of one belong together: its focal length, centre and distortion err in ways that partly cancel.
     columns, rows = BOARD.columns - 1, BOARD.rows - 1
     column, row = np.meshgrid(np.arange(columns), np.arange(rows))
     flat = BOARD.square_m * np.column_stack([column.ravel() + 1, row.ravel() + 1, np.zeros(column.size)])
@@ -191,10 +189,8 @@ def errors_of(
     camera: Camera = CAMERA,
     draws: int = DRAWS,
 ) -> tuple[np.ndarray, float]:
-    """Signed errors (draws, 12, 5) in centimetres and degrees where ``items``, of ``ITEMS`` and "centroids", are wrong.
-
-    The draws are the same whichever they are. Returned also is the share in which the nearer candidate is chosen.
-    """
+    """Signed errors (draws, 12, 5) in cm and degrees where ``items`` are wrong, and the share of right choices."""
+    # ``items`` are of ``ITEMS`` and "centroids"; the draws are the same whichever they are.
     measured, _, lights = poses_of_tables()
     errors, right = np.empty((draws, len(measured), 5)), 0
     for draw in range(draws):

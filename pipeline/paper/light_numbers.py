@@ -39,10 +39,8 @@ class Errors:
 
 
 def errors_with(seen: int, lights: int, seed: int, trials: int = TRIALS) -> Errors:
-    """Errors where ``seen`` of ``lights`` evenly spaced lights are seen, each with 0.3 px of noise.
-
-    The ellipse's is that of its better pose; EPnP and its peers are given which light is which, our method is not.
-    """
+    """Errors where ``seen`` of ``lights`` evenly spaced lights are seen, each with 0.3 px of noise."""
+    # The ellipse's is that of its better pose; EPnP and its peers are given which light is which, our method is not.
     known = Dock(DIAMETER_M, lights)
     found: dict[str, list[tuple[float, float]]] = {who: [] for who in WHO}
     for trial in range(trials):

@@ -159,11 +159,9 @@ def why_not(source: str) -> str:
 
 
 def whole_boxes(path: Path) -> tuple[int, bool]:
-    """Where the last whole box of an MP4 ends, or the file where that is within frames; and whether it breaks off.
-
-    An MP4 is a row of boxes, each of which begins with its size and its kind (ISO 14496-12, section 4.2). Frames lie in
-    boxes of the kind "mdat", of which FFmpeg reads what is there.
-    """
+    """Where the last whole box of an MP4 ends, or the file where that is within frames; and whether it breaks off."""
+    # An MP4 is a row of boxes, each of which begins with its size and its kind (ISO 14496-12, section 4.2). Frames lie
+    # in boxes of the kind "mdat", of which FFmpeg reads what is there.
     length, end, last = path.stat().st_size, 0, b""
     with path.open("rb") as file:
         for kind, start, size in _each_box(file):

@@ -153,13 +153,11 @@ class Video(Frames):
 
 
 def began_unix_s(container: str, creation_time: str | None) -> float | None:
-    """Time of day of a video's first frame, in seconds since 1970-01-01 00:00 UTC; None where it is not sure.
-
-    Files say when they were made, but seldom whether recording began or ended then: cameras and phones differ in their
-    MP4 files, and programs that convert a file write the time of that, all of them in whole seconds. So only Matroska's
-    date (DateUTC) is believed, and only where it has a fraction of a second, as recorders write it that are at work
-    while it happens, when they begin.
-    """
+    """Time of day of a video's first frame, in seconds since 1970-01-01 00:00 UTC; None where it is not sure."""
+    # Files say when they were made, but seldom whether recording began or ended then: cameras and phones differ in
+    # their MP4 files, and programs that convert a file write the time of that, all of them in whole seconds. So only
+    # Matroska's date (DateUTC) is believed, and only where it has a fraction of a second, as recorders write it that
+    # are at work while it happens, when they begin.
     if creation_time is None or "matroska" not in container.split(","):
         return None
     try:

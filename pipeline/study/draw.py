@@ -93,10 +93,8 @@ def draw(seed: int, index: int) -> Drawn:
 
 
 def picture_of(drawn: Drawn) -> Picture:
-    """Render a drawn scene once; the lamps' light is scaled to the exposure afterwards.
-
-    The picture is that of :func:`dockpose.simulate.render` for the returned scene, but for rounding of its last bit.
-    """
+    """Render a drawn scene once; the lamps' light is scaled to the exposure afterwards."""
+    # The picture is that of :func:`dockpose.simulate.render` for the returned scene, but for rounding of its last bit.
     scene = drawn.scene
     direct, glow = light_of(scene)
     light = direct + glow

@@ -49,10 +49,9 @@ def signed_errors(pose: CirclePose, position_m: np.ndarray, normal: np.ndarray) 
 
 
 def judge(found: Estimate, truth: Truth, radius_m: float, *, has_dock: bool) -> dict[str, Value]:
-    """Judge what a method found against the truth, as the page of a study says.
-
-    A dock that is reported off the true direction by more than the ring's radius is false: a vehicle would steer by it.
-    """
+    """Judge what a method found against the truth, as the page of a study says."""
+    # A dock that is reported off the true direction by more than the ring's radius is false: a vehicle would steer by
+    # it.
     row: dict[str, Value] = dict.fromkeys(COLUMNS)
     row["status"] = found.status
     row["lights_found"] = None if found.markers is None else len(found.markers)

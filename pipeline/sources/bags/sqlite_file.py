@@ -55,10 +55,8 @@ class SqliteFile(Storage):
         return database
 
     def _rows(self, query: str, *values: object) -> Iterator[tuple[Any, ...]]:
-        """The rows of a query, each of which must come within a million steps of SQLite's machine.
-
-        A signal is obeyed between rows alone: what counts the steps is no Python code, in which it would be lost.
-        """
+        """The rows of a query, each of which must come within a million steps of SQLite's machine."""
+        # A signal is obeyed between rows alone: what counts the steps is no Python code, in which it would be lost.
         self._database.set_progress_handler(partial(next, repeat(0, _TIMES), 1), _STEPS)
         try:
             for row in self._database.execute(query, values):

@@ -114,11 +114,8 @@ def brute_force_glow(scene):
     for lamp in glow._lamps(scene, emitters_of(scene, truth_of(scene)), scene.water):
         dx, dy = x - lamp.centre_px[0], y - lamp.centre_px[1]
         angle = np.hypot(*np.tensordot(lamp.angle_of_px, np.stack([dx, dy]), axes=1))
-        total += (
-            lamp.energy
-            * lamp.rad_per_px**2
-            * np.interp(np.log(np.maximum(angle, 1e-7)), np.log(glow.ANGLES), lamp.glow)
-        )
+        spread = np.interp(np.log(np.maximum(angle, 1e-7)), np.log(glow.ANGLES), lamp.glow)
+        total += lamp.energy * lamp.rad_per_px**2 * spread
     return total
 
 
@@ -234,15 +231,10 @@ def test_in_colour_red_dies_first():
 
 
 def test_a_bayer_sensor_gives_the_colours_back_where_they_change_slowly():
-    light = Background(level=50.0, glares=(Glare(x_px=320.0, y_px=240.0, size_px=100.0, level=100.0),))
-    grey = render(changed(background=light, lights=Lights(level=0.0)))[0]
-    colour = render(
-        changed(
-            background=light,
-            lights=Lights(level=0.0),
-            sensor=Sensor(colour="bayer", read_noise_levels=0.0, electrons_per_level=1e12),
-        )
-    )[0]
+    glare = Glare(x_px=320.0, y_px=240.0, size_px=100.0, level=100.0)
+    light = {"background": Background(level=50.0, glares=(glare,)), "lights": Lights(level=0.0)}
+    grey = render(changed(**light))[0]
+    colour = render(changed(sensor=msgspec.structs.replace(QUIET, colour="bayer"), **light))[0]
     assert colour.shape == (480, 640, 3)
     assert np.abs(colour[2:-2, 2:-2].astype(int) - grey[2:-2, 2:-2, None]).max() <= 2
 

@@ -111,9 +111,7 @@ def test_what_to_do_about_saturated_lights(kind, peak, sentence):
 
 def test_colour_counts_by_its_brightest_channel():
     grey = spots(600)
-    red = np.dstack([grey // 8, grey // 8, grey])
-    hint = exposure_hint(red, estimate(red, CAMERA, Dock(0.30, 10)))
-    assert hint.verdict == "saturated"
+    assert hint_of(np.dstack([grey // 8, grey // 8, grey])).verdict == "saturated"
 
 
 @pytest.mark.parametrize(

@@ -21,10 +21,8 @@ RATE_HZ = 20.0
 
 def picture(number: int) -> np.ndarray:
     """A picture of eight fields that are dark or bright as the bits of its number, which any codec keeps."""
-    bits = [number >> place & 1 for place in range(8)]
-    return (
-        np.repeat(np.array([40 + 150 * bit for bit in bits], np.uint8), 20)[None, :, None].repeat(120, 0).repeat(3, 2)
-    )
+    levels = np.array([40 + 150 * (number >> place & 1) for place in range(8)], np.uint8)
+    return np.repeat(levels, 20)[None, :, None].repeat(120, 0).repeat(3, 2)
 
 
 def number_of(image: np.ndarray) -> int:
@@ -85,11 +83,8 @@ def test_a_folder_comes_in_numeric_order_and_a_broken_picture_is_left_out(tmp_pa
         assert np.array_equal(frames.at(3).image, found[2].image)
         with pytest.raises(SourceError, match="frame 1 of 4"):
             frames.at(1)
-    assert [(frame.index, frame.time_s, number_of(frame.image)) for frame in found] == [
-        (0, 0.0, 8),
-        (2, 0.2, 10),
-        (3, 0.3, 11),
-    ]
+    seen = [(frame.index, frame.time_s, number_of(frame.image)) for frame in found]
+    assert seen == [(0, 0.0, 8), (2, 0.2, 10), (3, 0.3, 11)]
     assert len(told) == 2  # once in order, once by its number
     assert "frame9.png: is not a picture" in told[0]
     assert found[0].name == str(folder / "frame8.png")

@@ -52,9 +52,8 @@ def test_an_unbroken_run_counts_for_more_than_the_same_count_here_and_there():
     every = literal_hats(histogram, Scheme(has_every_level=True))
     in_a_row = literal_hats(histogram, Scheme(has_every_level=True, in_a_row=True))
     # Two groups at 101 to 200 and at 11 to 40: 130 levels; one at 41 to 100 and 0 to 10.
-    assert [every.counts[every.candidates == level][0] for level in (200, 101, 100, 41, 40, 11, 10)] == [
-        *(2, 2, 1, 1, 2, 2, 1)
-    ]
+    counts = [every.counts[every.candidates == level][0] for level in (200, 101, 100, 41, 40, 11, 10)]
+    assert counts == [2, 2, 1, 1, 2, 2, 1]
     assert (every.level, every.groups) == (in_a_row.level, in_a_row.groups) == (200, 2)
 
 
@@ -88,9 +87,8 @@ def test_what_every_method_finds_is_counted_scene_by_scene():
         assert tally.is_hard.tolist() == [False, False, True, True]
         assert list(tally.plain_chain) == names
         assert list(tally.right) == [*names, rivals.PER_LIGHT]
-        assert {len(column) for part in (tally.exact, tally.plain_chain, tally.right) for column in part.values()} == {
-            4
-        }
+        for column in (*tally.exact.values(), *tally.plain_chain.values(), *tally.right.values()):
+            assert len(column) == 4
     # The same scenes and the same method in both.
     np.testing.assert_array_equal(methods.exact["hats"], schemes.exact[rivals.OURS])
     np.testing.assert_array_equal(methods.right["hats"], schemes.right[rivals.OURS])

@@ -50,18 +50,3 @@ def test_red_dies_first():
     water = waters.preset("coastal")
     red, green, blue = (water.in_band(band).absorption_per_m for band in ("red", "green", "blue"))
     assert red > 0.3 > green > blue
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: waters.preset("soup"), "water is 'soup'"),
-        (lambda: waters.Water(-0.1, 0.1), "absorption_per_m is -0.1"),
-        (lambda: waters.Water(0.1, math.nan), "scattering_per_m is nan"),
-        (lambda: waters.Water(0.1, 0.1, "soup"), "phase_function is 'soup'"),
-        (lambda: waters.water_of_turbidity(1.5), "turbidity is 1.5"),
-    ],
-)
-def test_bad_water_is_named(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()

@@ -19,12 +19,8 @@ from tests.support.sources import taken
 K = (700.0, 0.0, 319.5, 0.0, 700.0, 239.5, 0.0, 0.0, 1.0)
 
 
-def by_message(writer):
-    writer.set_compression(rosbag2.CompressionMode.MESSAGE, rosbag2.CompressionFormat.ZSTD)
-
-
-def by_file(writer):
-    writer.set_compression(rosbag2.CompressionMode.FILE, rosbag2.CompressionFormat.ZSTD)
+def compressed(mode):
+    return lambda writer: writer.set_compression(mode, rosbag2.CompressionFormat.ZSTD)
 
 
 def single_database(path, frames):
@@ -54,8 +50,8 @@ WRITERS = {
     "mcap of ROS 1": lambda path, frames: bags.write_mcap(path / "a.mcap", frames(ROS1), store=ROS1),
     "folder of SQLite": folder(),
     "folder of mcap": folder("MCAP"),
-    "compressed messages": folder(prepare=by_message),
-    "compressed file": folder(prepare=by_file),
+    "compressed messages": folder(prepare=compressed(rosbag2.CompressionMode.MESSAGE)),
+    "compressed file": folder(prepare=compressed(rosbag2.CompressionMode.FILE)),
     "single db3": lambda path, frames: single_database(path / "bag", frames),
     "ROS 1, chunks of three": ros1(chunk_bytes=9000),
     "ROS 1, bz2, chunks of three": ros1("BZ2", 9000),
@@ -117,9 +113,7 @@ def test_the_topic_that_was_asked_for(tmp_path):
     for topic in ("/right/image_raw", "right/image_raw"):
         with Bag(path, topic=topic) as bag:
             assert np.array_equal(bag.at(0).image, right[0])
-    with pytest.raises(
-        SourceError, match=r"topic /up: there is no such topic; pictures are on /left/image_raw, /right"
-    ):
+    with pytest.raises(SourceError, match="topic /up: there is no such topic; pictures are on /left/image_raw, /right"):
         Bag(path, topic="/up")
 
 

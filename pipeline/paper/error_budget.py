@@ -37,12 +37,21 @@ def rendered_calibration(camera: Camera, seed: int) -> Calibration:
     x, y = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
     lens, focal_px = msgspec.structs.replace(camera, port=None), math.sqrt(camera.fx * camera.fy)
     rays = lens.rays(np.column_stack([x.ravel(), y.ravel()])).reshape(camera.height, camera.width, 3)  # units, in air
-    pictures = (
-        (f"view {number}", _picture(drawing, rays, pose, focal_px, np.random.default_rng([seed, 6, number])))
-        for number, pose in enumerate(_board_poses(seed, 0))
-    )
+
+    def picture(number: int, rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Look along every pixel's ray at the board, whose drawing is blurred to the sharpness of a pixel."""
+        depth = (position @ rotation[:, 2]) / (rays @ rotation[:, 2])
+        on_board = (rays * depth[..., None] - position) @ rotation
+        warp = (on_board[..., :2] / BOARD.square_m * _SQUARE_PX + _SQUARE_PX - 0.5).astype(np.float32)
+        blur = 0.5 * _SQUARE_PX * float(position[2]) / BOARD.square_m / focal_px
+        sharp = cv2.GaussianBlur(drawing, (0, 0), blur)
+        seen = cv2.remap(sharp, warp[..., 0], warp[..., 1], cv2.INTER_LINEAR, borderValue=90).astype(float)
+        noise = np.random.default_rng([seed, 6, number]).normal(0, _NOISE_LEVELS, seen.shape)
+        return np.clip(0.7 * seen + 20 + noise, 0, 255).astype(np.uint8)
+
+    poses = enumerate(_board_poses(seed, 0))
     with _one_thread():
-        return calibrate(pictures, BOARD)
+        return calibrate(((f"view {number}", picture(number, *pose)) for number, pose in poses), BOARD)
 
 
 def calibrations(camera: Camera, count: int, corner_px: float, seed: int) -> list[Camera]:
@@ -88,24 +97,6 @@ def _board_poses(seed: int, number: int) -> Iterator[tuple[np.ndarray, np.ndarra
         middle = np.array([*rng.uniform(-_ASIDE_M, _ASIDE_M, 2), rng.uniform(*_RANGE_M)])
         size = BOARD.square_m * np.array([BOARD.columns, BOARD.rows, 0.0])
         yield rotation, middle - rotation @ (size / 2)
-
-
-def _picture(
-    drawing: np.ndarray,
-    rays: np.ndarray,
-    pose: tuple[np.ndarray, np.ndarray],
-    focal_px: float,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Look along every pixel's ray at the board, whose drawing is blurred to the sharpness of a pixel."""
-    rotation, position = pose
-    depth = (position @ rotation[:, 2]) / (rays @ rotation[:, 2])
-    on_board = (rays * depth[..., None] - position) @ rotation
-    warp = (on_board[..., :2] / BOARD.square_m * _SQUARE_PX + _SQUARE_PX - 0.5).astype(np.float32)
-    blur = 0.5 * _SQUARE_PX * float(position[2]) / BOARD.square_m / focal_px
-    sharp = cv2.GaussianBlur(drawing, (0, 0), blur)
-    seen = cv2.remap(sharp, warp[..., 0], warp[..., 1], cv2.INTER_LINEAR, borderValue=90).astype(float)
-    return np.clip(0.7 * seen + 20 + rng.normal(0, _NOISE_LEVELS, seen.shape), 0, 255).astype(np.uint8)
 
 
 # The ring is as large in the picture as for the tables' pinhole camera of 700 px; the distortion is a webcam's.

@@ -12,9 +12,8 @@ from typing import Any
 from dockpose.camera.camera import Camera
 from dockpose.files.yaml_file import FileError, read_yaml
 from dockpose.sources.bags import storage
-from dockpose.sources.bags.mcap_file import McapFile
+from dockpose.sources.bags.chunked import McapFile, Ros1File
 from dockpose.sources.bags.messages import CAMERA_INFO, COMPRESSED, IMAGE, camera_in, picture_in
-from dockpose.sources.bags.ros1_file import Ros1File
 from dockpose.sources.bags.sqlite_file import SqliteFile
 from dockpose.sources.bags.storage import BAG_METADATA, Place, Storage
 from dockpose.sources.frames import Frame, Indexed, SourceError, Tell, growing

@@ -195,13 +195,6 @@ def test_boxes_break_off_wherever_the_file_does(tmp_path, end, is_cut):
     assert whole_boxes(tmp_path / "a.mp4")[1] is is_cut
 
 
-def test_an_mp4_cut_before_its_index_is_told_in_one_sentence(tmp_path):
-    path = write(tmp_path / "a.mp4", "libx264", "yuv420p", luma(30, 256, "yuv420p", 16))
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with pytest.raises(SourceError, match=r"a\.mp4: is an MP4 that is cut short before its index"):
-        open_frames(str(path))
-
-
 def test_a_file_of_sound_alone_has_no_video(tmp_path):
     with av.open(str(tmp_path / "a.mkv"), "w") as container:
         stream = container.add_stream("pcm_s16le", rate=8000, layout="mono")
@@ -359,20 +352,6 @@ def test_the_damaged_frame_of_a_transport_stream_is_left_out_and_not_the_one_bef
     data = path.read_bytes()
     path.write_bytes(data[: places[6] + 188 * 3] + data[places[6] + 188 * 4 :])
     assert [frame.index for frame in taken(path)[0]] == [index for index in range(20) if index != 6]
-
-
-@pytest.mark.parametrize(
-    ("name", "data", "words"),
-    [
-        ("a.mp4", b"words " * 99, "is not a video, or one of a format that is not read"),
-        ("a.mkv", b"\x1a\x45\xdf\xa3", "begins as a video, but is damaged or cut short"),
-        ("a.h264", b"", "is empty"),
-    ],
-)
-def test_what_is_no_video_is_not_called_damaged(tmp_path, name, data, words):
-    (tmp_path / name).write_bytes(data)
-    with pytest.raises(SourceError, match=words):
-        open_frames(str(tmp_path / name))
 
 
 def test_a_coding_that_nothing_here_decodes_is_told(tmp_path):
